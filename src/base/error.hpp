@@ -1,0 +1,24 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace livetet {
+
+/// Bad input: a scene, a file, a message from the wire. The message is one line that says what was wrong, where (file,
+/// line or key), what was found and what was expected; the program prints it and exits with status 2.
+class Error : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Throws `Error` with a message formatted by fmt.
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
+    throw Error(fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace livetet

@@ -1,0 +1,60 @@
+#include "base/file.hpp"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace fs = std::filesystem;
+
+std::string read_text_file(const fs::path& path) {
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) fail("{}: no such file", path.string());
+    if (fs::is_directory(path, ignored)) fail("{}: is a folder, expected a file", path.string());
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (!in) fail("{}: cannot be read", path.string());
+    return text.str();
+}
+
+PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
+    const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+    std::error_code error;
+    if (fs::is_directory(target_, error))
+        fail("{}: is a folder, expected the name of a file to write", target_.string());
+    if (!fs::is_directory(folder, error))
+        fail("{}: cannot be written, there is no folder {}", target_.string(), folder.string());
+    if (::access(folder.c_str(), W_OK) != 0)
+        fail("{}: cannot be written, the folder {} is not writable", target_.string(), folder.string());
+    temporary_ =
+        folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(), target_.extension().string());
+}
+
+PendingFile::~PendingFile() {
+    std::error_code ignored;
+    if (!committed_) fs::remove(temporary_, ignored);
+}
+
+void PendingFile::commit() {
+    std::error_code error;
+    fs::rename(temporary_, target_, error);
+    if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
+    committed_ = true;
+}
+
+void write_text_file(const fs::path& path, const std::string& text) {
+    PendingFile file(path);
+    std::ofstream out(file.path(), std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) fail("{}: cannot be written (is the disk full?)", path.string());
+    file.commit();
+}
+
+}  // namespace livetet

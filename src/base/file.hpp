@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace livetet {
+
+/// The whole text of a file. Throws Error where it cannot be read.
+std::string read_text_file(const std::filesystem::path& path);
+
+/// A file under way: written beside its place and moved there by `commit`, so that a good file is never replaced by a
+/// half-written one. Destroyed without `commit`, it leaves nothing behind.
+class PendingFile {
+  public:
+    /// Throws Error where the folder does not exist or cannot be written to.
+    explicit PendingFile(std::filesystem::path target);
+    ~PendingFile();
+    PendingFile(const PendingFile&) = delete;
+    PendingFile& operator=(const PendingFile&) = delete;
+
+    /// Where to write: same folder, same ending as the target.
+    const std::filesystem::path& path() const { return temporary_; }
+    void commit();
+
+  private:
+    std::filesystem::path target_;
+    std::filesystem::path temporary_;
+    bool committed_ = false;
+};
+
+/// Writes a text whole or not at all (see PendingFile).
+void write_text_file(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace livetet

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <petscksp.h>
+
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace livetet {
+
+/// PETSc said no: the call, its place, and PETSc's own words. Not the user's fault, unless a message says so.
+class PetscFailure : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+[[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call, const char* file, int line) {
+    const char* text = nullptr;
+    PetscErrorMessage(code, &text, nullptr);
+    throw PetscFailure(fmt::format("PETSc: {} failed with code {} ({}) at {}:{}", call, static_cast<int>(code),
+                                   text ? text : "no text", file, line));
+}
+
+/// Calls PETSc and throws PetscFailure where it returns an error.
+#define LIVETET_PETSC(call)                                                           \
+    do {                                                                              \
+        if (const PetscErrorCode livetet_code_ = (call))                              \
+            ::livetet::throw_petsc_failure(livetet_code_, #call, __FILE__, __LINE__); \
+    } while (false)
+
+/// Owns one reference to a PETSc object. `adopt` takes over the reference that a Create call gave; `share` adds one.
+/// A moved-from handle is empty.
+template <class T>
+class PetscHandle {
+  public:
+    PetscHandle() = default;
+    static PetscHandle adopt(T object) { return PetscHandle(object); }
+    static PetscHandle share(T object) {
+        LIVETET_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(object)));
+        return PetscHandle(object);
+    }
+    PetscHandle(PetscHandle&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
+    PetscHandle& operator=(PetscHandle&& other) noexcept {
+        std::swap(object_, other.object_);
+        return *this;
+    }
+    ~PetscHandle() { reset(); }
+
+    T get() const { return object_; }
+    explicit operator bool() const { return object_ != nullptr; }
+    /// For Create calls: drops what is held and gives the place for the new object.
+    T* out() {
+        reset();
+        return &object_;
+    }
+    void reset() {
+        if (object_) PetscObjectDereference(reinterpret_cast<PetscObject>(object_));
+        object_ = nullptr;
+    }
+
+  private:
+    explicit PetscHandle(T object) : object_(object) {}
+    T object_ = nullptr;
+};
+
+/// The local values of a vector, given back when the guard dies.
+class ReadArray {
+  public:
+    explicit ReadArray(Vec v) : vec_(v) {
+        PetscInt n = 0;
+        LIVETET_PETSC(VecGetLocalSize(v, &n));
+        LIVETET_PETSC(VecGetArrayRead(v, &data_));
+        size_ = static_cast<std::size_t>(n);
+    }
+    ~ReadArray() { VecRestoreArrayRead(vec_, &data_); }
+    ReadArray(const ReadArray&) = delete;
+    ReadArray& operator=(const ReadArray&) = delete;
+    std::span<const double> span() const { return {data_, size_}; }
+    double operator[](std::size_t i) const { return data_[i]; }
+
+  private:
+    Vec vec_;
+    const PetscScalar* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+class WriteArray {
+  public:
+    explicit WriteArray(Vec v) : vec_(v) {
+        PetscInt n = 0;
+        LIVETET_PETSC(VecGetLocalSize(v, &n));
+        LIVETET_PETSC(VecGetArray(v, &data_));
+        size_ = static_cast<std::size_t>(n);
+    }
+    ~WriteArray() { VecRestoreArray(vec_, &data_); }
+    WriteArray(const WriteArray&) = delete;
+    WriteArray& operator=(const WriteArray&) = delete;
+    std::span<double> span() const { return {data_, size_}; }
+    double& operator[](std::size_t i) { return data_[i]; }
+
+  private:
+    Vec vec_;
+    PetscScalar* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+}  // namespace livetet

@@ -1,0 +1,35 @@
+#include "base/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace livetet {
+
+ProgressLine::ProgressLine(std::string title) : title_(std::move(title)), terminal_(::isatty(STDERR_FILENO) != 0) {}
+
+ProgressLine::~ProgressLine() {
+    if (terminal_ && width_ > 0) std::fputc('\n', stderr);
+}
+
+void ProgressLine::update(double fraction, std::string_view what) {
+    const auto now = Clock::now();
+    const bool last_update = fraction >= 1;
+    const int tenth = static_cast<int>(10 * std::clamp(fraction, 0.0, 1.0));
+    if (terminal_) {
+        if (!last_update && now - last_ < std::chrono::milliseconds(100)) return;
+        last_ = now;
+        const std::string line =
+            fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'), 100 * fraction, what);
+        fmt::print(stderr, "\r{:<{}}", line, width_);
+        width_ = line.size();
+        std::fflush(stderr);
+    } else if (tenth != tenth_) {
+        fmt::print(stderr, "{} {:3.0f} % {}\n", title_, 100 * fraction, what);
+        tenth_ = tenth;
+    }
+}
+
+}  // namespace livetet

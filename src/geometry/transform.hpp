@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+/// Frames of reference. `Tracker` is the field generator's, `Image` the world of the image (RAS), `Reference` the
+/// reference sensor's, `Sensor` the deformation sensor's, `Tool` the tracked tool's sensor, `Tip` the tool's tip.
+struct Tracker {};
+struct ImageFrame {};
+struct Reference {};
+struct Sensor {};
+struct Tool {};
+struct Tip {};
+
+/// x_to = rotation * x_from + translation (metres); named `to_from_from`, as `image_from_tracker`, so that
+/// `a_from_b * b_from_c` reads itself and a wrong product does not compile.
+template <class To, class From>
+struct RigidTransform {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+    Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return rotation * x + translation; }
+    template <class Other>
+    RigidTransform<To, Other> operator*(const RigidTransform<From, Other>& other) const {
+        return {rotation * other.rotation, rotation * other.translation + translation};
+    }
+    RigidTransform<From, To> inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+};
+
+/// x_to = scale * rotation * x_from + translation.
+template <class To, class From>
+struct SimilarityTransform {
+    double scale = 1;
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+    Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
+    SimilarityTransform<From, To> inverse() const {
+        return {1 / scale, rotation.transpose(), -(rotation.transpose() * translation) / scale};
+    }
+};
+
+/// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for trackers whose rotations
+/// are not quite orthonormal.
+inline Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+    return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace livetet

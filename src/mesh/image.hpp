@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace livetet {
+
+/// A three-dimensional image: voxel (i, j, k) is values[i + size[0] * (j + size[1] * k)], and its centre lies at
+/// ras_from_voxel * (i, j, k, 1), in metres, RAS (NIfTI's world, converted from mm at the file's door).
+template <class T>
+struct Image {
+    std::array<int, 3> size{0, 0, 0};
+    Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();
+    std::vector<T> values;
+
+    std::size_t index(int i, int j, int k) const {
+        return i + static_cast<std::size_t>(size[0]) * (j + static_cast<std::size_t>(size[1]) * k);
+    }
+    T& at(int i, int j, int k) { return values[index(i, j, k)]; }
+    const T& at(int i, int j, int k) const { return values[index(i, j, k)]; }
+    bool contains(int i, int j, int k) const {
+        return i >= 0 && j >= 0 && k >= 0 && i < size[0] && j < size[1] && k < size[2];
+    }
+};
+
+using GreyImage = Image<float>;
+using LabelImage = Image<std::int32_t>;
+
+}  // namespace livetet

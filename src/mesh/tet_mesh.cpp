@@ -1,0 +1,89 @@
+#include "mesh/tet_mesh.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+double signed_volume(const TetMesh& mesh, const Tet& t) {
+    const Vector3 a = mesh.nodes[t[1]] - mesh.nodes[t[0]];
+    const Vector3 b = mesh.nodes[t[2]] - mesh.nodes[t[0]];
+    const Vector3 c = mesh.nodes[t[3]] - mesh.nodes[t[0]];
+    return a.dot(b.cross(c)) / 6;
+}
+
+double volume(const TetMesh& mesh) {
+    return std::transform_reduce(mesh.tets.begin(), mesh.tets.end(), 0.0, std::plus{},
+                                 [&](const Tet& t) { return signed_volume(mesh, t); });
+}
+
+std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
+    // The face opposite each node, wound outwards for a positively oriented tet.
+    constexpr int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    struct Face {
+        Triangle sorted, wound;
+        std::size_t order;
+    };
+    std::vector<Face> all;
+    all.reserve(4 * tets.size());
+    for (const Tet& t : tets)
+        for (const auto& f : faces) {
+            const Triangle wound{t[f[0]], t[f[1]], t[f[2]]};
+            Triangle sorted = wound;
+            std::sort(sorted.begin(), sorted.end());
+            all.push_back({sorted, wound, all.size()});
+        }
+    std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) { return a.sorted < b.sorted; });
+    std::vector<Face> kept;
+    for (std::size_t i = 0; i < all.size();) {
+        std::size_t j = i + 1;
+        while (j < all.size() && all[j].sorted == all[i].sorted) ++j;
+        if (j == i + 1) kept.push_back(all[i]);
+        i = j;
+    }
+    std::sort(kept.begin(), kept.end(), [](const Face& a, const Face& b) { return a.order < b.order; });
+    std::vector<Triangle> boundary;
+    boundary.reserve(kept.size());
+    for (const Face& f : kept) boundary.push_back(f.wound);
+    return boundary;
+}
+
+std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles) {
+    std::vector<std::int32_t> nodes;
+    nodes.reserve(3 * triangles.size());
+    for (const Triangle& t : triangles) nodes.insert(nodes.end(), t.begin(), t.end());
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
+    if (mesh.tets.empty()) fail("{}: the mesh has no tetrahedra, expected at least one", where);
+    const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+    std::vector<bool> used(mesh.nodes.size(), false);
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e]) {
+            if (n < 0 || n >= count) fail("{}: tet {} names node {}, expected 0 to {}", where, e, n, count - 1);
+            used[n] = true;
+        }
+    for (std::int32_t n = 0; n < count; ++n) {
+        if (!mesh.nodes[n].allFinite()) fail("{}: node {} is not at a finite place", where, n);
+        if (!used[n]) fail("{}: node {} belongs to no tet", where, n);
+    }
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const double v = signed_volume(mesh, mesh.tets[e]);
+        if (v > 0) continue;
+        Vector3 centre = Vector3::Zero();
+        for (const std::int32_t n : mesh.tets[e]) centre += mesh.nodes[n] / 4;
+        fail("{}: tet {} at ({:.2f}, {:.2f}, {:.2f}) mm is {} (volume {:.3g} mm^3), expected a positive volume", where,
+             e, 1e3 * centre.x(), 1e3 * centre.y(), 1e3 * centre.z(), v < 0 ? "inverted" : "flat", 1e9 * v);
+    }
+    if (!mesh.regions.empty() && mesh.regions.size() != mesh.tets.size())
+        fail("{}: {} region labels for {} tets, expected one each", where, mesh.regions.size(), mesh.tets.size());
+}
+
+}  // namespace livetet
