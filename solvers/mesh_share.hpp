@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/petsc.hpp"
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// One rank's share of a mesh. Local nodes: the owned ones first, by rising number in the whole mesh, then ghosts by
+/// rising PETSc number. Local tets: every tet that touches an owned node, so that the owned rows of an operator can be
+/// assembled without a message.
+struct MeshShare {
+    MPI_Comm comm = MPI_COMM_SELF;
+    std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
+    std::int32_t owned = 0;
+    std::vector<PetscInt> numbers;         ///< local node -> PETSc's number
+    std::vector<PetscInt> number_of_node;  ///< node of the whole mesh -> PETSc's number, on every rank
+    std::vector<Tet> tets;                 ///< in local nodes
+    std::vector<std::int32_t> tet_ids;     ///< local tet -> tet of the whole mesh
+
+    std::size_t ghosts() const { return nodes.size() - owned; }
+};
+
+/// Distributes `mesh`, which every rank holds, by DMPlex with the tets' parts as given (METIS's, one part for each rank
+/// of `comm`); with one rank, nothing is distributed and `parts` may be empty.
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts);
+
+/// A vector of three components a node, with room for the ghosts' values behind the owned ones.
+PetscHandle<Vec> make_vector(const MeshShare& share);
+
+/// Fetches the ghosts' values from their owners.
+void update_ghosts(Vec v);
+
+/// The nodes' values in the whole mesh's numbering, on every rank.
+std::vector<Vector3> gather(const MeshShare& share, Vec v);
+
+/// Fills the owned part of `v` from values in the whole mesh's numbering.
+void fill(const MeshShare& share, std::span<const Vector3> values, Vec v);
+
+/// Owned and ghost values of a vector from make_vector, read only; given back when the guard dies.
+class LocalValues {
+  public:
+    explicit LocalValues(Vec v) : vec_(v) {
+        LIVETET_PETSC(VecGhostGetLocalForm(v, &local_));
+        LIVETET_PETSC(VecGetArrayRead(local_, &data_));
+    }
+    ~LocalValues() {
+        VecRestoreArrayRead(local_, &data_);
+        VecGhostRestoreLocalForm(vec_, &local_);
+    }
+    LocalValues(const LocalValues&) = delete;
+    LocalValues& operator=(const LocalValues&) = delete;
+    const double* data() const { return data_; }
+
+  private:
+    Vec vec_;
+    Vec local_ = nullptr;
+    const PetscScalar* data_ = nullptr;
+};
+
+}  // namespace livetet

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "config/fields.hpp"
+
+namespace livetet {
+
+enum class SolverKind { automatic, multigrid, boomeramg, gamg, direct, petsc };
+enum class CoarseOperator { galerkin, rediscretised };
+
+/// How the linear systems of a step, and the step itself, are solved.
+struct SolverOptions {
+    SolverKind kind = SolverKind::automatic;
+    CoarseOperator coarse = CoarseOperator::rediscretised;
+    int smoothing_steps = 2;
+    double relative_tolerance = 1e-3;
+    int max_iterations = 200;
+    double newton_tolerance = 1e-8;
+    int max_newton = 50;
+    std::string petsc_options{};
+};
+
+template <class Visitor>
+void visit_fields(Visitor& v, SolverOptions& s) {
+    v.choice("kind", s.kind, "conjugate gradients preconditioned by ...",
+             {{SolverKind::automatic, "automatic", "multigrid where the mesh has levels, else boomeramg"},
+              {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
+              {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
+              {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
+              {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
+              {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
+    v.choice("coarse", s.coarse, "multigrid's coarse operators",
+             {{CoarseOperator::rediscretised, "rediscretised",
+               "assembled on each coarse mesh with its own rotations: cheap to renew"},
+              {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
+    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction",
+            at_least<1, int>());
+    v.field("relative_tolerance", s.relative_tolerance, "",
+            "of each linear solve: residual relative to the right-hand side",
+            Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
+    v.field("max_iterations", s.max_iterations, "", "of each linear solve", at_least<1, int>());
+    v.field("newton_tolerance", s.newton_tolerance, "",
+            "of `solve`: force out of balance relative to the forces at work",
+            Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
+    v.field("max_newton", s.max_newton, "", "linearisations a step of `solve` may take", at_least<1, int>());
+    v.field("petsc_options", s.petsc_options, "", "PETSc options as on its command line, which wins over them");
+}
+
+}  // namespace livetet

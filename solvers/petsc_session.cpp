@@ -1,0 +1,32 @@
+#include "solvers/petsc_session.hpp"
+
+#include "base/error.hpp"
+#include "base/petsc.hpp"
+
+namespace livetet {
+
+PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
+    : arguments_(std::move(petsc_arguments)) {
+    arguments_.insert(arguments_.begin(), std::move(program));
+    std::vector<char*> pointers;
+    for (std::string& a : arguments_) pointers.push_back(a.data());
+    pointers.push_back(nullptr);
+    int count = static_cast<int>(arguments_.size());
+    char** values = pointers.data();
+    LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
+    LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
+    MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
+}
+
+PetscSession::~PetscSession() { PetscFinalize(); }
+
+void PetscSession::add_options(const std::string& options) {
+    if (PetscOptionsInsertString(nullptr, options.c_str()))
+        fail("solver.petsc_options = \"{}\" cannot be read by PETSc, expected -name value ...", options);
+    std::string line;
+    for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
+    LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));
+}
+
+}  // namespace livetet

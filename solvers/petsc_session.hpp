@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace livetet {
+
+/// MPI and PETSc for the life of a program. PETSc's own error text is kept off the screen: it comes as an exception.
+class PetscSession {
+  public:
+    /// `petsc_arguments`: what of the command line is PETSc's ("-ksp_view", "-ksp_rtol", "1e-4").
+    PetscSession(std::string program, std::vector<std::string> petsc_arguments);
+    ~PetscSession();
+    PetscSession(const PetscSession&) = delete;
+    PetscSession& operator=(const PetscSession&) = delete;
+
+    int rank() const { return rank_; }
+    int ranks() const { return ranks_; }
+    /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them.
+    void add_options(const std::string& options);
+
+  private:
+    std::vector<std::string> arguments_;
+    int rank_ = 0, ranks_ = 1;
+};
+
+}  // namespace livetet

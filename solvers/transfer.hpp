@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/petsc.hpp"
+#include "mesh/barycentric_map.hpp"
+#include "solvers/mesh_share.hpp"
+
+namespace livetet {
+
+/// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole meshes): a coarse component
+/// is, where at least half of the weight that it lends to fine nodes goes to constrained ones, or where it lends none.
+/// One rule for masks, groups, patches and node lists, and no coarse level has an unknown without an equation.
+std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
+                                            std::size_t coarse_nodes);
+
+/// Interpolation between two levels, three components a node, as PETSc matrices.
+class Transfer {
+  public:
+    /// Collective. `fine_in_coarse` places every node of the whole fine mesh in the whole coarse mesh.
+    Transfer(const MeshShare& fine, const MeshShare& coarse, const BarycentricMap& fine_in_coarse);
+
+    /// Coarse to fine; zero in rows of constrained fine components and columns of constrained coarse ones.
+    Mat interpolation() const { return interpolation_.get(); }
+    /// Fine displacement to coarse displacement: the weighted mean of the fine nodes around a coarse one.
+    void restrict_displacement(Vec fine, Vec coarse) const;
+
+    const BarycentricMap& map() const { return map_; }
+
+    void set_constrained(const MeshShare& fine, const MeshShare& coarse, std::span<const std::uint8_t> fine_components,
+                         std::span<const std::uint8_t> coarse_components);
+
+  private:
+    const BarycentricMap& map_;
+    PetscHandle<Mat> interpolation_;
+    PetscHandle<Mat> mean_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,310 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "config/fields.hpp"
+
+namespace livetet {
+
+/// The candidate with the smallest edit distance to `word`; empty where none is near (more than half its length off).
+std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
+
+/// Turns a YAML scalar or sequence into a value of the type. Throws YAML::Exception where it is not one.
+template <class T>
+T yaml_value(const YAML::Node& node) {
+    if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
+        const auto values = node.as<std::vector<double>>();
+        if (values.size() != 3) throw YAML::Exception(node.Mark(), "three numbers");
+        return {values[0], values[1], values[2]};
+    } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
+        return node.as<std::string>();
+    } else {
+        return node.as<T>();
+    }
+}
+
+template <class T>
+std::string_view type_text() {
+    if constexpr (std::is_same_v<T, bool>)
+        return "true or false";
+    else if constexpr (std::is_same_v<T, int>)
+        return "a whole number";
+    else if constexpr (std::is_same_v<T, double>)
+        return "a number";
+    else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
+        return "three numbers [x, y, z]";
+    else if constexpr (std::is_same_v<T, std::vector<double>>)
+        return "a list of numbers";
+    else if constexpr (std::is_same_v<T, std::vector<int>>)
+        return "a list of whole numbers";
+    else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+        return "a list of texts";
+    else if constexpr (std::is_same_v<T, std::filesystem::path>)
+        return "a file name";
+    else
+        return "a text";
+}
+
+template <class T>
+bool is_finite(const T& value) {
+    if constexpr (std::is_same_v<T, double>)
+        return std::isfinite(value);
+    else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
+        return value.allFinite();
+    else if constexpr (std::is_same_v<T, std::vector<double>>) {
+        for (const double x : value)
+            if (!std::isfinite(x)) return false;
+    }
+    return true;
+}
+
+/// Reads a table from a YAML mapping. Every message names the key, what was found, what must be, and file:line.
+class YamlReader {
+  public:
+    YamlReader(YAML::Node node, std::string file, std::string prefix = "")
+        : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {
+        if (node_ && !node_.IsNull() && !node_.IsMap())
+            fail("{} must be a table of keys ({})", prefix_.empty() ? "the scene" : prefix_, place(node_));
+    }
+
+    template <class T>
+    void field(std::string_view key, T& value, std::string_view unit, std::string_view, Check<T> check = {}) {
+        const YAML::Node node = find(key);
+        if (!node) return;
+        value = convert<T>(key, node);
+        if (!is_finite(value) || (check.holds && !check.holds(value)))
+            fail("{}{} = {}{}{} must be {} ({})", prefix_, key, text_of(node), unit.empty() ? "" : " ", unit,
+                 check.text.empty() ? std::string_view("finite") : check.text, place(node));
+    }
+    template <class T>
+    void field(std::string_view key, std::optional<T>& value, std::string_view unit, std::string_view text,
+               Check<T> check = {}) {
+        if (!find(key)) return;
+        T given{};
+        field(key, given, unit, text, check);
+        value = given;
+    }
+    template <class E>
+    void choice(std::string_view key, E& value, std::string_view, std::initializer_list<Choice<E>> choices) {
+        const YAML::Node node = find(key);
+        if (!node) return;
+        const auto given = convert<std::string>(key, node);
+        std::string names;
+        for (const auto& c : choices) {
+            if (c.name == given) {
+                value = c.value;
+                return;
+            }
+            names += fmt::format("{}{}", names.empty() ? "" : ", ", c.name);
+        }
+        fail("{}{} = {} must be one of {} ({})", prefix_, key, given, names, place(node));
+    }
+    template <class S>
+    void group(std::string_view key, S& value, std::string_view) {
+        if (const YAML::Node node = find(key)) read(node, fmt::format("{}{}.", prefix_, key), value);
+    }
+    template <class S>
+    void group(std::string_view key, std::optional<S>& value, std::string_view text) {
+        if (!find(key)) return;
+        value.emplace();
+        group(key, *value, text);
+    }
+    template <class S>
+    void list(std::string_view key, std::vector<S>& values, std::string_view) {
+        const YAML::Node node = find(key);
+        if (!node || node.IsNull()) return;
+        if (!node.IsSequence()) fail("{}{} must be a list, each entry behind a dash ({})", prefix_, key, place(node));
+        values.clear();
+        for (std::size_t i = 0; i < node.size(); ++i)
+            read(node[i], fmt::format("{}{}[{}].", prefix_, key, i), values.emplace_back());
+    }
+
+    /// After the visit: no key may be left that the table does not have.
+    void check_all_known() const;
+
+    template <class S>
+    void read(const YAML::Node& node, const std::string& prefix, S& value) {
+        YamlReader inner(node, file_, prefix);
+        visit_fields(inner, value);
+        inner.check_all_known();
+    }
+
+  private:
+    YAML::Node find(std::string_view key) {
+        known_.emplace_back(key);
+        if (!node_ || !node_.IsMap()) return YAML::Node(YAML::NodeType::Undefined);
+        return node_[std::string(key)];
+    }
+    template <class T>
+    T convert(std::string_view key, const YAML::Node& node) const {
+        try {
+            return yaml_value<T>(node);
+        } catch (const YAML::Exception&) {
+            fail("{}{} = {} must be {} ({})", prefix_, key, text_of(node), type_text<T>(), place(node));
+        }
+    }
+    std::string place(const YAML::Node& node) const { return fmt::format("{}:{}", file_, node.Mark().line + 1); }
+    static std::string text_of(const YAML::Node& node);
+
+    YAML::Node node_;
+    std::string file_;
+    std::string prefix_;
+    std::vector<std::string> known_;
+};
+
+/// Reads a scene file's text. Throws Error for broken YAML (with the line) and for everything YamlReader refuses.
+template <class S>
+S read_yaml(const std::string& text, const std::string& file) {
+    YAML::Node node;
+    try {
+        node = YAML::Load(text);
+    } catch (const YAML::Exception& e) {
+        fail("{}:{}: not YAML: {}", file, e.mark.line + 1, e.msg);
+    }
+    S value;
+    YamlReader reader(node, file);
+    visit_fields(reader, value);
+    reader.check_all_known();
+    return value;
+}
+
+/// Writes a table with every value it resolved to, as YAML that reads back to the same.
+class YamlWriter {
+  public:
+    explicit YamlWriter(YAML::Emitter& out) : out_(out) {}
+
+    template <class T>
+    void field(std::string_view key, const T& value, std::string_view, std::string_view, Check<T> = {}) {
+        out_ << YAML::Key << std::string(key) << YAML::Value;
+        put(value);
+    }
+    template <class T>
+    void field(std::string_view key, const std::optional<T>& value, std::string_view unit, std::string_view text,
+               Check<T> = {}) {
+        if (value) field(key, *value, unit, text);
+    }
+    template <class E>
+    void choice(std::string_view key, const E& value, std::string_view, std::initializer_list<Choice<E>> choices) {
+        for (const auto& c : choices)
+            if (c.value == value) out_ << YAML::Key << std::string(key) << YAML::Value << std::string(c.name);
+    }
+    template <class S>
+    void group(std::string_view key, S& value, std::string_view) {
+        out_ << YAML::Key << std::string(key) << YAML::Value;
+        write(value);
+    }
+    template <class S>
+    void group(std::string_view key, std::optional<S>& value, std::string_view text) {
+        if (value) group(key, *value, text);
+    }
+    template <class S>
+    void list(std::string_view key, std::vector<S>& values, std::string_view) {
+        if (values.empty()) return;
+        out_ << YAML::Key << std::string(key) << YAML::Value << YAML::BeginSeq;
+        for (S& value : values) write(value);
+        out_ << YAML::EndSeq;
+    }
+    template <class S>
+    void write(S& value) {
+        out_ << YAML::BeginMap;
+        visit_fields(*this, value);
+        out_ << YAML::EndMap;
+    }
+
+  private:
+    void put(const Eigen::Vector3d& v) { out_ << YAML::Flow << std::vector<double>{v.x(), v.y(), v.z()}; }
+    void put(const std::filesystem::path& p) { out_ << p.string(); }
+    template <class T>
+    void put(const std::vector<T>& v) {
+        out_ << YAML::Flow << v;
+    }
+    template <class T>
+    void put(const T& v) {
+        out_ << v;
+    }
+    YAML::Emitter& out_;
+};
+
+template <class S>
+std::string to_yaml(S value) {
+    YAML::Emitter out;
+    out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
+    YamlWriter writer(out);
+    writer.write(value);
+    return std::string(out.c_str()) + "\n";
+}
+
+/// Prints the reference of a table: key, default, unit, meaning.
+class ReferencePrinter {
+  public:
+    template <class T>
+    void field(std::string_view key, const T& value, std::string_view unit, std::string_view text,
+               Check<T> check = {}) {
+        YAML::Emitter out;
+        YamlWriter(out << YAML::BeginMap).field(key, value, unit, text);
+        out << YAML::EndMap;
+        const std::string pair = out.c_str();
+        row(key, pair.substr(std::min(pair.find(':') + 2, pair.size())), unit, text, check.text);
+    }
+    template <class T>
+    void field(std::string_view key, const std::optional<T>&, std::string_view unit, std::string_view text,
+               Check<T> check = {}) {
+        row(key, "(not given)", unit, text, check.text);
+    }
+    template <class E>
+    void choice(std::string_view key, const E& value, std::string_view text, std::initializer_list<Choice<E>> choices) {
+        for (const auto& c : choices)
+            if (c.value == value) row(key, std::string(c.name), "", text, "");
+        for (const auto& c : choices)
+            text_ += fmt::format("{:{}}{:<24}   {}: {}\n", "", indent_, "", c.name, c.meaning);
+    }
+    template <class S>
+    void group(std::string_view key, S&, std::string_view text) {
+        S defaults{};
+        heading(key, text);
+        inner(defaults);
+    }
+    template <class S>
+    void group(std::string_view key, std::optional<S>&, std::string_view text) {
+        S defaults{};
+        group(key, defaults, text);
+    }
+    template <class S>
+    void list(std::string_view key, std::vector<S>&, std::string_view text) {
+        S defaults{};
+        heading(key, fmt::format("(a list) {}", text));
+        inner(defaults);
+    }
+    const std::string& text() const { return text_; }
+
+  private:
+    template <class S>
+    void inner(S& defaults) {
+        indent_ += 2;
+        visit_fields(*this, defaults);
+        indent_ -= 2;
+    }
+    void heading(std::string_view key, std::string_view text);
+    void row(std::string_view key, const std::string& value, std::string_view unit, std::string_view text,
+             std::string_view check);
+    std::string text_;
+    int indent_ = 0;
+};
+
+template <class S>
+std::string reference_of() {
+    S defaults{};
+    ReferencePrinter printer;
+    visit_fields(printer, defaults);
+    return printer.text();
+}
+
+}  // namespace livetet

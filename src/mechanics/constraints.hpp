@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace livetet {
+
+/// Hard constraints of nodes: which components are prescribed, and to which displacement (metres).
+/// One entry for each node of the mesh, in the mesh's numbering.
+struct Constraints {
+    std::vector<std::uint8_t> components;  ///< bit 0: x, bit 1: y, bit 2: z
+    std::vector<Eigen::Vector3d> values;
+
+    explicit Constraints(std::size_t nodes) : components(nodes, 0), values(nodes, Eigen::Vector3d::Zero()) {}
+
+    void prescribe(std::span<const std::int32_t> nodes, const Eigen::Vector3d& value, std::uint8_t which = 7) {
+        for (const std::int32_t n : nodes) {
+            components[n] |= which;
+            for (int c = 0; c < 3; ++c)
+                if (which & (1 << c)) values[n][c] = value[c];
+        }
+    }
+};
+
+}  // namespace livetet

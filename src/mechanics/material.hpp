@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+
+#include "config/fields.hpp"
+
+namespace livetet {
+
+/// Which measure of strain the elements use. `linear`: small strain (Cauchy). `corotated`: small strain in a frame that
+/// turns with each element, for large rotations.
+enum class StrainModel { linear, corotated };
+
+/// An isotropic elastic material.
+struct Material {
+    double young_Pa = 3000;
+    double poisson = 0.45;
+    double density_kg_per_m3 = 1060;
+    int region = 0;  ///< the mesh's region label it is for; 0: every region that no other material names
+
+    double lambda() const { return young_Pa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
+    double mu() const { return young_Pa / (2 * (1 + poisson)); }
+};
+
+template <class Visitor>
+void visit_fields(Visitor& v, Material& m) {
+    v.field("young_Pa", m.young_Pa, "Pa", "Young's modulus", greater_than<0>());
+    v.field("poisson", m.poisson, "", "Poisson's ratio; linear tetrahedra lock above about 0.49",
+            Check<double>{"at least 0 and below 0.5", [](const double& x) { return x >= 0 && x < 0.5; }});
+    v.field("density_kg_per_m3", m.density_kg_per_m3, "kg/m^3", "mass density", greater_than<0>());
+    v.field("region", m.region, "",
+            "region label of the mesh this material is for; 0: all that no other material names", at_least<0, int>());
+}
+
+}  // namespace livetet
