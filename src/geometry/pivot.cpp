@@ -1,0 +1,114 @@
+#include "geometry/pivot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace livetet {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Pose = RigidTransform<Tracker, Tool>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr int max_rounds = 20;
+constexpr std::size_t max_compared = 1500;  // poses compared in pairs for their spread
+
+// The largest angle between two poses: tr(R_i^T R_j) = 1 + 2 cos(angle). Of very many poses every n-th is compared.
+double angular_spread_deg(const std::vector<Pose>& poses) {
+    const std::size_t stride = 1 + poses.size() / max_compared;
+    double least_trace = 3;
+    for (std::size_t i = 0; i < poses.size(); i += stride)
+        for (std::size_t j = i + stride; j < poses.size(); j += stride)
+            least_trace = std::min(least_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
+    return std::acos(std::clamp((least_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
+    if (poses.size() < options.min_poses)
+        fail("pivot calibration: {} poses to use, expected at least {}", poses.size(), options.min_poses);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+        if (!poses[i].rotation.allFinite() || !poses[i].translation.allFinite())
+            fail("pivot calibration: pose {} of {} is not finite", i + 1, poses.size());
+    const double spread = angular_spread_deg(poses);
+    if (spread < options.min_spread_deg)
+        fail("pivot calibration: the poses turn by {:.1f} degrees at most, expected at least {:.1f}", spread,
+             options.min_spread_deg);
+}
+
+PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& options) {
+    const auto count = static_cast<Eigen::Index>(poses.size());
+    Eigen::Matrix<double, Eigen::Dynamic, 6> A(3 * count, 6);
+    Eigen::VectorXd b(3 * count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+        A.block<3, 3>(3 * i, 0) = poses[i].rotation;
+        A.block<3, 3>(3 * i, 3) = -Matrix3d::Identity();
+        b.segment<3>(3 * i) = -poses[i].translation;
+    }
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Vector6d values = svd.singularValues();
+    PivotCalibration result;
+    result.rank = static_cast<int>((values.array() > options.min_singular_ratio * values[0]).count());
+    result.condition = values[0] / values[5];
+    if (result.rank < 6)
+        fail(
+            "pivot calibration: the poses determine {} of 6 unknowns (smallest singular value {:.2g} of the largest, "
+            "expected at least {}): turn the tool about more than one axis",
+            result.rank, values[5] / values[0], options.min_singular_ratio);
+    const Vector6d x = svd.solve(b);
+    result.tool_from_tip.translation = x.head<3>();
+    result.pivot_in_tracker = x.tail<3>();
+    return result;
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+std::vector<double> distances(const std::vector<Pose>& poses, const PivotCalibration& fit) {
+    std::vector<double> d;
+    for (const Pose& pose : poses) d.push_back((pose * fit.tool_from_tip.translation - fit.pivot_in_tracker).norm());
+    return d;
+}
+
+// Median and median absolute deviation, so that many outliers do not hide each other; a nanometre for exact data.
+double limit_of(const std::vector<double>& d, double sigmas) {
+    const double centre = median(d);
+    std::vector<double> deviation;
+    for (const double value : d) deviation.push_back(std::abs(value - centre));
+    return centre + sigmas * 1.4826 * median(deviation) + 1e-9;
+}
+
+}  // namespace
+
+PivotCalibration calibrate_pivot(std::span<const Pose> tracker_from_tool, const PivotOptions& options) {
+    std::vector<Pose> poses(tracker_from_tool.begin(), tracker_from_tool.end());
+    check_poses(poses, options);
+    PivotCalibration result = solve(poses, options);
+    std::vector<double> d = distances(poses, result);
+    for (int round = 0; options.reject_beyond_sigma && round < max_rounds; ++round) {
+        const double limit = limit_of(d, *options.reject_beyond_sigma);
+        std::vector<Pose> kept;
+        for (std::size_t i = 0; i < poses.size(); ++i)
+            if (d[i] <= limit) kept.push_back(poses[i]);
+        if (kept.size() == poses.size()) break;
+        poses = std::move(kept);
+        check_poses(poses, options);
+        result = solve(poses, options);
+        d = distances(poses, result);
+    }
+    double sum = 0;
+    for (const double value : d) sum += value * value;
+    result.rms = std::sqrt(sum / static_cast<double>(d.size()));
+    result.used = poses.size();
+    result.rejected = tracker_from_tool.size() - poses.size();
+    result.spread_deg = angular_spread_deg(poses);
+    return result;
+}
+
+}  // namespace livetet

@@ -1,0 +1,93 @@
+#include "tracking/pose_filter.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+double smoothing_factor(double cutoff_Hz, double dt) { return 1 / (1 + 1 / (2 * std::numbers::pi * cutoff_Hz * dt)); }
+
+Vector3d rotation_vector(const Matrix3d& rotation) {
+    const AngleAxisd turn(rotation);
+    return turn.angle() * turn.axis();
+}
+
+void check_positive(const char* name, double value) {
+    if (!(value > 0) || !std::isfinite(value)) fail("pose filter: {} = {} must be > 0", name, value);
+}
+
+}  // namespace
+
+PoseFilter::PoseFilter(const PoseFilterOptions& options) : options_(options) {
+    check_positive("min_cutoff_Hz", options.min_cutoff_Hz);
+    check_positive("derivative_cutoff_Hz", options.derivative_cutoff_Hz);
+    check_positive("reset_after_s", options.reset_after_s);
+    if (!(options.beta_per_m >= 0)) fail("pose filter: beta_per_m = {} must be >= 0", options.beta_per_m);
+    if (!(options.beta_per_rad >= 0)) fail("pose filter: beta_per_rad = {} must be >= 0", options.beta_per_rad);
+}
+
+TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
+    if (!options_.enabled || !is_usable(pose) || !std::isfinite(time_s)) return pose;
+    const bool gap = state_ && std::abs(time_s - state_->time_s) > options_.reset_after_s;
+    if (!state_ || gap) {
+        state_ = State{time_s, pose, pose.translation, Vector3d::Zero(), pose.rotation, Vector3d::Zero()};
+        return pose;
+    }
+    State& s = *state_;
+    const double dt = time_s - s.time_s;
+    if (dt <= 0) return s.filtered;
+    const double blend = smoothing_factor(options_.derivative_cutoff_Hz, dt);
+    s.velocity += blend * ((pose.translation - s.last_translation) / dt - s.velocity);
+    s.angular_velocity +=
+        blend * (rotation_vector(pose.rotation * s.last_rotation.transpose()) / dt - s.angular_velocity);
+    const double along = smoothing_factor(options_.min_cutoff_Hz + options_.beta_per_m * s.velocity.norm(), dt);
+    const double about =
+        smoothing_factor(options_.min_cutoff_Hz + options_.beta_per_rad * s.angular_velocity.norm(), dt);
+    s.filtered.translation += along * (pose.translation - s.filtered.translation);
+    const Quaterniond from(s.filtered.rotation), to(pose.rotation);
+    s.filtered.rotation = from.slerp(about, to).normalized().toRotationMatrix();
+    s.filtered.status = PoseStatus::ok;
+    s.last_translation = pose.translation;
+    s.last_rotation = pose.rotation;
+    s.time_s = time_s;
+    return s.filtered;
+}
+
+OutlierGate::OutlierGate(const OutlierGateOptions& options) : options_(options) {
+    check_positive("max_speed", options.max_speed);
+    check_positive("max_turn_rate", options.max_turn_rate);
+    check_positive("max_held_s", options.max_held_s);
+    if (options.max_held < 0) fail("pose filter: max_held = {} must be >= 0", options.max_held);
+}
+
+OutlierGate::Result OutlierGate::update(double time_s, const TrackedPose& pose) {
+    if (!is_usable(pose)) return {pose, GateVerdict::unusable};
+    if (options_.enabled && accepted_) {
+        const double dt = std::max(0.0, time_s - accepted_time_s_);
+        const double step = (pose.translation - accepted_->translation).norm();
+        const double turn = rotation_vector(pose.rotation * accepted_->rotation.transpose()).norm();
+        const bool jumped =
+            step > options_.slack + options_.max_speed * dt || turn > options_.slack_rad + options_.max_turn_rate * dt;
+        const bool may_hold = held_ < options_.max_held && dt <= options_.max_held_s;
+        if (jumped && may_hold) {
+            ++held_;
+            return {*accepted_, GateVerdict::held};
+        }
+    }
+    accepted_ = pose;
+    accepted_time_s_ = time_s;
+    held_ = 0;
+    return {pose, GateVerdict::accepted};
+}
+
+}  // namespace livetet

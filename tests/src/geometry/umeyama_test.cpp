@@ -1,0 +1,258 @@
+#include "geometry/umeyama.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+#include <string>
+
+namespace livetet {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+struct Truth {
+    double scale;
+    Matrix3d rotation;
+    Vector3d translation;
+    Vector3d operator*(const Vector3d& p) const { return scale * (rotation * p) + translation; }
+};
+
+class Random {
+  public:
+    explicit Random(unsigned seed) : engine_(seed) {}
+    Vector3d vector(double size) { return {size * unit_(engine_), size * unit_(engine_), size * unit_(engine_)}; }
+    Vector3d gaussian(double sigma) {
+        return {sigma * normal_(engine_), sigma * normal_(engine_), sigma * normal_(engine_)};
+    }
+    Matrix3d rotation() {
+        return Eigen::Quaterniond(normal_(engine_), normal_(engine_), normal_(engine_), normal_(engine_))
+            .normalized()
+            .toRotationMatrix();
+    }
+    Points points(std::size_t count, double size) {
+        Points points;
+        for (std::size_t i = 0; i < count; ++i) points.push_back(vector(size));
+        return points;
+    }
+
+  private:
+    std::mt19937_64 engine_;
+    std::uniform_real_distribution<double> unit_{-1, 1};
+    std::normal_distribution<double> normal_;
+};
+
+Points mapped(const auto& transform, const Points& points) {
+    Points result;
+    for (const Vector3d& p : points) result.push_back(transform * p);
+    return result;
+}
+
+double rms(const std::vector<double>& values) {
+    return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0) /
+                     static_cast<double>(values.size()));
+}
+
+std::string message_of(const auto& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(Umeyama, FindsTheTransformOfExactPoints) {
+    Random random(1);
+    for (int trial = 0; trial < 50; ++trial) {
+        const Truth truth{trial % 2 ? 1.0 : 0.3 + 0.1 * trial, random.rotation(), random.vector(0.5)};
+        const Points p = random.points(3 + trial % 6, 0.1), x = mapped(truth, p);
+        const PointFit fit = fit_points(p, x, Scaling::similarity);
+        EXPECT_NEAR(fit.scale, truth.scale, 1e-12);
+        EXPECT_LT((fit.rotation - truth.rotation).norm(), 1e-10);
+        EXPECT_LT((fit.translation - truth.translation).norm(), 1e-11);
+        EXPECT_LT(fit.fre, 1e-12);
+    }
+}
+
+TEST(Umeyama, AgreesWithHornOnNoisyPoints) {
+    Random random(2);
+    for (const Scaling scaling : {Scaling::rigid, Scaling::similarity})
+        for (int trial = 0; trial < 50; ++trial) {
+            const Truth truth{1.1, random.rotation(), random.vector(0.5)};
+            const Points p = random.points(6, 0.1);
+            Points x = mapped(truth, p);
+            for (Vector3d& point : x) point += random.gaussian(0.003);
+            const std::vector<double> weights{1, 2, 0.5, 1, 3, 0.1};
+            const PointFit a = fit_points(p, x, scaling, weights), b = fit_points_horn(p, x, scaling, weights);
+            EXPECT_LT((a.rotation - b.rotation).norm(), 1e-10);
+            EXPECT_LT((a.translation - b.translation).norm(), 1e-11);
+            EXPECT_NEAR(a.scale, b.scale, 1e-11);
+            EXPECT_NEAR(a.fre, b.fre, 1e-13);
+            EXPECT_GT(a.fre, 1e-3);
+        }
+}
+
+TEST(Umeyama, TurnsUmeyamasMirroredTriangleOutOfItsPlane) {
+    // Umeyama (1991), section IV, is two-dimensional: p = (0,0) (1,0) (0,2), x = (0,0) (-1,0) (0,2). Without a third
+    // dimension the best rotation has no reflection: R = [0.832 0.555; -0.555 0.832], s = 0.721, t = (-0.8, 0.4). In
+    // three dimensions the mirror image in the plane is a half turn out of it, and the fit is exact.
+    const Points p{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}}, x{{0, 0, 0}, {-1, 0, 0}, {0, 2, 0}};
+    const PointFit fit = fit_points(p, x, Scaling::similarity);
+    EXPECT_LT(fit.fre, 1e-14);
+    EXPECT_LT((fit.rotation - Matrix3d(Vector3d(-1, 1, -1).asDiagonal())).norm(), 1e-12);
+}
+
+TEST(Umeyama, NeverReflects) {
+    Random random(3);
+    for (int trial = 0; trial < 50; ++trial) {
+        const Points p = random.points(5, 0.1);
+        Points mirrored = p;
+        for (Vector3d& point : mirrored) point.x() = -point.x();
+        const PointFit fit = fit_points(p, mirrored, Scaling::rigid);
+        EXPECT_NEAR(fit.rotation.determinant(), 1, 1e-12);
+        EXPECT_GT(fit.fre, 1e-3);
+        EXPECT_NEAR(fit.fre, fit_points_horn(p, mirrored, Scaling::rigid).fre, 1e-12);
+    }
+}
+
+TEST(Umeyama, FitsPointsInAPlane) {
+    Random random(4);
+    Points p = random.points(4, 0.1);
+    for (Vector3d& point : p) point.z() = 0.02;
+    const Truth truth{1, random.rotation(), random.vector(0.5)};
+    const PointFit fit = fit_points(p, mapped(truth, p), Scaling::rigid);
+    EXPECT_LT((fit.rotation - truth.rotation).norm(), 1e-10);
+}
+
+TEST(Umeyama, RigidFitKeepsTheScale) {
+    Random random(5);
+    const Points p = random.points(5, 0.1);
+    const Truth truth{1.02, random.rotation(), random.vector(0.5)};
+    const auto fit = register_points<ImageFrame, Tracker>(p, mapped(truth, p));
+    EXPECT_EQ(fit.to_from_from.scale, 1);
+    EXPECT_GT(fit.fre, 1e-4);
+    EXPECT_LT((rigid_part(fit.to_from_from).rotation - truth.rotation).norm(), 1e-10);
+    const auto scaled = register_points<ImageFrame, Tracker>(p, mapped(truth, p), Scaling::similarity);
+    EXPECT_THROW(rigid_part(scaled.to_from_from), Error);
+    EXPECT_LT((scaled.to_from_from.inverse() * (scaled.to_from_from * p[0]) - p[0]).norm(), 1e-14);
+}
+
+TEST(Umeyama, PointOfNoWeightDoesNotMatter) {
+    Random random(6);
+    const Points p = random.points(5, 0.1);
+    const Truth truth{1, random.rotation(), random.vector(0.5)};
+    Points x = mapped(truth, p);
+    x[2] += Vector3d(0.05, 0, 0);
+    const std::vector<double> weights{1, 1, 0, 1, 1};
+    const PointFit fit = fit_points(p, x, Scaling::rigid, weights);
+    EXPECT_LT((fit.rotation - truth.rotation).norm(), 1e-10);
+    EXPECT_NEAR(fit.residuals[2].x(), -0.05, 1e-12);
+    EXPECT_LT(fit.fre, 1e-12);
+}
+
+TEST(Umeyama, RefusesPointsThatDetermineNothing) {
+    const Points good{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+    for (const double off : {0.0, 1e-12, 1e-8, 1e-5, 5e-4}) {  // metres off the line of 0.3 m
+        const Points line{{0, 0, 0}, {0.1, off, 0}, {0.2, 0, off}, {0.3, 0, 0}};
+        const auto text = message_of([&] { fit_points(line, good, Scaling::rigid); });
+        EXPECT_NE(text.find("points to move lie on a line"), std::string::npos) << text;
+        EXPECT_NE(text.find("expected at least 0.01"), std::string::npos) << text;
+        EXPECT_NE(message_of([&] { fit_points_horn(good, line, Scaling::rigid); }).find("points to move to lie"),
+                  std::string::npos);
+        EXPECT_THROW(expected_tre(line, 1e-3, Vector3d::Zero()), Error);
+    }
+    const Points bent{{0, 0, 0}, {0.1, 0.01, 0}, {0.2, 0, 0.01}, {0.3, 0, 0}};
+    EXPECT_NO_THROW(fit_points(bent, good, Scaling::rigid));
+    const Points same(4, Vector3d(1, 2, 3));
+    EXPECT_NE(message_of([&] { fit_points(same, good, Scaling::rigid); }).find("coincide"), std::string::npos);
+}
+
+TEST(Umeyama, RefusesBadArguments) {
+    const Points good{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+    const Points three(good.begin(), good.begin() + 3), two(good.begin(), good.begin() + 2);
+    EXPECT_NE(message_of([&] { fit_points(good, three, Scaling::rigid); }).find("4 points to move and 3"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] { fit_points(two, two, Scaling::rigid); }).find("2 points, expected at least 3"),
+              std::string::npos);
+    EXPECT_THROW(fit_points({}, {}, Scaling::rigid), Error);
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+        Points points = good;
+        points[1].y() = bad;
+        EXPECT_NE(message_of([&] { fit_points(good, points, Scaling::rigid); }).find("point 2 of 4"),
+                  std::string::npos);
+    }
+    EXPECT_THROW(fit_points(good, good, Scaling::rigid, std::vector<double>{1, 1, 1}), Error);
+    EXPECT_THROW(fit_points(good, good, Scaling::rigid, std::vector<double>{1, 1, 1, -1}), Error);
+    EXPECT_THROW(fit_points(good, good, Scaling::rigid, std::vector<double>{1, 1, 0, 0}), Error);
+}
+
+TEST(Umeyama, ExpectedErrorsAreThoseOfManyRegistrations) {
+    Random random(7);
+    const Points x{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}, {0, 0.01, -0.05}};
+    const Vector3d target(0.02, 0.08, -0.03);
+    const double fle = 1e-3;
+    std::vector<double> fre, tre;
+    for (int trial = 0; trial < 20000; ++trial) {
+        Points p = x;
+        for (Vector3d& point : p) point += random.gaussian(fle / std::sqrt(3));
+        const PointFit fit = fit_points(p, x, Scaling::rigid);
+        fre.push_back(fit.fre);
+        tre.push_back((fit * target - target).norm());
+    }
+    EXPECT_NEAR(fle_from_fre(rms(fre), x.size()), fle, 0.01 * fle);
+    const double expected = expected_tre(x, fle, target);
+    EXPECT_NEAR(rms(tre), expected, 0.02 * expected);
+    EXPECT_LT(expected_tre(x, fle, Vector3d(0, 0.01, 0)), expected);
+}
+
+TEST(Umeyama, LeaveOneOutFindsTheDisplacedPoint) {
+    Random random(8);
+    const Points p = random.points(6, 0.1);
+    Points x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
+    x[3].z() += 0.02;
+    const auto errors = leave_one_out(p, x, Scaling::rigid);
+    EXPECT_NEAR(*errors[3], 0.02, 1e-12);
+    for (const std::size_t i : {0, 1, 2, 4, 5}) EXPECT_GT(*errors[i], 1e-4);
+}
+
+TEST(Umeyama, LeaveOneOutIsEmptyWhereTheOthersDetermineNothing) {
+    const Points p{{0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}, {0, 0.1, 0}};
+    const auto errors = leave_one_out(p, p, Scaling::rigid);
+    EXPECT_TRUE(errors[0] && errors[1] && errors[2]);
+    EXPECT_FALSE(errors[3]);
+    for (const auto& error : leave_one_out(Points{p[0], p[1], p[3]}, Points{p[0], p[1], p[3]}, Scaling::rigid))
+        EXPECT_FALSE(error);
+}
+
+TEST(Umeyama, FindsTheOrderThatFits) {
+    Random random(9);
+    for (const std::size_t count : {4, 8}) {
+        const Points p = random.points(count, 0.1);
+        const Points x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
+        EXPECT_FALSE(better_order(p, x));
+        Points swapped = p;
+        std::swap(swapped[1], swapped[3]);
+        const auto better = better_order(swapped, x);
+        ASSERT_TRUE(better);
+        for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(swapped[better->order[i]], p[i]);
+        EXPECT_LT(better->fre, 1e-8);
+        EXPECT_NEAR(better->given_fre, fit_points(swapped, x, Scaling::rigid).fre, 1e-12);
+    }
+    const Points nine = random.points(9, 0.1), other = random.points(9, 0.1);
+    EXPECT_FALSE(better_order(nine, other));
+}
+
+TEST(Umeyama, BadPointsAreNotExplainedByAnotherOrder) {
+    Random random(10);
+    const Points p = random.points(5, 0.1);
+    Points x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
+    for (Vector3d& point : x) point += random.gaussian(0.004);
+    EXPECT_GT(fit_points(p, x, Scaling::rigid).fre, 0.003);
+    EXPECT_FALSE(better_order(p, x));
+}
+
+}  // namespace
+}  // namespace livetet
