@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "base/error.hpp"
 #include "mechanics/rotation.hpp"
 
 namespace livetet {
@@ -88,23 +87,11 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const
 }
 
 void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> materials) {
-    const auto material_of = [&](std::int32_t tet) -> const Material& {
-        const int region = mesh.regions.empty() ? 0 : mesh.regions[tet];
-        const Material* otherwise = nullptr;
-        for (const Material& m : materials) {
-            if (m.region == region && region != 0) return m;
-            if (m.region == 0) otherwise = &m;
-        }
-        if (!otherwise)
-            fail("no material is given for region {} of the mesh, expected one with region: {} or region: 0", region,
-                 region);
-        return *otherwise;
-    };
     elements_.reserve(share_.tets.size());
     node_mass_.assign(share_.owned, 0);
     for (std::size_t e = 0; e < share_.tets.size(); ++e) {
         const Tet& whole = mesh.tets[share_.tet_ids[e]];
-        const Material& m = material_of(share_.tet_ids[e]);
+        const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[share_.tet_ids[e]]);
         elements_.push_back(
             make_element({mesh.nodes[whole[0]], mesh.nodes[whole[1]], mesh.nodes[whole[2]], mesh.nodes[whole[3]]},
                          m.lambda(), m.mu()));

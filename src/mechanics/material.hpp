@@ -1,7 +1,8 @@
 #pragma once
 
-#include <cstdint>
+#include <span>
 
+#include "base/error.hpp"
 #include "config/fields.hpp"
 
 namespace livetet {
@@ -20,6 +21,18 @@ struct Material {
     double lambda() const { return young_Pa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
     double mu() const { return young_Pa / (2 * (1 + poisson)); }
 };
+
+/// The material for a region of the mesh: the one that names it, else the one for region 0. Throws Error where none is.
+inline const Material& material_of(std::span<const Material> materials, int region) {
+    const Material* otherwise = nullptr;
+    for (const Material& m : materials) {
+        if (m.region == region && region != 0) return m;
+        if (m.region == 0) otherwise = &m;
+    }
+    if (!otherwise)
+        fail("materials has none for region {} of the mesh, expected one with region: {} or region: 0", region, region);
+    return *otherwise;
+}
 
 template <class Visitor>
 void visit_fields(Visitor& v, Material& m) {

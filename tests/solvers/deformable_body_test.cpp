@@ -34,7 +34,9 @@ struct Case {
     std::vector<std::vector<std::int32_t>> parts;
     DeformableBody body;
     Case(int levels, StrainModel strain, const TimeOptions& time, const SolverOptions& options)
-        : hierarchy(beam(levels)), parts(partitions(hierarchy)), body(PETSC_COMM_WORLD, hierarchy, parts, soft, strain, time, options) {}
+        : hierarchy(beam(levels)),
+          parts(partitions(hierarchy)),
+          body(PETSC_COMM_WORLD, hierarchy, parts, soft, strain, time, options) {}
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
 
@@ -43,7 +45,12 @@ const StepEffort to_equilibrium{.linearisations = 60, .tolerance = 1e-10, .linea
 Constraints pressed(const TetMesh& mesh, const Vector3& press) {
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
-    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.z() > 0.0999 && std::abs(x.x() - 0.1) < 0.02 && std::abs(x.y() - 0.05) < 0.02; }), press);
+    constraints.prescribe(nodes_where(mesh,
+                                      [](const Vector3& x) {
+                                          return x.z() > 0.0999 && std::abs(x.x() - 0.1) < 0.02 &&
+                                                 std::abs(x.y() - 0.05) < 0.02;
+                                      }),
+                          press);
     return constraints;
 }
 
@@ -68,7 +75,8 @@ TEST(DeformableBody, PatchTestALinearFieldOnTheBoundaryFillsTheInside) {
         Eigen::Matrix3d A;
         A << 0.01, 0.02, 0, -0.01, 0.02, 0.01, 0, 0.01, -0.02;
         Constraints constraints(c.mesh().nodes.size());
-        for (const std::int32_t n : nodes_of(boundary_triangles(c.mesh().tets))) constraints.prescribe(std::array{n}, A * c.mesh().nodes[n]);
+        for (const std::int32_t n : nodes_of(boundary_triangles(c.mesh().tets)))
+            constraints.prescribe(std::array{n}, A * c.mesh().nodes[n]);
         c.body.set_constraints(constraints);
         EXPECT_TRUE(c.body.step(0, {.linearisations = 40, .tolerance = 1e-13, .linear_tolerance = 1e-12}).converged);
         const auto u = c.body.displacement();
@@ -82,10 +90,12 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     const MeshHierarchy hierarchy = beam(1);
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, cork, StrainModel::linear, {}, {.kind = SolverKind::direct});
+    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, cork, StrainModel::linear, {},
+                        {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
-    constraints.prescribe(nodes_where(mesh, [](const Vector3&) { return true; }), Vector3::Zero(), 6);  // slide along x only
+    constraints.prescribe(nodes_where(mesh, [](const Vector3&) { return true; }), Vector3::Zero(),
+                          6);  // slide along x only
     body.set_constraints(constraints);
     std::vector<Vector3> weight(mesh.nodes.size(), Vector3::Zero());
     for (const Tet& t : mesh.tets)
@@ -101,7 +111,8 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     // The wall carries the whole weight.
     double reaction = 0;
     const auto force = body.elastic_force();
-    for (const std::int32_t n : nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; })) reaction += force[n].x() - weight[n].x();
+    for (const std::int32_t n : nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }))
+        reaction += force[n].x() - weight[n].x();
     EXPECT_NEAR(reaction, -1000 * 9.81 * 0.2 * 0.1 * 0.1, 1e-6);
 }
 
@@ -109,8 +120,10 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForceInBothLayouts) {
     const MeshHierarchy hierarchy = beam(1);
     const TetMesh& mesh = hierarchy.levels.front();
     for (const MatrixLayout layout : {MatrixLayout::blocks, MatrixLayout::scalars}) {
-        ElasticLevel level(mesh, share_mesh(PETSC_COMM_WORLD, mesh, partitions(hierarchy).front()), soft, StrainModel::corotated, layout);
-        const auto u = make_vector(level.share()), v = make_vector(level.share()), product = make_vector(level.share()), force = make_vector(level.share());
+        ElasticLevel level(mesh, share_mesh(PETSC_COMM_WORLD, mesh, partitions(hierarchy).front()), soft,
+                           StrainModel::corotated, layout);
+        const auto u = make_vector(level.share()), v = make_vector(level.share()), product = make_vector(level.share()),
+                   force = make_vector(level.share());
         std::vector<Vector3> twist, wave;
         for (const Vector3& x : mesh.nodes) {
             twist.push_back({0.1 * x.y() * x.x(), -x.z() * x.x() * 4, x.y() * x.x() * 4});
@@ -136,9 +149,15 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForceInBothLayouts) {
 TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
     const auto reference = pressed_with({.kind = SolverKind::direct}, 1);
     int iterations = 0;
-    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised}, 3, &iterations), reference), 1e-9);
+    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised},
+                                              3, &iterations),
+                                 reference),
+              1e-9);
     EXPECT_LE(iterations, 20);
-    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin}, 3, &iterations), reference), 1e-9);
+    EXPECT_LT(largest_difference(
+                  pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin}, 3, &iterations),
+                  reference),
+              1e-9);
     EXPECT_LE(iterations, 14);
     EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::boomeramg}, 1), reference), 5e-9);
     EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::gamg}, 1), reference), 5e-9);
@@ -147,7 +166,8 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
 TEST(DeformableBody, OneRankAndManyAgree) {
     const auto many = pressed_with({.kind = SolverKind::multigrid}, 3);
     const MeshHierarchy hierarchy = beam(3);
-    DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, soft, StrainModel::corotated, {}, {.kind = SolverKind::multigrid});
+    DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, soft, StrainModel::corotated, {},
+                         {.kind = SolverKind::multigrid});
     alone.set_constraints(pressed(hierarchy.levels.front(), {0, 0.003, -0.012}));
     ASSERT_TRUE(alone.step(0, to_equilibrium).converged);
     EXPECT_LT(largest_difference(many, alone.displacement()), 1e-8 * 0.012);
@@ -159,7 +179,8 @@ TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
         c.body.set_constraints(pressed(c.mesh(), {0, 0, -depth}));
         (void)c.body.step(0, to_equilibrium);
     }
-    EXPECT_LT(largest_difference(c.body.displacement(), std::vector<Vector3>(c.mesh().nodes.size(), Vector3::Zero())), 1e-8);
+    EXPECT_LT(largest_difference(c.body.displacement(), std::vector<Vector3>(c.mesh().nodes.size(), Vector3::Zero())),
+              1e-8);
 }
 
 TEST(DeformableBody, NewConstraintsAndCoefficientsReachThePreconditioner) {
@@ -185,7 +206,8 @@ TEST(DeformableBody, NewmarkKeepsTheEnergyOfASwingingBeamAndEulerLosesIt) {
         for (const Vector3& x : c.mesh().nodes) velocity.push_back({0, 0, 0.5 * x.x() / 0.2});
         c.body.set_velocity(velocity);
         const double before = c.body.kinetic_energy();
-        for (int step = 0; step < 40; ++step) (void)c.body.step(0.01, {.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
+        for (int step = 0; step < 40; ++step)
+            (void)c.body.step(0.01, {.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
         const double after = c.body.kinetic_energy() + c.body.strain_energy();
         if (scheme == TimeScheme::newmark) {
             EXPECT_NEAR(after / before, 1, 0.02);
@@ -201,7 +223,8 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, cork, StrainModel::linear, {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
+    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, cork, StrainModel::linear, {.scheme = TimeScheme::newmark},
+                        {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
     body.set_constraints(constraints);

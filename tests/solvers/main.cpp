@@ -6,7 +6,8 @@
 int main(int argc, char** argv) {
     ::testing::InitGoogleTest(&argc, argv);
     livetet::PetscSession session("tests_solvers", {});
-    if (session.rank() != 0) delete ::testing::UnitTest::GetInstance()->listeners().Release(
-        ::testing::UnitTest::GetInstance()->listeners().default_result_printer());
+    if (session.rank() != 0)
+        delete ::testing::UnitTest::GetInstance()->listeners().Release(
+            ::testing::UnitTest::GetInstance()->listeners().default_result_printer());
     return RUN_ALL_TESTS();
 }

@@ -33,7 +33,8 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(Yaml, ReadsWhatIsGivenAndKeepsDefaults) {
-    const auto s = read_yaml<Sample>("material: {young_Pa: 5e3}\ntime: {scheme: newmark}\ngravity: [0, 0, -9.81]\n", "x");
+    const auto s =
+        read_yaml<Sample>("material: {young_Pa: 5e3}\ntime: {scheme: newmark}\ngravity: [0, 0, -9.81]\n", "x");
     EXPECT_EQ(s.material.young_Pa, 5000);
     EXPECT_EQ(s.material.poisson, Material{}.poisson);
     EXPECT_EQ(s.time.scheme, TimeScheme::newmark);
@@ -41,15 +42,20 @@ TEST(Yaml, ReadsWhatIsGivenAndKeepsDefaults) {
 }
 
 TEST(Yaml, NamesTheUnknownKeyAndTheNearestRightOne) {
-    EXPECT_EQ(refusal("material:\n  youngs_Pa: 3\n"), "unknown key material.youngs_Pa, did you mean material.young_Pa? (liver.yaml:2)");
+    EXPECT_EQ(refusal("material:\n  youngs_Pa: 3\n"),
+              "unknown key material.youngs_Pa, did you mean material.young_Pa? (liver.yaml:2)");
 }
 
 TEST(Yaml, SaysValueLimitAndPlace) {
-    EXPECT_EQ(refusal("material:\n  young_Pa: -3\n"), "material.young_Pa = -3 Pa must be greater than 0 (liver.yaml:2)");
-    EXPECT_EQ(refusal("material: {poisson: 0.5}"), "material.poisson = 0.5 must be at least 0 and below 0.5 (liver.yaml:1)");
-    EXPECT_EQ(refusal("material: {young_Pa: .nan}"), "material.young_Pa = .nan Pa must be greater than 0 (liver.yaml:1)");
+    EXPECT_EQ(refusal("material:\n  young_Pa: -3\n"),
+              "material.young_Pa = -3 Pa must be greater than 0 (liver.yaml:2)");
+    EXPECT_EQ(refusal("material: {poisson: 0.5}"),
+              "material.poisson = 0.5 must be at least 0 and below 0.5 (liver.yaml:1)");
+    EXPECT_EQ(refusal("material: {young_Pa: .nan}"),
+              "material.young_Pa = .nan Pa must be greater than 0 (liver.yaml:1)");
     EXPECT_EQ(refusal("gravity: [0, 1]"), "gravity = [0, 1] must be three numbers [x, y, z] (liver.yaml:1)");
-    EXPECT_EQ(refusal("time: {scheme: newton}"), "time.scheme = newton must be one of static, euler, newmark (liver.yaml:1)");
+    EXPECT_EQ(refusal("time: {scheme: newton}"),
+              "time.scheme = newton must be one of static, euler, newmark (liver.yaml:1)");
     EXPECT_EQ(refusal("others:\n - {young_Pa: soft}"), "others[0].young_Pa = soft must be a number (liver.yaml:2)");
     EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"), "material.young_Pa is given twice (liver.yaml:1)");
     EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");
@@ -68,7 +74,8 @@ TEST(Yaml, WritesWhatReadsBackToTheSame) {
 
 TEST(Yaml, TheReferenceNamesEveryKeyWithUnitAndDefault) {
     const std::string text = reference_of<Sample>();
-    for (const char* part : {"young_Pa: 3000", "[Pa]", "below 0.5", "scheme: static", "newmark"}) EXPECT_NE(text.find(part), std::string::npos) << part;
+    for (const char* part : {"young_Pa: 3000", "[Pa]", "below 0.5", "scheme: static", "newmark"})
+        EXPECT_NE(text.find(part), std::string::npos) << part;
 }
 
 }  // namespace

@@ -39,15 +39,16 @@ TEST(Rotation, IsNeverAReflectionAndNothingElseFitsBetter) {
         ASSERT_TRUE(is_rotation(R)) << F;
         const double fit = (R.transpose() * F).trace();
         for (int k = 0; k < 20; ++k) {
-            const Matrix3d other = R * AngleAxisd(0.05, random_matrix(generator).col(0).normalized()).toRotationMatrix();
+            const Matrix3d other =
+                R * AngleAxisd(0.05, random_matrix(generator).col(0).normalized()).toRotationMatrix();
             ASSERT_LE((other.transpose() * F).trace(), fit + 1e-12);
         }
     }
 }
 
 TEST(Rotation, OfFlatLineAndPointElementsIsARotation) {
-    for (const Vector3d& sigma : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1), Vector3d(1, 1e-14, 1e-14),
-                                  Vector3d(1e-20, 1e-20, 1e-20), Vector3d(1e150, 1, 1)})
+    for (const Vector3d& sigma : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
+                                  Vector3d(1, 1e-14, 1e-14), Vector3d(1e-20, 1e-20, 1e-20), Vector3d(1e150, 1, 1)})
         EXPECT_TRUE(is_rotation(rotation_of(sigma.asDiagonal()))) << sigma.transpose();
 }
 

@@ -14,7 +14,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Nodal = Eigen::Matrix<double, 3, 4>;
 
-const std::array<Vector3d, 4> corners{Vector3d(0.1, 0, 0), Vector3d(1.1, 0.2, 0), Vector3d(0, 0.9, 0.1), Vector3d(0.2, 0.1, 1.2)};
+const std::array<Vector3d, 4> corners{Vector3d(0.1, 0, 0), Vector3d(1.1, 0.2, 0), Vector3d(0, 0.9, 0.1),
+                                      Vector3d(0.2, 0.1, 1.2)};
 const TetElement element = make_element(corners, 2.0, 1.5);
 
 Nodal positions() {
@@ -74,11 +75,13 @@ TEST(TetKernels, BlocksAreTheDerivativeOfTheForceWithTheRotationHeld) {
             Nodal du = Nodal::Zero();
             du(c, j) = 1;
             const Nodal df = nodal_forces(element, stress_increment(element, R, gradient_of(element, du)));
-            for (int i = 0; i < 4; ++i) EXPECT_LT((df.col(i) - stiffness_block(element, h.col(i), h.col(j)).col(c)).norm(), 1e-12);
+            for (int i = 0; i < 4; ++i)
+                EXPECT_LT((df.col(i) - stiffness_block(element, h.col(i), h.col(j)).col(c)).norm(), 1e-12);
         }
 }
 
-/// Closed forms of `closed_forms.txt` (uniaxial with free sides, E = 1): P11 = stretch - 1 and lateral 1 - nu (stretch - 1).
+/// Closed forms of `closed_forms.txt` (uniaxial with free sides, E = 1): P11 = stretch - 1 and lateral 1 - nu (stretch
+/// - 1).
 TEST(TetKernels, UniaxialStretchHasTheClosedForm) {
     for (const double nu : {0.0, 0.3, 0.45})
         for (const double stretch : {0.5, 0.8, 1.2, 2.0}) {

@@ -1,0 +1,70 @@
+#include "apps/scene.hpp"
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "config/yaml.hpp"
+
+namespace livetet {
+
+namespace {
+
+void check_selection(const SelectionOptions& s, const std::string& key, const std::string& file) {
+    const int given = s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() + s.sphere_mm.has_value() +
+                      s.half_space_mm.has_value() + s.nodes.has_value();
+    if (given != 1)
+        fail("{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly one ({})", key,
+             given, file);
+    const auto check_size = [&](const std::optional<std::vector<double>>& values, std::string_view name,
+                                std::size_t size) {
+        if (values && values->size() != size)
+            fail("{}.{} has {} numbers, expected {} ({})", key, name, values->size(), size, file);
+    };
+    check_size(s.box_mm, "box_mm", 6);
+    check_size(s.sphere_mm, "sphere_mm", 4);
+    check_size(s.half_space_mm, "half_space_mm", 6);
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& path) {
+    const std::string file = path.string();
+    Scene scene = read_yaml<Scene>(read_text_file(path), file);
+    if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
+    if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
+    const auto check_all = [&](auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i) check_selection(list[i], fmt::format("{}[{}]", name, i), file);
+    };
+    check_all(scene.fix, "fix");
+    check_all(scene.drive, "drive");
+    check_all(scene.loads, "loads");
+    if (scene.track && scene.track->recording.empty())
+        fail("track.recording is missing, expected a tracker recording ({})", file);
+    if (scene.track && scene.track->registration.empty())
+        fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
+    if (scene.probes && scene.probes->points.empty())
+        fail("probes.points is missing, expected a CSV of points ({})", file);
+
+    const auto folder = path.parent_path();
+    const auto resolve = [&](std::filesystem::path& p) {
+        if (!p.empty() && p.is_relative()) p = folder / p;
+    };
+    resolve(scene.mesh.file);
+    for (auto& f : scene.fix)
+        if (f.mask) resolve(*f.mask);
+    for (auto& d : scene.drive)
+        if (d.mask) resolve(*d.mask);
+    for (auto& l : scene.loads)
+        if (l.mask) resolve(*l.mask);
+    if (scene.track) {
+        resolve(scene.track->recording);
+        resolve(scene.track->registration);
+    }
+    if (scene.probes) {
+        resolve(scene.probes->points);
+        resolve(scene.probes->displacements);
+    }
+    resolve(scene.output.file);
+    return scene;
+}
+
+}  // namespace livetet

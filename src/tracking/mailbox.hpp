@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace livetet {
+
+/// Hands the newest value from one thread to another; older ones are overwritten. Neither side ever waits: three slots,
+/// one being written, one being read, and one in between that both swap by a single atomic exchange.
+template <class T>
+class Mailbox {
+  public:
+    /// The writer's slot: fill it, then `post`.
+    T& outgoing() { return slots_[writing_]; }
+    void post() {
+        writing_ = middle_.exchange(writing_ | fresh, std::memory_order_acq_rel) & ~fresh;
+        posted_.fetch_add(1, std::memory_order_release);
+        posted_.notify_one();
+    }
+
+    /// Takes the newest value, if there is one that was not taken yet; it stays valid until the next `take`.
+    bool take() {
+        if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
+        reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & ~fresh;
+        return true;
+    }
+    const T& incoming() const { return slots_[reading_]; }
+
+    /// How many values were posted so far; `wait_beyond(n)` sleeps until there are more than n.
+    std::uint64_t posted() const { return posted_.load(std::memory_order_acquire); }
+    void wait_beyond(std::uint64_t count) const { posted_.wait(count, std::memory_order_acquire); }
+
+  private:
+    static constexpr std::uint8_t fresh = 4;
+    std::array<T, 3> slots_{};
+    std::uint8_t writing_ = 0, reading_ = 1;
+    std::atomic<std::uint8_t> middle_{2};
+    std::atomic<std::uint64_t> posted_{0};
+};
+
+}  // namespace livetet
