@@ -1,1 +1,63 @@
-int main() {}
+#include <fmt/format.h>
+#include <mpi.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "apps/commands.hpp"
+#include "base/error.hpp"
+
+namespace {
+
+/// One line on stderr and the exit status. Under mpirun all ranks go down together; where rank 0 fails too, it is the
+/// one that speaks.
+int give_up(const std::string& message, int status) {
+    int initialised = 0, finalised = 0, rank = 0, ranks = 1;
+    MPI_Initialized(&initialised);
+    MPI_Finalized(&finalised);
+    const bool running = initialised && !finalised;
+    if (running) {
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+        MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    }
+    if (rank > 0) ::usleep(500'000);
+    fmt::print(stderr, "livetet: {}\n", message);
+    std::fflush(stderr);
+    if (running && ranks > 1) MPI_Abort(MPI_COMM_WORLD, status);
+    return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace livetet;
+    CLI::App app{"Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
+                 "sensors move, each frame."};
+    app.set_version_flag("--version", LIVETET_VERSION);
+    app.require_subcommand(1);
+    app.footer("Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 our fault, 2 bad input, 3 not converged.");
+    ExitStatus status;
+#ifdef LIVETET_IMAGES
+    add_phantom_command(app);
+#endif
+    add_mesh_command(app);
+    add_calibrate_command(app);
+    add_register_command(app);
+    add_track_command(app, status);
+    add_report_command(app);
+    add_solve_command(app, status);
+    add_explain_command(app);
+    add_scene_command(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", e.what()), 2);
+    } catch (const Error& e) {
+        return give_up(e.what(), 2);
+    } catch (const std::bad_alloc&) {
+        return give_up("out of memory", 1);
+    } catch (const std::exception& e) {
+        return give_up(e.what(), 1);
+    }
+    return status.value;
+}

@@ -8,12 +8,12 @@
 #include "config/fields.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/time_scheme.hpp"
+#include "mesh/node_selection.hpp"
 #include "solvers/options.hpp"
 
 namespace livetet {
 
 enum class LengthUnit { millimetre, metre };
-enum class Where { all, surface };
 
 /// Which nodes: exactly one of mask, group, box, sphere, half-space, nodes. Places are in the mesh's world, RAS.
 struct SelectionOptions {
@@ -21,7 +21,7 @@ struct SelectionOptions {
     std::optional<std::string> group;
     std::optional<std::vector<double>> box_mm, sphere_mm, half_space_mm;
     std::optional<std::vector<int>> nodes;
-    Where where = Where::all;
+    NodeScope where = NodeScope::all;
 };
 
 struct MeshSource {
@@ -97,10 +97,10 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
     v.field("group", s.group, "", "nodes of this named set: a Gmsh physical group, or one kept in the hierarchy file");
     v.field("box_mm", s.box_mm, "mm", "nodes in the box [x0, y0, z0, x1, y1, z1]");
     v.field("sphere_mm", s.sphere_mm, "mm", "nodes in the sphere [x, y, z, radius]");
-    v.field("half_space_mm", s.half_space_mm, "mm", "nodes beyond a plane: [point x, y, z, normal x, y, z]");
+    v.field("half_space_mm", s.half_space_mm, "mm", "nodes behind a plane, where its normal does not point: [point x, y, z, normal x, y, z]");
     v.field("nodes", s.nodes, "", "these nodes of the finest mesh, counted from 0");
     v.choice("where", s.where, "of those nodes, which",
-             {{Where::all, "all", "inside and surface"}, {Where::surface, "surface", "only those on the surface"}});
+             {{NodeScope::all, "all", "inside and surface"}, {NodeScope::surface_only, "surface", "only those on the surface"}});
 }
 
 template <class Visitor>

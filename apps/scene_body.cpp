@@ -70,7 +70,7 @@ std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& 
 
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
     std::vector<std::int32_t> nodes = selected(mesh, s, key);
-    if (s.where == Where::surface) {
+    if (s.where == NodeScope::surface_only) {
         const auto surface = nodes_of(boundary_triangles(mesh.tets));
         std::erase_if(nodes, [&](std::int32_t n) { return !std::binary_search(surface.begin(), surface.end(), n); });
     }
@@ -100,24 +100,26 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         fail(
             "mesh.file = {}: an image or surface is meshed on one rank only; run `livetet mesh` first and name its .h5",
             source.file.string());
-    return mesh_input(source, progress).hierarchy;
+    return mesh_input(source, progress).result.hierarchy;
 #else
     (void)progress;
     fail("mesh.file = {}: this build of livetet reads .h5 and .msh, it has no image meshing", source.file.string());
 #endif
 }
 
-Constraints scene_constraints(const Scene& scene, const TetMesh& mesh, double fraction) {
-    Constraints constraints(mesh.nodes.size());
-    for (std::size_t i = 0; i < scene.drive.size(); ++i)
-        constraints.prescribe(select_nodes(mesh, scene.drive[i], fmt::format("drive[{}]", i)),
-                              fraction * scene.drive[i].displacement_mm / 1e3,
-                              component_bits(scene.drive[i].components));
-    // What is held wins over what is driven.
+SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh) : constraints_(mesh.nodes.size()) {
+    for (std::size_t i = 0; i < scene.drive.size(); ++i) {
+        const DriveOptions& d = scene.drive[i];
+        driven_.push_back({select_nodes(mesh, d, fmt::format("drive[{}]", i)), d.displacement_mm / 1e3, component_bits(d.components), d.ramp_s});
+    }
     for (std::size_t i = 0; i < scene.fix.size(); ++i)
-        constraints.prescribe(select_nodes(mesh, scene.fix[i], fmt::format("fix[{}]", i)), Vector3::Zero(),
-                              component_bits(scene.fix[i].components));
-    return constraints;
+        fixed_.push_back({select_nodes(mesh, scene.fix[i], fmt::format("fix[{}]", i)), component_bits(scene.fix[i].components)});
+}
+
+const Constraints& SceneConstraints::at(double time_s) {
+    for (const Driven& d : driven_) constraints_.prescribe(d.nodes, (d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0) * d.displacement, d.components);
+    for (const Fixed& f : fixed_) constraints_.prescribe(f.nodes, Vector3::Zero(), f.components);
+    return constraints_;
 }
 
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {

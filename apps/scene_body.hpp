@@ -14,8 +14,28 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
 /// The mesh hierarchy that a scene names: read, or meshed on the spot.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
-/// The scene's fixed nodes, and its driven ones at `fraction` of their way.
-Constraints scene_constraints(const Scene& scene, const TetMesh& mesh, double fraction);
+/// The scene's fixed nodes and its driven ones, each driven set as far as its ramp has come after `time_s` (static:
+/// infinity, all the way). Fixed nodes win over driven ones.
+class SceneConstraints {
+  public:
+    SceneConstraints(const Scene& scene, const TetMesh& mesh);
+    const Constraints& at(double time_s);
+
+  private:
+    struct Driven {
+        std::vector<std::int32_t> nodes;
+        Vector3 displacement;
+        std::uint8_t components;
+        double ramp_s;
+    };
+    struct Fixed {
+        std::vector<std::int32_t> nodes;
+        std::uint8_t components;
+    };
+    std::vector<Driven> driven_;
+    std::vector<Fixed> fixed_;
+    Constraints constraints_;
+};
 
 /// The scene's gravity and loads as forces at the nodes, N.
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);

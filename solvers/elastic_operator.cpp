@@ -11,11 +11,6 @@ MatrixLayout layout_for(SolverKind kind, CoarseOperator coarse, bool coarsest) {
     return blocks ? MatrixLayout::blocks : MatrixLayout::scalars;
 }
 
-SolverKind resolve(SolverKind kind, std::size_t levels) {
-    if (kind == SolverKind::automatic) return levels > 1 ? SolverKind::multigrid : SolverKind::boomeramg;
-    return kind;
-}
-
 void set_option(const char* name, const char* value) {
     PetscBool given = PETSC_FALSE;
     LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, name, &given));
@@ -79,7 +74,7 @@ void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> c
 ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                  std::span<const std::vector<std::int32_t>> parts, std::span<const Material> materials,
                                  StrainModel strain, const SolverOptions& options)
-    : options_(options), kind_(resolve(options.kind, hierarchy.levels.size())) {
+    : options_(options), kind_(resolved_kind(options.kind, hierarchy.levels.size())) {
     make_levels(comm, hierarchy, parts, materials, strain);
     make_krylov(comm);
     work_ = make_vector(fine().share());

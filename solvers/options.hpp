@@ -7,6 +7,12 @@ namespace livetet {
 enum class SolverKind { automatic, multigrid, boomeramg, gamg, direct, petsc };
 enum class CoarseOperator { galerkin, rediscretised };
 
+/// What `automatic` means for a mesh of so many levels.
+inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
+    if (kind == SolverKind::automatic) return levels > 1 ? SolverKind::multigrid : SolverKind::boomeramg;
+    return kind;
+}
+
 /// How the linear systems of a step, and the step itself, are solved.
 struct SolverOptions {
     SolverKind kind = SolverKind::automatic;

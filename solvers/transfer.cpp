@@ -17,7 +17,7 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
     std::vector<std::uint8_t> components(coarse_nodes, 0);
     for (std::size_t n = 0; n < coarse_nodes; ++n)
         for (int c = 0; c < 3; ++c)
-            if (held[n][c] >= 0.5 * total[n]) components[n] |= 1 << c;
+            if (held[n][c] >= 0.3 * total[n]) components[n] |= 1 << c;
     return components;
 }
 

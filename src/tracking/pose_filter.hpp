@@ -28,7 +28,8 @@ class PoseFilter {
     explicit PoseFilter(const PoseFilterOptions& options = {});
 
     /// The smoothed pose at `time_s`. A pose that is not usable (status, NaN) is given back as it is and changes
-    /// nothing. A time not after the last one gives back the last result.
+    /// nothing. A time not after the last one gives back the last result; one far before it starts afresh (a clock was
+    /// set).
     TrackedPose update(double time_s, const TrackedPose& pose);
     void reset() { state_.reset(); }
 

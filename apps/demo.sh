@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The whole chain on a phantom: image -> meshes -> calibration -> registration -> tracked, deforming organ -> report.
+#     apps/demo.sh [FOLDER]      (default: demo)
+source "$(dirname "$0")/setup.sh"
+demo=${1:-$root/demo}
+
+say "1. what a user would have brought: an MR-like image, labels, fiducials, tracker recordings"
+"$livetet" phantom -o "$demo"
+cd "$demo"
+
+say "2. label map -> three tetrahedral meshes"
+"$livetet" mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5
+
+say "3. the tool's tip; the registration of the image to the reference sensor"
+"$livetet" calibrate pivot pivot.igs.mha --tool Stylus -o tip.json
+"$livetet" register --tracker fiducials.igs.mha --tip tip.json --reference Reference --image image_fiducials.mrk.json -o registration.json
+
+say "4. the recording, played at its own pace"
+"$livetet" track scene.yaml
+
+say "5. how far off it was: the report, with the truth that track never read"
+"$livetet" report result.h5 --truth truth/truth.json -o report
+
+say "done: look at $demo/report (report.txt and pictures) and, in ParaView, at $demo/result.xdmf"

@@ -1,0 +1,48 @@
+#include "apps/mesh_input.hpp"
+
+#include "base/error.hpp"
+#include "io/image_file.hpp"
+#include "io/surface_file.hpp"
+
+namespace livetet {
+
+namespace {
+
+MeshingOptions meshing_options(const MeshSource& source) {
+    MeshingOptions options;
+    options.labels.assign(source.labels.begin(), source.labels.end());
+    options.levels = source.levels;
+    options.target_tets = source.tets;
+    options.edge_lengths_mm = source.edge_lengths_mm;
+    return options;
+}
+
+}  // namespace
+
+MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress) {
+    const MeshingOptions options = meshing_options(source);
+    const std::string name = source.file.filename().string();
+    MeshedInput meshed;
+    TriangleMesh surface;
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
+        const LabelImage labels = read_label_image(source.file);
+        if (progress) progress(0, "surface of the labels");
+        try {
+            meshed.image = surface_of_labels(labels, options);
+        } catch (const Error& e) {
+            fail("{}: {}", source.file.string(), e.what());
+        }
+        surface = meshed.image->surface;
+    } else {
+        surface = read_surface(source.file, source.unit == LengthUnit::millimetre ? 1e-3 : 1.0);
+    }
+    try {
+        meshed.result = build_hierarchy(surface, options, progress);
+    } catch (const Error& e) {
+        fail("{}: {}", source.file.string(), e.what());
+    }
+    meshed.result.hierarchy.provenance = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
+    return meshed;
+}
+
+}  // namespace livetet

@@ -1,0 +1,246 @@
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "apps/commands.hpp"
+#include "apps/live_model.hpp"
+#include "apps/report.hpp"
+#include "base/ring.hpp"
+#include "base/file.hpp"
+#include "config/yaml.hpp"
+#include "io/result_file.hpp"
+#include "io/sequence_file.hpp"
+#include "solvers/petsc_session.hpp"
+#include "tracking/mailbox.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+struct TrackArguments {
+    std::filesystem::path scene, json;
+    bool every_sample = false;
+};
+
+/// A frame with what it took, on its way to the file. A default one ends the stream.
+struct KeptFrame {
+    Frame frame;
+    double seconds = 0;
+    bool last = false;
+};
+
+/// Posts a recording's samples at their own pace; a negative index ends the stream.
+class Player {
+  public:
+    explicit Player(const Recording& recording) : recording_(recording) {
+        thread_ = std::jthread([this](std::stop_token stop) { play(stop); });
+    }
+    /// Sleeps until there is a sample that was not taken yet; its index, or -1 at the recording's end.
+    int next() {
+        while (!mailbox_.take()) mailbox_.wait_beyond(seen_);
+        seen_ = mailbox_.posted();
+        return mailbox_.incoming();
+    }
+
+  private:
+    void play(const std::stop_token& stop) {
+        const auto start = Clock::now();
+        const double first = recording_.samples.front().time_s;
+        for (std::size_t i = 0; i < recording_.samples.size() && !stop.stop_requested(); ++i) {
+            std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(recording_.samples[i].time_s - first)));
+            post(static_cast<int>(i));
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the last sample is still a frame
+        post(-1);
+    }
+    void post(int index) {
+        mailbox_.outgoing() = index;
+        mailbox_.post();
+    }
+
+    const Recording& recording_;
+    Mailbox<int> mailbox_;
+    std::uint64_t seen_ = 0;
+    std::jthread thread_;
+};
+
+/// Writes frames from a thread of its own, so that the simulation never waits for a disk.
+class Recorder {
+  public:
+    explicit Recorder(ResultWriter& writer) : writer_(writer), ring_(32) {
+        thread_ = std::thread([this] { run(); });
+    }
+    ~Recorder() {
+        if (thread_.joinable()) finish();
+    }
+    /// False where the disk is a whole ring behind: the frame is not kept.
+    bool keep(const Frame& frame, double seconds) {
+        KeptFrame* slot = ring_.free_slot();
+        if (!slot) return false;
+        slot->frame = frame;
+        slot->seconds = seconds;
+        slot->last = false;
+        ring_.push();
+        return true;
+    }
+    /// Waits until all is written. Throws what the writing thread met.
+    void close() {
+        finish();
+        if (failure_) std::rethrow_exception(failure_);
+    }
+
+  private:
+    void finish() {
+        KeptFrame* slot = nullptr;
+        while (!(slot = ring_.free_slot())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        slot->last = true;
+        ring_.push();
+        thread_.join();
+    }
+    void run() {
+        for (;;) {
+            const KeptFrame* kept = ring_.oldest();
+            if (!kept) {
+                ring_.wait();
+                continue;
+            }
+            if (kept->last) return;
+            try {
+                if (!failure_) write(*kept);
+            } catch (...) {
+                failure_ = std::current_exception();
+            }
+            ring_.pop();
+        }
+    }
+    void write(const KeptFrame& kept) {
+        const Frame& f = kept.frame;
+        writer_.append(f.time_s, f.displacement);
+        std::vector<double> pose;
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) pose.push_back(f.tracker_from_image.rotation(i, k));
+            pose.push_back(f.tracker_from_image.translation[i]);
+        }
+        writer_.append_values("tracker_from_image", pose);
+        const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
+        value("frame_ms", 1e3 * kept.seconds);
+        value("operator_ms", 1e3 * f.step.operator_s);
+        value("forces_ms", 1e3 * f.step.forces_s);
+        value("solve_ms", 1e3 * f.step.solve_s);
+        value("iterations", f.step.iterations);
+        value("imbalance", f.step.imbalance);
+        value("residual", f.step.linear_residual);
+        value("press_mm", 1e3 * f.press);
+        value("registration_status", static_cast<double>(f.registration));
+        value("drive_status", static_cast<double>(f.drive));
+        value("converged", f.step.converged);
+    }
+
+    ResultWriter& writer_;
+    Ring<KeptFrame> ring_;
+    std::exception_ptr failure_;
+    std::thread thread_;
+};
+
+struct Counts {
+    std::size_t frames = 0, missed = 0, not_kept = 0;
+};
+
+/// Frame after frame to the recording's end.
+Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& model, Recorder& recorder) {
+    ProgressLine progress("track");
+    Counts counts;
+    const auto samples = static_cast<int>(recording.samples.size());
+    const auto one_frame = [&](int index) {
+        const auto start = Clock::now();
+        const Frame& frame = model.advance(recording.samples[index]);
+        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        if (counts.frames % scene.output.every == 0 && !recorder.keep(frame, seconds)) ++counts.not_kept;
+        ++counts.frames;
+        progress.update(static_cast<double>(index + 1) / samples, fmt::format("frame {:5} {:6.1f} ms, {:2} iterations, residual {:.0e}, press {:4.1f} mm", counts.frames, 1e3 * seconds, frame.step.iterations, frame.step.linear_residual, 1e3 * frame.press));
+    };
+    if (scene.track->pace == Pace::every_sample) {
+        for (int i = 0; i < samples; ++i) one_frame(i);
+        return counts;
+    }
+    Player player(recording);
+    int last = -1;
+    for (int index; (index = player.next()) >= 0; last = index) {
+        counts.missed += index - last - 1;
+        one_frame(index);
+    }
+    return counts;
+}
+
+/// The typical time between samples, s: what a frame may take.
+double sample_interval(const Recording& recording) {
+    std::vector<double> gaps;
+    for (std::size_t i = 1; i < recording.samples.size(); ++i) gaps.push_back(recording.samples[i].time_s - recording.samples[i - 1].time_s);
+    if (gaps.empty()) return 0;
+    std::nth_element(gaps.begin(), gaps.begin() + gaps.size() / 2, gaps.end());
+    return gaps[gaps.size() / 2];
+}
+
+json describe_run(const Recording& recording, const FiducialRegistration& registration, const SceneBody& body, const Counts& counts) {
+    json fiducials = json::array();
+    for (const RegisteredFiducial& f : registration.fiducials) fiducials.push_back({{"name", f.name}, {"residual_mm", 1e3 * f.residual}, {"leave_one_out_mm", 1e3 * f.leave_one_out}});
+    return {{"samples", recording.samples.size()}, {"frames", counts.frames}, {"missed", counts.missed}, {"not_kept", counts.not_kept}, {"budget_ms", 1e3 * sample_interval(recording)}, {"fre_mm", 1e3 * registration.fre}, {"fiducials", fiducials}, {"tets", body.mesh().tets.size()}, {"nodes", body.mesh().nodes.size()}, {"levels", body.hierarchy.levels.size()}, {"version", LIVETET_VERSION}};
+}
+
+void track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
+    // 1. what is asked: everything is read and checked before anything runs
+    Scene scene = load_scene(arguments.scene);
+    if (!scene.track) fail("{}: track is missing, expected the tracker's recording and registration (livetet scene lists its keys)", arguments.scene.string());
+    if (arguments.every_sample) scene.track->pace = Pace::every_sample;
+    const Recording recording = read_sequence(scene.track->recording);
+    const FiducialRegistration registration = read_registration(scene.track->registration);
+    if (registration.reference_tool != scene.track->reference_tool)
+        fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})", scene.track->registration.string(), registration.reference_tool.empty() ? "the tracker" : registration.reference_tool, scene.track->reference_tool, scene.track->reference_tool);
+
+    // 2. mesh, body, model
+    PetscSession session("livetet", petsc);
+    if (session.ranks() > 1) fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
+    session.add_options(scene.solver.petsc_options);
+    MeshHierarchy hierarchy = [&] {
+        ProgressLine progress("mesh");
+        return load_mesh(scene.mesh, progress.callback());
+    }();
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy));
+    LiveModel model(scene, body, recording.tools, registration.fiducials);
+
+    // 3. frames
+    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene));
+    Recorder recorder(writer);
+    const Counts counts = run_frames(scene, recording, model, recorder);
+    recorder.close();
+    writer.set_text("run", describe_run(recording, registration, body, counts).dump());
+    writer.close();
+
+    // 4. report
+    report_result(scene.output.file, arguments.json);
+}
+
+}  // namespace
+
+void add_track_command(CLI::App& app, ExitStatus& status) {
+    CLI::App* command = app.add_subcommand("track", "Follows a tracker in real time: registration, deformation, results, report");
+    command->footer("Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet scene.");
+    auto arguments = std::make_shared<TrackArguments>();
+    command->add_option("scene", arguments->scene, "scene file (YAML) with a track section")->required();
+    command->add_flag("--every-sample", arguments->every_sample, "every sample of the recording, however long it takes, instead of its own pace");
+    command->add_option("--json", arguments->json, "write the report to this file too");
+    command->allow_extras();
+    command->callback([command, arguments, &status] {
+        track(*arguments, petsc_arguments(*command));
+        status.value = 0;
+    });
+}
+
+}  // namespace livetet

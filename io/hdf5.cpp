@@ -1,0 +1,240 @@
+#include "io/hdf5.hpp"
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+
+#include "base/error.hpp"
+
+namespace livetet::hdf5 {
+
+namespace {
+
+static_assert(std::is_same_v<hid_t, std::int64_t>, "HDF5 1.10 or later");
+
+/// HDF5 prints its errors unless told otherwise: ours say what is needed.
+void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+template <class T>
+hid_t memory_type() {
+    if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
+    if constexpr (std::is_same_v<T, float>) return H5T_NATIVE_FLOAT;
+    if constexpr (std::is_same_v<T, std::int32_t>) return H5T_NATIVE_INT32;
+}
+
+/// Written and read alike on any machine.
+template <class T>
+hid_t stored_type() {
+    if constexpr (std::is_same_v<T, double>) return H5T_IEEE_F64LE;
+    if constexpr (std::is_same_v<T, float>) return H5T_IEEE_F32LE;
+    if constexpr (std::is_same_v<T, std::int32_t>) return H5T_STD_I32LE;
+}
+
+Handle space_of(std::size_t rows, std::size_t columns, bool growing = false) {
+    const hsize_t size[2] = {rows, columns}, most[2] = {H5S_UNLIMITED, columns};
+    return {H5Screate_simple(2, size, growing ? most : nullptr), H5Sclose};
+}
+
+Handle with_groups() {
+    Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+    H5Pset_create_intermediate_group(links.id(), 1);
+    return links;
+}
+
+/// The rows of a two-dimensional table of `columns`; an Error where it is something else.
+std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::string& where, bool integers) {
+    const Handle space(H5Dget_space(dataset.id()), H5Sclose);
+    const Handle type(H5Dget_type(dataset.id()), H5Tclose);
+    hsize_t size[2] = {0, 0};
+    const int rank = H5Sget_simple_extent_ndims(space.id());
+    if (rank == 2) H5Sget_simple_extent_dims(space.id(), size, nullptr);
+    if (rank != 2 || size[1] != columns)
+        fail("{}: found {} dimensions with {} columns, expected a table of {} columns", where, rank, size[1], columns);
+    const auto kind = H5Tget_class(type.id());
+    if (kind != H5T_INTEGER && (integers || kind != H5T_FLOAT))
+        fail("{}: found other data, expected {}", where, integers ? "whole numbers" : "numbers");
+    constexpr hsize_t most = std::numeric_limits<std::int32_t>::max();
+    if (size[0] > most) fail("{}: found {} rows, expected at most {}", where, size[0], most);
+    return size[0];
+}
+
+}  // namespace
+
+File File::create(const std::filesystem::path& path, const std::string& shown) {
+    silence();
+    Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+    if (file.id() < 0) fail("{}: cannot be written as HDF5", shown);
+    return File(std::move(file), shown);
+}
+
+File File::open(const std::filesystem::path& path) {
+    silence();
+    const std::string shown = path.string();
+    if (!std::filesystem::is_regular_file(path)) fail("{}: no such file", shown);
+    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", shown);
+    return File(std::move(file), shown);
+}
+
+Handle File::dataset(const std::string& name) const {
+    Handle handle(has(name) ? H5Dopen2(file_.id(), name.c_str(), H5P_DEFAULT) : -1, H5Dclose);
+    if (handle.id() < 0) fail("{}: holds no table {}", shown_, name);
+    return handle;
+}
+
+template <class T>
+void File::write(const std::string& name, std::span<const T> values, std::size_t columns) {
+    const Handle links = with_groups(), space = space_of(values.size() / columns, columns);
+    const Handle data(
+        H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
+        H5Dclose);
+    const bool bad = data.id() < 0 || (!values.empty() && H5Dwrite(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL,
+                                                                   H5P_DEFAULT, values.data()) < 0);
+    if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
+}
+
+template <class T>
+Table<T> File::read(const std::string& name, std::size_t columns) const {
+    const std::string where = fmt::format("{}: table {}", shown_, name);
+    const Handle data = dataset(name);
+    Table<T> table{rows_of(data, columns, where, std::is_integral_v<T>), {}};
+    // What is stored in the file bounds what a hostile size may allocate: our tables are never compressed.
+    if (H5Dget_storage_size(data.id()) < table.rows * columns)
+        fail("{}: its {} rows are not in the file: truncated", where, table.rows);
+    table.values.resize(table.rows * columns);
+    if (table.rows > 0 && H5Dread(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()) < 0)
+        fail("{}: cannot be read: damaged or truncated", where);
+    return table;
+}
+
+template <class T>
+void File::create_growing(const std::string& name, std::size_t columns) {
+    const Handle links = with_groups(), space = space_of(0, columns, true);
+    const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    const hsize_t chunk[2] = {std::max<hsize_t>(1, 65536 / (columns * sizeof(T))), columns};
+    H5Pset_chunk(layout.id(), 2, chunk);
+    const Handle data(
+        H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(), layout.id(), H5P_DEFAULT),
+        H5Dclose);
+    if (data.id() < 0) fail("{}: the table {} cannot be made", shown_, name);
+}
+
+template <class T>
+void File::append(const std::string& name, std::span<const T> row) {
+    const Handle data = dataset(name);
+    const std::size_t before = rows(name, row.size());
+    const hsize_t size[2] = {before + 1, row.size()}, start[2] = {before, 0}, count[2] = {1, row.size()};
+    bool bad = H5Dset_extent(data.id(), size) < 0;
+    const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, row.size());
+    bad = bad || H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
+          H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, row.data()) < 0;
+    if (bad) fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, before, name);
+}
+
+std::size_t File::rows(const std::string& name, std::size_t columns) const {
+    return rows_of(dataset(name), columns, fmt::format("{}: table {}", shown_, name), false);
+}
+
+template <class T>
+std::vector<T> File::read_row(const std::string& name, std::size_t row, std::size_t columns) const {
+    const Handle data = dataset(name);
+    const std::size_t found = rows(name, columns);
+    if (row >= found) fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found, row);
+    const hsize_t start[2] = {row, 0}, count[2] = {1, columns};
+    const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, columns);
+    std::vector<T> values(columns);
+    if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
+        H5Dread(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) < 0)
+        fail("{}: row {} of table {} cannot be read: damaged or truncated", shown_, row, name);
+    return values;
+}
+
+void File::make_group(const std::string& name) {
+    if (has(name)) return;
+    const Handle links = with_groups();
+    const Handle group(H5Gcreate2(file_.id(), name.c_str(), links.id(), H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    if (group.id() < 0) fail("{}: the group {} cannot be made", shown_, name);
+}
+
+bool File::has(const std::string& name) const {
+    // HDF5 wants each group on the way asked for by itself.
+    for (std::size_t bar = name.find('/', 1);; bar = name.find('/', bar + 1)) {
+        if (H5Lexists(file_.id(), name.substr(0, bar).c_str(), H5P_DEFAULT) <= 0) return false;
+        if (bar == std::string::npos) return true;
+    }
+}
+
+std::vector<std::string> File::names(const std::string& group) const {
+    std::vector<std::string> names;
+    const Handle handle(has(group) ? H5Gopen2(file_.id(), group.c_str(), H5P_DEFAULT) : -1, H5Gclose);
+    H5G_info_t info{};
+    if (handle.id() < 0 || H5Gget_info(handle.id(), &info) < 0) return names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+        char text[1024] = {};
+        if (H5Lget_name_by_idx(handle.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, text, sizeof text, H5P_DEFAULT) < 0)
+            fail("{}: the group {} cannot be read: damaged", shown_, group);
+        names.emplace_back(text);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+void File::write_text(const std::string& name, const std::string& text) {
+    // A data set, not an attribute: an attribute ends at 64 kB, and a scene or a provenance may not.
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose), links = with_groups();
+    H5Tset_size(type.id(), text.size() + 1);
+    H5Tset_cset(type.id(), H5T_CSET_UTF8);
+    const Handle data(H5Dcreate2(file_.id(), name.c_str(), type.id(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
+                      H5Dclose);
+    if (data.id() < 0 || H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()) < 0)
+        fail("{}: the text {} cannot be written (is the disk full?)", shown_, name);
+}
+
+std::string File::read_text(const std::string& name) const {
+    const Handle data = dataset(name);
+    const Handle type(H5Dget_type(data.id()), H5Tclose), space(H5Dget_space(data.id()), H5Sclose);
+    const std::size_t size = H5Tget_size(type.id());
+    if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 || size > (1u << 28) ||
+        H5Sget_simple_extent_npoints(space.id()) != 1)
+        fail("{}: {} is no text, expected one", shown_, name);
+    std::string text(size, '\0');
+    if (H5Dread(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0)
+        fail("{}: the text {} cannot be read: damaged or truncated", shown_, name);
+    text.resize(std::min(text.find('\0'), text.size()));
+    return text;
+}
+
+void File::flush() {
+    if (H5Fflush(file_.id(), H5F_SCOPE_LOCAL) < 0) fail("{}: cannot be written (is the disk full?)", shown_);
+}
+
+void write_format(File& file, const std::string& format, int version) {
+    file.write_text("livetet_format", format);
+    const std::int32_t number = version;
+    file.write<std::int32_t>("livetet_version", {&number, 1}, 1);
+}
+
+void check_format(const File& file, const std::string& format, int version) {
+    if (!file.has("livetet_format")) fail("{}: is an HDF5 file of another program, expected {}", file.shown(), format);
+    const std::string found = file.read_text("livetet_format");
+    if (found != format) fail("{}: holds {}, expected {}", file.shown(), found, format);
+    const auto number = file.read<std::int32_t>("livetet_version", 1);
+    if (number.rows != 1 || number.values[0] != version)
+        fail("{}: holds version {} of {}, expected {}", file.shown(), number.rows ? number.values[0] : 0, format,
+             version);
+}
+
+#define LIVETET_HDF5_OF(T)                                                             \
+    template void File::write<T>(const std::string&, std::span<const T>, std::size_t); \
+    template Table<T> File::read<T>(const std::string&, std::size_t) const;            \
+    template void File::create_growing<T>(const std::string&, std::size_t);            \
+    template void File::append<T>(const std::string&, std::span<const T>);             \
+    template std::vector<T> File::read_row<T>(const std::string&, std::size_t, std::size_t) const;
+LIVETET_HDF5_OF(double)
+LIVETET_HDF5_OF(float)
+LIVETET_HDF5_OF(std::int32_t)
+#undef LIVETET_HDF5_OF
+
+}  // namespace livetet::hdf5

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace livetet::hdf5 {
+
+/// Owns one HDF5 identifier of whatever kind. A moved-from handle is empty.
+class Handle {
+  public:
+    using Id = std::int64_t;
+    using Close = int (*)(Id);
+    Handle() = default;
+    Handle(Id id, Close close) : id_(id), close_(close) {}
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    Handle& operator=(Handle&& other) noexcept {
+        std::swap(id_, other.id_);
+        std::swap(close_, other.close_);
+        return *this;
+    }
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+    Id id() const { return id_; }
+
+  private:
+    Id id_ = -1;
+    Close close_ = nullptr;
+};
+
+/// A table read from a file: `columns` values to a row.
+template <class T>
+struct Table {
+    std::size_t rows = 0;
+    std::vector<T> values;
+};
+
+/// An HDF5 file of tables of numbers and texts in groups ("/levels/0/nodes"); a group is made when something is written
+/// into it. T is double, float or std::int32_t. Every failure is an Error that names the file and the table.
+class File {
+  public:
+    /// Makes a new file, or opens one to read. `shown` is the name that messages give it.
+    static File create(const std::filesystem::path& path, const std::string& shown);
+    static File open(const std::filesystem::path& path);
+
+    /// Writes rows x columns values by rows.
+    template <class T>
+    void write(const std::string& name, std::span<const T> values, std::size_t columns);
+    /// Reads a table that must have `columns` values to a row, of any numeric type that HDF5 converts.
+    template <class T>
+    Table<T> read(const std::string& name, std::size_t columns) const;
+
+    /// A table that grows by one row of `columns` values with each append.
+    template <class T>
+    void create_growing(const std::string& name, std::size_t columns);
+    template <class T>
+    void append(const std::string& name, std::span<const T> row);
+    std::size_t rows(const std::string& name, std::size_t columns) const;
+    /// Row `row` alone.
+    template <class T>
+    std::vector<T> read_row(const std::string& name, std::size_t row, std::size_t columns) const;
+
+    void make_group(const std::string& name);
+    bool has(const std::string& name) const;
+    /// The names in a group, sorted; none where there is no such group.
+    std::vector<std::string> names(const std::string& group) const;
+
+    /// Texts belonging to the file as a whole.
+    void write_text(const std::string& name, const std::string& text);
+    std::string read_text(const std::string& name) const;
+
+    /// All that was written so far is on its way to the disk.
+    void flush();
+    const std::string& shown() const { return shown_; }
+
+  private:
+    File(Handle file, std::string shown) : file_(std::move(file)), shown_(std::move(shown)) {}
+    Handle dataset(const std::string& name) const;
+    Handle file_;
+    std::string shown_;
+};
+
+/// Writes and checks the marks that say what a file is: "livetet_format" and "livetet_version".
+void write_format(File& file, const std::string& format, int version);
+void check_format(const File& file, const std::string& format, int version);
+
+}  // namespace livetet::hdf5

@@ -1,0 +1,146 @@
+#include "io/hierarchy_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr const char* format_name = "livetet mesh hierarchy";
+constexpr int format_version = 1;
+
+/// The numbers of rows of a fixed size, one after the other.
+template <class T, class Row>
+std::span<const T> flat(const std::vector<Row>& rows) {
+    static_assert(sizeof(Row) % sizeof(T) == 0);
+    return {reinterpret_cast<const T*>(rows.data()), rows.size() * (sizeof(Row) / sizeof(T))};
+}
+
+template <class T, std::size_t N>
+std::vector<std::array<T, N>> read_rows(const hdf5::File& file, const std::string& name) {
+    const auto table = file.read<T>(name, N);
+    std::vector<std::array<T, N>> rows(table.rows);
+    for (std::size_t r = 0; r < table.rows; ++r) std::copy_n(table.values.begin() + r * N, N, rows[r].begin());
+    return rows;
+}
+
+void check_indices(std::span<const std::int32_t> indices, std::size_t count, const std::string& where) {
+    for (const std::int32_t n : indices)
+        if (n < 0 || static_cast<std::size_t>(n) >= count)
+            fail("{}: names node {}, expected 0 to {}", where, n, static_cast<std::int64_t>(count) - 1);
+}
+
+/// A set's name as an HDF5 name: '/' parts groups there, and "." is one.
+std::string escape(const std::string& name) {
+    std::string text;
+    for (const char c : name) text += c == '/' || c == '%' || c == '.' ? fmt::format("%{:02x}", c) : std::string(1, c);
+    return text.empty() ? "%" : text;
+}
+
+std::string unescape(const std::string& text) {
+    std::string name;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const std::string_view code = std::string_view(text).substr(i, 3);
+        const char c = code == "%2f" ? '/' : code == "%25" ? '%' : code == "%2e" ? '.' : '\0';
+        if (c) i += 2;
+        if (c || text[i] != '%') name += c ? c : text[i];
+    }
+    return name;
+}
+
+BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, std::size_t points, std::size_t nodes) {
+    const std::string where = fmt::format("{}: {}", file.shown(), group);
+    BarycentricMap map{read_rows<std::int32_t, 4>(file, group + "/nodes"),
+                       read_rows<double, 4>(file, group + "/weights"),
+                       file.read<double>(group + "/distance", 1).values};
+    if (map.nodes.size() != points || map.weights.size() != points || map.distance.size() != points)
+        fail("{}: has {} nodes, {} weights, {} distances, expected one for each of {} nodes of the finer level", where,
+             map.nodes.size(), map.weights.size(), map.distance.size(), points);
+    check_indices(flat<std::int32_t>(map.nodes), nodes, where + "/nodes");
+    for (std::size_t i = 0; i < points; ++i) {
+        const auto& w = map.weights[i];
+        // Written so that NaN is refused as well.
+        const bool convex = std::all_of(w.begin(), w.end(), [](double v) { return v >= -1e-6 && v <= 1 + 1e-6; });
+        if (!convex || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
+            fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from 0 to 1 that sum to 1", where, i, w[0],
+                 w[1], w[2], w[3]);
+        if (!(map.distance[i] >= 0)) fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
+    }
+    return map;
+}
+
+}  // namespace
+
+void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
+    file.write<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
+    file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
+    if (!mesh.regions.empty()) file.write<std::int32_t>(group + "/regions", mesh.regions, 1);
+    for (const auto& [name, nodes] : mesh.node_sets)
+        file.write<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
+    for (const auto& [name, triangles] : mesh.triangle_sets)
+        file.write<std::int32_t>(group + "/triangle_sets/" + escape(name), flat<std::int32_t>(triangles), 3);
+}
+
+TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
+    TetMesh mesh;
+    for (const auto& x : read_rows<double, 3>(file, group + "/nodes")) mesh.nodes.emplace_back(x[0], x[1], x[2]);
+    mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
+    if (file.has(group + "/regions")) mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
+    check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
+    for (const std::string& name : file.names(group + "/node_sets")) {
+        const std::string table = group + "/node_sets/" + name, where = fmt::format("{}: {}", file.shown(), table);
+        auto nodes = file.read<std::int32_t>(table, 1).values;
+        check_indices(nodes, mesh.nodes.size(), where);
+        if (std::adjacent_find(nodes.begin(), nodes.end(), std::greater_equal{}) != nodes.end())
+            fail("{}: its nodes are not in order, expected them sorted, each once", where);
+        mesh.node_sets[unescape(name)] = std::move(nodes);
+    }
+    for (const std::string& name : file.names(group + "/triangle_sets")) {
+        const std::string table = group + "/triangle_sets/" + name;
+        auto triangles = read_rows<std::int32_t, 3>(file, table);
+        check_indices(flat<std::int32_t>(triangles), mesh.nodes.size(), fmt::format("{}: {}", file.shown(), table));
+        mesh.triangle_sets[unescape(name)] = std::move(triangles);
+    }
+    return mesh;
+}
+
+void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy) {
+    PendingFile pending(path);
+    {
+        hdf5::File file = hdf5::File::create(pending.path(), path.string());
+        hdf5::write_format(file, format_name, format_version);
+        file.write_text("provenance", hierarchy.provenance);
+        for (std::size_t l = 0; l < hierarchy.levels.size(); ++l)
+            write_mesh(file, fmt::format("levels/{}", l), hierarchy.levels[l]);
+        for (std::size_t l = 0; l < hierarchy.transfers.size(); ++l) {
+            const std::string group = fmt::format("transfers/{}", l);
+            const BarycentricMap& map = hierarchy.transfers[l];
+            file.write<std::int32_t>(group + "/nodes", flat<std::int32_t>(map.nodes), 4);
+            file.write<double>(group + "/weights", flat<double>(map.weights), 4);
+            file.write<double>(group + "/distance", map.distance, 1);
+        }
+        file.flush();
+    }
+    pending.commit();
+}
+
+MeshHierarchy read_hierarchy(const std::filesystem::path& path) {
+    const hdf5::File file = hdf5::File::open(path);
+    hdf5::check_format(file, format_name, format_version);
+    MeshHierarchy hierarchy;
+    hierarchy.provenance = file.read_text("provenance");
+    const std::size_t levels = file.names("levels").size();
+    if (levels == 0) fail("{}: holds no levels, expected at least one", path.string());
+    for (std::size_t l = 0; l < levels; ++l) hierarchy.levels.push_back(read_mesh(file, fmt::format("levels/{}", l)));
+    for (std::size_t l = 0; l + 1 < levels; ++l)
+        hierarchy.transfers.push_back(read_transfer(file, fmt::format("transfers/{}", l),
+                                                    hierarchy.levels[l].nodes.size(),
+                                                    hierarchy.levels[l + 1].nodes.size()));
+    return hierarchy;
+}
+
+}  // namespace livetet

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "io/hdf5.hpp"
+#include "mesh/hierarchy.hpp"
+
+namespace livetet {
+
+/// Writes a hierarchy as HDF5, in metres: `/levels/0/nodes, tets, regions, node_sets/NAME, triangle_sets/NAME`, level 0
+/// the finest; `/transfers/0/nodes, weights, distance`; `/provenance`.
+void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy);
+
+/// Reads what `write_hierarchy` wrote. Throws Error, naming file and table, where anything does not hold together:
+/// format, sizes, indices, tets that are inverted, weights that do not sum to one.
+MeshHierarchy read_hierarchy(const std::filesystem::path& path);
+
+/// One mesh within a group of an HDF5 file, for other formats to hold.
+void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh);
+TetMesh read_mesh(const hdf5::File& file, const std::string& group);
+
+}  // namespace livetet

@@ -1,0 +1,300 @@
+#include "io/nifti.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include <zlib.h>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "geometry/transform.hpp"
+#include "io/text.hpp"
+
+namespace livetet::nifti {
+
+namespace {
+
+namespace fs = std::filesystem;
+static_assert(std::endian::native == std::endian::little, "the voxels are written in the machine's byte order");
+
+/// A file that is decompressed while it is read, if it is compressed.
+class GzReader {
+  public:
+    explicit GzReader(const fs::path& path) : where_(path.string()), file_(gzopen(path.c_str(), "rb")) {
+        if (!file_) fail("{}: cannot be read", where_);
+        gzbuffer(file_, 1 << 17);
+    }
+    ~GzReader() {
+        if (file_) gzclose_r(file_);
+    }
+    GzReader(const GzReader&) = delete;
+    GzReader& operator=(const GzReader&) = delete;
+
+    /// Up to `count` bytes more, added to `bytes`.
+    void read(std::vector<char>& bytes, std::size_t count) {
+        constexpr std::size_t piece = 1 << 24;  // a hostile header's size is not allocated before it is there
+        while (count > 0) {
+            const std::size_t wanted = std::min(count, piece), before = bytes.size();
+            bytes.resize(before + wanted);
+            const int got = gzread(file_, bytes.data() + before, static_cast<unsigned>(wanted));
+            if (got < 0) fail("{}: its compressed data are damaged", where_);
+            bytes.resize(before + got);
+            if (static_cast<std::size_t>(got) < wanted) return;
+            count -= wanted;
+        }
+    }
+    /// The end of the compressed data, whose check sum lies behind the last voxel.
+    void finish() {
+        char rest = 0;
+        const bool damaged = gzread(file_, &rest, 1) < 0;
+        if (gzclose_r(std::exchange(file_, nullptr)) != Z_OK || damaged)
+            fail("{}: its compressed data are truncated or damaged at the end", where_);
+    }
+
+  private:
+    std::string where_;
+    gzFile file_;
+};
+
+/// The fields of a header, wherever the version keeps them, in the machine's byte order.
+class Fields {
+  public:
+    Fields(const std::vector<char>& bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
+    template <class T>
+    T get(std::size_t offset, std::size_t index = 0) const {
+        char raw[sizeof(T)];
+        std::memcpy(raw, bytes_.data() + offset + index * sizeof(T), sizeof(T));
+        if (swapped_) std::reverse(raw, raw + sizeof(T));
+        T value;
+        std::memcpy(&value, raw, sizeof(T));
+        return value;
+    }
+
+  private:
+    const std::vector<char>& bytes_;
+    bool swapped_;
+};
+
+struct Header {
+    bool swapped = false;
+    std::array<std::int64_t, 8> dim{};
+    int type = 0, xyz_units = 0, qform = 0, sform = 0;
+    std::array<double, 4> pixdim{};
+    double offset = 0, slope = 0, intercept = 0;
+    std::array<double, 6> q{};  ///< quaternion b, c, d; offset x, y, z
+    Eigen::Matrix<double, 3, 4> srow;
+};
+
+/// Version 1 (348 bytes): 16-bit sizes and floats; version 2 (540 bytes): 64-bit sizes and doubles.
+template <class Size, class Real, class Code>
+Header parse(const Fields& f, std::size_t dim, std::size_t type, std::size_t pixdim, std::size_t offset,
+             std::size_t slope, std::size_t units, std::size_t qform, std::size_t q) {
+    Header h;
+    for (int i = 0; i < 8; ++i) h.dim[i] = f.get<Size>(dim, i);
+    h.type = f.get<std::int16_t>(type);
+    for (int i = 0; i < 4; ++i) h.pixdim[i] = f.get<Real>(pixdim, i);
+    h.slope = f.get<Real>(slope);
+    h.intercept = f.get<Real>(slope, 1);
+    h.xyz_units = f.get<Code>(units) & 7;
+    h.qform = f.get<Code>(qform);
+    h.sform = f.get<Code>(qform, 1);
+    for (int i = 0; i < 6; ++i) h.q[i] = f.get<Real>(q, i);
+    for (int i = 0; i < 12; ++i) h.srow(i / 4, i % 4) = f.get<Real>(q + 6 * sizeof(Real), i);
+    h.offset = sizeof(Real) == 4 ? f.get<float>(offset) : static_cast<double>(f.get<std::int64_t>(offset));
+    return h;
+}
+
+Header read_header(GzReader& in, std::vector<char>& bytes, const std::string& where) {
+    in.read(bytes, 348);
+    if (bytes.size() < 348) fail("{}: found {} bytes, expected a NIfTI header of 348: truncated", where, bytes.size());
+    const Fields native(bytes, false), turned(bytes, true);
+    for (const bool swapped : {false, true}) {
+        const Fields& f = swapped ? turned : native;
+        const int size = f.get<std::int32_t>(0);
+        Header header;
+        if (size == 348 && std::memcmp(bytes.data() + 344, "n+1", 4) == 0) {
+            header = parse<std::int16_t, float, std::int16_t>(f, 40, 70, 76, 108, 112, 123, 252, 256);
+            header.xyz_units = bytes[123] & 7;
+        } else if (size == 540 && std::memcmp(bytes.data() + 4, "n+2", 4) == 0) {
+            in.read(bytes, 540 - 348);
+            if (bytes.size() < 540)
+                fail("{}: found {} bytes, expected a header of 540: truncated", where, bytes.size());
+            header = parse<std::int64_t, double, std::int32_t>(f, 16, 12, 104, 168, 176, 500, 344, 352);
+        } else {
+            continue;
+        }
+        header.swapped = swapped;
+        return header;
+    }
+    fail("{}: is no NIfTI file in one piece, expected its header to hold 'n+1' or 'n+2'", where);
+}
+
+/// A unit quaternion's rotation times the spacing; the third axis turned round where pixdim[0] is negative.
+Eigen::Matrix4d qform_affine(const Header& h) {
+    const double bcd = h.q[0] * h.q[0] + h.q[1] * h.q[1] + h.q[2] * h.q[2];
+    const Eigen::Quaterniond quaternion(std::sqrt(std::max(0.0, 1 - bcd)), h.q[0], h.q[1], h.q[2]);
+    const Eigen::Vector3d spacing(h.pixdim[1], h.pixdim[2], h.pixdim[0] < 0 ? -h.pixdim[3] : h.pixdim[3]);
+    Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
+    affine.topLeftCorner<3, 3>() = quaternion.normalized().toRotationMatrix() * spacing.asDiagonal();
+    affine.topRightCorner<3, 1>() << h.q[3], h.q[4], h.q[5];
+    return affine;
+}
+
+Eigen::Matrix4d affine_of(const Header& h, const std::string& where) {
+    Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
+    if (h.sform > 0)
+        affine.topRows<3>() = h.srow;
+    else if (h.qform > 0)
+        affine = qform_affine(h);
+    else
+        affine.diagonal().head<3>() << h.pixdim[1], h.pixdim[2], h.pixdim[3];
+    const double unit = h.xyz_units == 1 ? 1 : h.xyz_units == 3 ? 1e-6 : 1e-3;  // mm where the file does not say
+    affine.topRows<3>() *= unit;
+    const Eigen::Matrix3d axes = affine.topLeftCorner<3, 3>();
+    const double lengths = axes.colwise().norm().prod();
+    if (!affine.allFinite() || !(lengths > 0) || !(std::abs(axes.determinant()) > 1e-6 * lengths))
+        fail("{}: its {} does not span space (axes of {:.3g}, {:.3g}, {:.3g} mm), expected three directions", where,
+             h.sform > 0   ? "sform"
+             : h.qform > 0 ? "qform"
+                           : "spacing",
+             1e3 * axes.col(0).norm(), 1e3 * axes.col(1).norm(), 1e3 * axes.col(2).norm());
+    return affine;
+}
+
+std::array<int, 3> size_of(const Header& h, const std::string& where) {
+    const auto& d = h.dim;
+    const bool flat = d[0] < 3 || d[0] > 7;
+    for (int i = 4; !flat && i <= d[0]; ++i)
+        if (d[i] > 1) fail("{}: has {} dimensions ({} volumes), expected one image of three", where, d[0], d[i]);
+    constexpr std::int64_t most = 1 << 20;
+    if (flat || std::min({d[1], d[2], d[3]}) < 1 || std::max({d[1], d[2], d[3]}) > most ||
+        static_cast<double>(d[1]) * d[2] * d[3] > 4e9)
+        fail("{}: has {} dimensions of {} x {} x {} voxels, expected an image of three", where, d[0], d[1], d[2], d[3]);
+    return {static_cast<int>(d[1]), static_cast<int>(d[2]), static_cast<int>(d[3])};
+}
+
+template <class T>
+void convert(const std::vector<char>& bytes, bool swapped, std::vector<double>& values) {
+    const Fields f(bytes, swapped);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(f.get<T>(0, i));
+}
+
+struct Kind {
+    int code;
+    std::size_t bytes;
+    void (*convert)(const std::vector<char>&, bool, std::vector<double>&);
+};
+constexpr Kind kinds[] = {{2, 1, convert<std::uint8_t>},    {4, 2, convert<std::int16_t>},
+                          {8, 4, convert<std::int32_t>},    {16, 4, convert<float>},
+                          {64, 8, convert<double>},         {256, 1, convert<std::int8_t>},
+                          {512, 2, convert<std::uint16_t>}, {768, 4, convert<std::uint32_t>},
+                          {1024, 8, convert<std::int64_t>}, {1280, 8, convert<std::uint64_t>}};
+
+const Kind& kind_of(const Header& h, const std::string& where) {
+    if (h.type == 128 || h.type == 2304)
+        fail("{}: is a colour image (NIfTI type {}), expected grey or labels", where, h.type);
+    for (const Kind& kind : kinds)
+        if (kind.code == h.type) return kind;
+    fail("{}: has voxels of NIfTI type {}, expected integers of 8 to 64 bits, float or double", where, h.type);
+}
+
+template <class T>
+void put(std::vector<char>& header, std::size_t offset, std::initializer_list<double> values) {
+    for (const double v : values) {
+        const T value = static_cast<T>(v);
+        std::memcpy(header.data() + offset, &value, sizeof(T));
+        offset += sizeof(T);
+    }
+}
+
+std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matrix4d& affine_mm, VoxelType type) {
+    std::vector<char> header(352, 0);
+    const Eigen::Matrix3d axes = affine_mm.topLeftCorner<3, 3>();
+    const Eigen::Vector3d spacing = axes.colwise().norm().transpose();
+    const double qfac = axes.determinant() < 0 ? -1 : 1;
+    Eigen::Matrix3d directions = axes * spacing.cwiseInverse().asDiagonal();
+    directions.col(2) *= qfac;
+    const bool square =
+        (directions.transpose() * directions - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-5;
+    Eigen::Quaterniond q(nearest_rotation(directions));
+    if (q.w() < 0) q.coeffs() *= -1;
+    const Eigen::Vector3d origin = affine_mm.topRightCorner<3, 1>();
+
+    const int bytes = type == VoxelType::uint8 ? 1 : type == VoxelType::int16 ? 2 : 4;
+    put<std::int32_t>(header, 0, {348});
+    put<std::int16_t>(header, 40, {3, 1.0 * size[0], 1.0 * size[1], 1.0 * size[2], 1, 1, 1, 1});
+    put<std::int16_t>(header, 70, {static_cast<double>(type), 8.0 * bytes});
+    put<float>(header, 76, {qfac, spacing[0], spacing[1], spacing[2], 1, 1, 1, 1});
+    put<float>(header, 108, {352, 1, 0});
+    header[123] = 2;                                          // mm
+    put<std::int16_t>(header, 252, {square ? 1.0 : 0.0, 1});  // scanner's axes
+    put<float>(header, 256, {q.x(), q.y(), q.z(), origin[0], origin[1], origin[2]});
+    for (int i = 0; i < 3; ++i)
+        put<float>(header, 280 + 16 * i, {affine_mm(i, 0), affine_mm(i, 1), affine_mm(i, 2), affine_mm(i, 3)});
+    std::memcpy(header.data() + 344, "n+1", 4);
+    return header;
+}
+
+void check_ending(const fs::path& path) {
+    const std::string end = ending(path);
+    if (end != ".nii" && end != ".nii.gz")
+        fail("{}: the name ends in '{}', expected a NIfTI image: .nii or .nii.gz", path.string(), end);
+}
+
+}  // namespace
+
+Volume read(const fs::path& path) {
+    check_ending(path);
+    const std::string where = path.string();
+    if (!fs::is_regular_file(path)) fail("{}: no such file", where);
+    GzReader in(path);
+    std::vector<char> bytes;
+    const Header header = read_header(in, bytes, where);
+    Volume volume{size_of(header, where), affine_of(header, where), {}};
+    const Kind& kind = kind_of(header, where);
+    if (!(header.offset >= static_cast<double>(bytes.size()) && header.offset <= 1e9))
+        fail("{}: its voxels begin at byte {}, expected behind the header", where, header.offset);
+    const std::size_t offset = static_cast<std::size_t>(header.offset);
+    in.read(bytes, offset - bytes.size());
+    const bool whole_header = bytes.size() == offset;
+    bytes.clear();
+    const std::size_t count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] * volume.size[2];
+    if (whole_header) in.read(bytes, count * kind.bytes);
+    if (bytes.size() < count * kind.bytes)
+        fail("{}: found {} bytes of voxels, expected {} x {} x {} of {} bytes: the file is truncated", where,
+             bytes.size(), volume.size[0], volume.size[1], volume.size[2], kind.bytes);
+    in.finish();
+    volume.values.resize(count);
+    kind.convert(bytes, header.swapped, volume.values);
+    const bool scaled = std::isfinite(header.slope) && std::isfinite(header.intercept) && header.slope != 0;
+    if (scaled && (header.slope != 1 || header.intercept != 0))
+        for (double& v : volume.values) v = header.slope * v + header.intercept;
+    return volume;
+}
+
+void write(const fs::path& path, const std::array<int, 3>& size, const Eigen::Matrix4d& ras_from_voxel, VoxelType type,
+           std::span<const char> bytes) {
+    check_ending(path);
+    for (const int n : size)
+        if (n < 1 || n > 32767)
+            fail("{}: the image has {} voxels along an axis, expected 1 to 32767", path.string(), n);
+    Eigen::Matrix4d affine_mm = ras_from_voxel;
+    affine_mm.topRows<3>() *= 1e3;
+    const std::vector<char> header = make_header(size, affine_mm, type);
+    PendingFile pending(path);
+    const gzFile file = gzopen(pending.path().c_str(), ending(path) == ".nii" ? "wbT" : "wb6");
+    if (!file) fail("{}: cannot be written", path.string());
+    const bool written = gzfwrite(header.data(), 1, header.size(), file) == header.size() &&
+                         gzfwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    if (gzclose_w(file) != Z_OK || !written) fail("{}: cannot be written (is the disk full?)", path.string());
+    pending.commit();
+}
+
+}  // namespace livetet::nifti

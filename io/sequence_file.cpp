@@ -1,0 +1,279 @@
+#include "io/sequence_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include <fmt/ranges.h>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "geometry/transform.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double metres_per_mm = 1e-3;
+constexpr std::string_view frame_prefix = "Seq_Frame", to_tracker = "ToTrackerTransform";
+
+using Fields = std::map<std::string, std::string, std::less<>>;
+
+struct Header {
+    std::optional<std::size_t> frame_count;  ///< as the size in the header says
+    std::map<std::size_t, Fields> frames;
+    std::vector<std::string> tools;   ///< in the order of their first appearance
+    std::vector<std::string> others;  ///< transforms that do not lead to the tracker
+};
+
+void add_once(std::vector<std::string>& names, std::string_view name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+}
+
+/// Takes in `Seq_Frame0012_StylusToTrackerTransform`: frame 12, field `StylusToTrackerTransform`.
+void add_frame_field(Header& header, std::string_view key, std::string_view value, const std::string& where) {
+    const std::string_view rest = key.substr(frame_prefix.size());
+    const auto bar = rest.find('_');
+    const auto frame = parse_index(rest.substr(0, bar));
+    if (!frame || bar == std::string_view::npos)
+        fail("{}: found the field {}, expected a name such as Seq_Frame0000_Timestamp", where, key);
+    const std::string_view field = rest.substr(bar + 1);
+    if (field.ends_with(to_tracker) && field.size() > to_tracker.size())
+        add_once(header.tools, field.substr(0, field.size() - to_tracker.size()));
+    else if (field.ends_with("Transform"))
+        add_once(header.others, field.substr(0, field.size() - std::string_view("Transform").size()));
+    if (!header.frames[*frame].emplace(field, value).second)
+        fail("{}: frame {} has the field {} twice, expected it once", where, *frame, field);
+}
+
+/// Takes in one line of the header, key and value apart.
+void add_field(Header& header, std::string_view key, std::string_view value, const std::string& where) {
+    if (key.starts_with(frame_prefix)) return add_frame_field(header, key, value, where);
+    if (key.starts_with("axis ") && key.ends_with("index values"))
+        fail("{}: found {}, a sequence of 3D Slicer's own format; expected one of PLUS (Seq_Frame0000_...)", where,
+             key);
+    if (key != "DimSize" && key != "sizes") return;
+    const auto sizes = split_words(value);
+    header.frame_count = sizes.empty() ? std::nullopt : parse_index(sizes.back());
+    if (!header.frame_count) fail("{}: {} = {}, expected whole numbers, the last one the frames", where, key, value);
+}
+
+Header read_header(std::istream& in, const fs::path& path) {
+    Header header;
+    std::string line;
+    std::getline(in, line);
+    const bool nrrd = line.starts_with("NRRD");
+    if (!nrrd && !line.starts_with("ObjectType"))
+        fail("{}:1: found '{}', expected ObjectType = Image or NRRD0004, as PLUS's sequences begin", path.string(),
+             trim(line).substr(0, 40));
+    for (std::size_t number = 2; std::getline(in, line); ++number) {
+        const std::string where = fmt::format("{}:{}", path.string(), number);
+        const std::string_view text = trim(line);
+        if (nrrd && text.empty()) return header;
+        if (text.empty() || text.starts_with('#')) continue;
+        // NRRD: `field: value` and `key:=value`; MetaImage: `Name = Value`.
+        const auto mark = text.find(nrrd ? ':' : '=');
+        if (mark == std::string_view::npos)
+            fail("{}: found '{}', expected {}", where, text.substr(0, 40), nrrd ? "key:=value" : "Name = Value");
+        const std::size_t width = nrrd && text.substr(mark).starts_with(":=") ? 2 : 1;
+        const std::string_view key = trim(text.substr(0, mark));
+        if (!nrrd && key == "ElementDataFile") return header;
+        add_field(header, key, trim(text.substr(mark + width)), where);
+    }
+    fail("{}: ends within frame {}, expected more fields and then {}: the file is truncated", path.string(),
+         header.frames.empty() ? 0 : header.frames.rbegin()->first, nrrd ? "a blank line" : "ElementDataFile = LOCAL");
+}
+
+const std::string* find(const Fields& fields, std::string_view name) {
+    const auto found = fields.find(name);
+    return found == fields.end() ? nullptr : &found->second;
+}
+
+PoseStatus parse_status(std::string_view text) {
+    if (text == "OK") return PoseStatus::ok;
+    for (const auto* word : {"MISSING", "OUT_OF_VIEW", "OUT_OF_VOLUME", "REQ_TIMEOUT"})
+        if (text == word) return PoseStatus::missing;
+    return PoseStatus::invalid;  // INVALID, PATH_NOT_FOUND, UNKNOWN and what later versions may say
+}
+
+/// Sixteen numbers by rows, in mm.
+Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
+    const auto words = split_words(text);
+    if (words.size() != 16) fail("{}: found {} numbers, expected the 16 of a 4 x 4 matrix", where, words.size());
+    Eigen::Matrix4d matrix;
+    for (int i = 0; i < 16; ++i) {
+        const auto number = parse_number(words[i]);
+        if (!number) fail("{}: found '{}', expected a number", where, words[i].substr(0, 40));
+        matrix(i / 4, i % 4) = *number;
+    }
+    return matrix;
+}
+
+bool is_rigid(const Eigen::Matrix4d& m) {
+    constexpr double tolerance = 0.02;  // electromagnetic trackers come within 5e-4
+    const Eigen::Matrix3d rotation = m.topLeftCorner<3, 3>();
+    return m.allFinite() && rotation.determinant() > 0 &&
+           (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < tolerance &&
+           (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-6;
+}
+
+TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std::string& where) {
+    TrackedPose pose;
+    const std::string name = tool + std::string(to_tracker);
+    const std::string* matrix_text = find(fields, name);
+    const std::string* status = find(fields, name + "Status");
+    if (status) pose.status = parse_status(*status);
+    if (!matrix_text) {
+        if (status && pose.status == PoseStatus::ok)
+            fail("{}: found {}Status = OK and no {}, expected its 16 numbers", where, name, name);
+        return pose;
+    }
+    const Eigen::Matrix4d matrix = parse_matrix(*matrix_text, where + ", field " + name);
+    if (!status) pose.status = PoseStatus::ok;
+    if (!is_rigid(matrix)) {
+        pose.status = PoseStatus::invalid;
+        return pose;
+    }
+    pose.rotation = nearest_rotation(matrix.topLeftCorner<3, 3>());
+    pose.translation = metres_per_mm * matrix.topRightCorner<3, 1>();
+    return pose;
+}
+
+double parse_time(const Fields& fields, const std::string& where) {
+    const std::string* text = find(fields, "Timestamp");
+    if (!text) fail("{}: no field Timestamp, expected seconds", where);
+    const auto time_s = parse_number(*text);
+    if (!time_s || !std::isfinite(*time_s))
+        fail("{}, field Timestamp: found '{}', expected seconds", where, text->substr(0, 40));
+    return *time_s;
+}
+
+/// Every frame from 0 to the size that the header states, and no other.
+void check_frames(const Header& header, const std::string& where) {
+    if (header.tools.empty())
+        fail("{}: holds no tool: found {}, expected fields such as Seq_Frame0000_StylusToTrackerTransform", where,
+             header.others.empty() ? "no transforms" : fmt::format("only {}", fmt::join(header.others, ", ")));
+    if (!header.frame_count) fail("{}: the header states no size, expected DimSize or sizes", where);
+    std::size_t expected = 0;
+    for (const auto& [frame, fields] : header.frames) {
+        if (frame != expected || frame >= *header.frame_count) break;
+        ++expected;
+    }
+    if (expected == *header.frame_count && expected == header.frames.size()) return;
+    if (expected == *header.frame_count)
+        fail("{}: found frame {}, expected {} frames, as the header's size says", where, header.frames.rbegin()->first,
+             expected);
+    fail("{}: frame {} is missing, found {} frames of the {} that the header's size says: the file is truncated", where,
+         expected, header.frames.size(), *header.frame_count);
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), 0);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t above = row[j + 1];
+            row[j + 1] = std::min({above + 1, row[j] + 1, diagonal + (a[i] != b[j])});
+            diagonal = above;
+        }
+    }
+    return row.back();
+}
+
+std::string matrix_text(const TrackedPose& pose) {
+    std::string text;
+    for (int i = 0; i < 3; ++i)
+        text += fmt::format("{} {} {} {} ", pose.rotation(i, 0), pose.rotation(i, 1), pose.rotation(i, 2),
+                            pose.translation(i) / metres_per_mm);
+    return text + "0 0 0 1";
+}
+
+void check_recording(const Recording& recording, const std::string& where) {
+    if (recording.tools.empty()) fail("{}: the recording has no tools, expected at least one", where);
+    for (const std::string& tool : recording.tools)
+        if (tool.empty() || tool.find_first_of(" \t\r\n=:") != std::string::npos)
+            fail("{}: the tool is named '{}', expected a name without blanks, '=' and ':'", where, tool);
+    double last = -HUGE_VAL;
+    for (std::size_t k = 0; k < recording.samples.size(); ++k) {
+        const TrackerSample& sample = recording.samples[k];
+        if (sample.poses.size() != recording.tools.size())
+            fail("{}: frame {} has {} poses, expected {}", where, k, sample.poses.size(), recording.tools.size());
+        if (!std::isfinite(sample.time_s) || sample.time_s < last)
+            fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", where, k, sample.time_s,
+                 last);
+        last = sample.time_s;
+    }
+}
+
+}  // namespace
+
+Recording read_sequence(const fs::path& path) {
+    const std::string where = path.string();
+    if (const std::string end = ending(path); end != ".mha" && end != ".mhd" && end != ".nrrd")
+        fail("{}: the name ends in '{}', expected a PLUS sequence: .mha, .mhd or .nrrd", where, end);
+    if (!fs::is_regular_file(path)) fail("{}: no such file", where);
+    std::ifstream in(path, std::ios::binary);
+    if (!in) fail("{}: cannot be read", where);
+    const Header header = read_header(in, path);
+    check_frames(header, where);
+
+    Recording recording{header.tools, {}};
+    recording.samples.reserve(header.frames.size());
+    for (const auto& [frame, fields] : header.frames) {
+        const std::string place = fmt::format("{}: frame {}", where, frame);
+        TrackerSample& sample = recording.samples.emplace_back();
+        sample.time_s = parse_time(fields, place);
+        if (frame > 0 && sample.time_s < recording.samples[frame - 1].time_s)
+            fail("{}: Timestamp {} s comes before the last frame's {} s, expected time not to go backwards", place,
+                 sample.time_s, recording.samples[frame - 1].time_s);
+        for (const std::string& tool : header.tools) sample.poses.push_back(parse_pose(fields, tool, place));
+    }
+    return recording;
+}
+
+void write_sequence(const fs::path& path, const Recording& recording) {
+    const std::string where = path.string();
+    if (ending(path) != ".mha")
+        fail("{}: the name ends in '{}', expected .igs.mha for a PLUS sequence", where, ending(path));
+    check_recording(recording, where);
+    std::string text = fmt::format(
+        "ObjectType = Image\nNDims = 3\nAnatomicalOrientation = RAI\nBinaryData = True\nBinaryDataByteOrderMSB = "
+        "False\n"
+        "CenterOfRotation = 0 0 0\nCompressedData = False\nDimSize = 0 0 {}\nKinds = domain domain list\n"
+        "ElementNumberOfChannels = 1\nElementSpacing = 1 1 1\nElementType = MET_UCHAR\nOffset = 0 0 0\n"
+        "TransformMatrix = 1 0 0 0 1 0 0 0 1\nUltrasoundImageOrientation = XX\nUltrasoundImageType = XX\n",
+        recording.samples.size());
+    for (std::size_t k = 0; k < recording.samples.size(); ++k) {
+        const TrackerSample& sample = recording.samples[k];
+        const std::string frame = fmt::format("{}{:04}_", frame_prefix, k);
+        for (std::size_t i = 0; i < recording.tools.size(); ++i) {
+            constexpr const char* words[] = {"OK", "MISSING", "INVALID"};
+            const std::string field = frame + recording.tools[i] + std::string(to_tracker);
+            text += fmt::format("{} = {}\n{}Status = {}\n", field, matrix_text(sample.poses[i]), field,
+                                words[static_cast<int>(sample.poses[i].status)]);
+        }
+        text += fmt::format("{0}Timestamp = {1}\n{0}ImageStatus = INVALID\n", frame, sample.time_s);
+    }
+    write_text_file(path, text + "ElementDataFile = LOCAL\n");
+}
+
+std::size_t tool_index(const Recording& recording, std::string_view name, const fs::path& path) {
+    const auto& tools = recording.tools;
+    if (const auto found = std::find(tools.begin(), tools.end(), name); found != tools.end())
+        return static_cast<std::size_t>(found - tools.begin());
+    if (tools.empty()) fail("{}: holds no tool '{}', nor any other", path.string(), name);
+    const auto nearest = std::min_element(tools.begin(), tools.end(), [&](const auto& a, const auto& b) {
+        return edit_distance(a, name) < edit_distance(b, name);
+    });
+    fail("{}: holds no tool '{}'; found {}; did you mean {}?", path.string(), name, fmt::join(tools, ", "), *nearest);
+}
+
+}  // namespace livetet

@@ -1,0 +1,106 @@
+#include "io/text.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <limits>
+
+namespace livetet {
+
+namespace {
+
+constexpr std::string_view blanks = " \t\r\n";
+
+}  // namespace
+
+std::string_view trim(std::string_view text) {
+    const auto first = text.find_first_not_of(blanks);
+    if (first == std::string_view::npos) return {};
+    return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::vector<std::string_view> split_words(std::string_view text) {
+    std::vector<std::string_view> words;
+    for (auto begin = text.find_first_not_of(blanks); begin != std::string_view::npos;) {
+        const auto end = std::min(text.find_first_of(blanks, begin), text.size());
+        words.push_back(text.substr(begin, end - begin));
+        begin = text.find_first_not_of(blanks, end);
+    }
+    return words;
+}
+
+std::vector<std::string_view> split_lines(std::string_view text) {
+    std::vector<std::string_view> lines;
+    while (!text.empty()) {
+        const auto end = std::min(text.find('\n'), text.size());
+        std::string_view line = text.substr(0, end);
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        lines.push_back(line);
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return lines;
+}
+
+std::optional<double> parse_number(std::string_view text) {
+    if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
+    if (text.find(".#") != std::string_view::npos) return std::numeric_limits<double>::quiet_NaN();
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || end != text.data() + text.size()) return std::nullopt;
+    if (error == std::errc::result_out_of_range) {
+        const bool tiny = text.find("e-") != std::string_view::npos || text.find("E-") != std::string_view::npos;
+        return tiny ? 0 : std::numeric_limits<double>::infinity();
+    }
+    if (error != std::errc()) return std::nullopt;
+    return value;
+}
+
+std::optional<std::size_t> parse_index(std::string_view text) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+std::string ending(const std::filesystem::path& path) {
+    std::string last = path.extension().string();
+    std::transform(last.begin(), last.end(), last.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (last == ".gz") last = ending(path.stem()) + last;
+    return last;
+}
+
+std::string csv_cell(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos && trim(text) == text) return text;
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"') quoted += '"';
+        quoted += c == '\n' || c == '\r' ? ' ' : c;
+    }
+    return quoted + '"';
+}
+
+std::optional<std::vector<std::string>> split_csv(std::string_view line) {
+    std::vector<std::string> cells;
+    std::size_t at = 0;
+    while (true) {
+        at = std::min(line.find_first_not_of(" \t\r", at), line.size());
+        std::string cell;
+        if (at < line.size() && line[at] == '"') {
+            for (++at;; ++at) {
+                if (at >= line.size()) return std::nullopt;
+                if (line[at] == '"' && (at + 1 >= line.size() || line[++at] != '"')) break;
+                cell += line[at];
+            }
+            at = std::min(line.find(',', at), line.size());
+        } else {
+            const auto end = std::min(line.find(',', at), line.size());
+            cell = trim(line.substr(at, end - at));
+            at = end;
+        }
+        cells.push_back(std::move(cell));
+        if (at >= line.size()) return cells;
+        ++at;
+    }
+}
+
+}  // namespace livetet

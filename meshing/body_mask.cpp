@@ -1,0 +1,121 @@
+#include "meshing/body_mask.hpp"
+
+#include <fmt/ranges.h>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <set>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+enum Voxel : std::uint8_t { empty = 0, picked = 1, seen = 2, outside = 3 };
+
+using Mask = Image<std::uint8_t>;
+
+void check_image(const LabelImage& image) {
+    const auto& n = image.size;
+    if (n[0] < 1 || n[1] < 1 || n[2] < 1) fail("image: its size {} x {} x {} must be > 0", n[0], n[1], n[2]);
+    const auto count = static_cast<std::size_t>(n[0]) * n[1] * n[2];
+    if (image.values.size() != count) fail("image: it has {} voxels, expected {}", image.values.size(), count);
+}
+
+std::set<std::int32_t> labels_in(const LabelImage& image) {
+    std::set<std::int32_t> found;
+    std::int32_t last = 0;
+    for (const std::int32_t v : image.values)
+        if (v != last) found.insert(last = v);
+    found.erase(0);
+    return found;
+}
+
+Mask pick(const LabelImage& image, std::span<const std::int32_t> labels) {
+    const std::set<std::int32_t> there = labels_in(image);
+    if (there.empty()) fail("image: every voxel has label 0, expected a body");
+    for (const std::int32_t label : labels) {
+        if (label == 0) fail("image: label 0 is the background, expected one of {}", fmt::join(there, ", "));
+        if (!there.contains(label)) fail("image: label {} is not there, found {}", label, fmt::join(there, ", "));
+    }
+    Mask mask{image.size, image.ras_from_voxel, std::vector<std::uint8_t>(image.values.size(), empty)};
+    const auto wanted = [&](std::int32_t v) {
+        return v != 0 && (labels.empty() || std::find(labels.begin(), labels.end(), v) != labels.end());
+    };
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        if (wanted(image.values[i])) mask.values[i] = picked;
+    return mask;
+}
+
+/// Turns the voxels of value `from` that hang together with `seed` by faces into `to`; gives their indices.
+std::vector<std::size_t> flood(Mask& mask, std::size_t seed, Voxel from, Voxel to) {
+    const auto nx = static_cast<std::size_t>(mask.size[0]), ny = static_cast<std::size_t>(mask.size[1]);
+    std::vector<std::size_t> part{seed};
+    mask.values[seed] = to;
+    for (std::size_t next = 0; next < part.size(); ++next) {
+        const std::size_t v = part[next];
+        const auto visit = [&](bool exists, std::size_t neighbour) {
+            if (!exists || mask.values[neighbour] != from) return;
+            mask.values[neighbour] = to;
+            part.push_back(neighbour);
+        };
+        const std::size_t i = v % nx, j = v / nx % ny, k = v / nx / ny;
+        visit(i > 0, v - 1);
+        visit(i + 1 < nx, v + 1);
+        visit(j > 0, v - nx);
+        visit(j + 1 < ny, v + nx);
+        visit(k > 0, v - nx * ny);
+        visit(k + 1 < static_cast<std::size_t>(mask.size[2]), v + nx * ny);
+    }
+    return part;
+}
+
+std::vector<std::size_t> largest_component(Mask& mask) {
+    std::vector<std::size_t> largest;
+    for (std::size_t v = 0; v < mask.values.size(); ++v) {
+        if (mask.values[v] != picked) continue;
+        std::vector<std::size_t> part = flood(mask, v, picked, seen);
+        if (part.size() > largest.size()) largest = std::move(part);
+    }
+    return largest;
+}
+
+/// The voxels alone in a grid that leaves one empty voxel around them.
+Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels) {
+    Eigen::Array3i low = Eigen::Array3i::Constant(1 << 30), high = -low;
+    const auto place = [&](std::size_t v) {
+        const auto nx = static_cast<std::size_t>(image.size[0]), ny = static_cast<std::size_t>(image.size[1]);
+        return Eigen::Array3i(static_cast<int>(v % nx), static_cast<int>(v / nx % ny), static_cast<int>(v / nx / ny));
+    };
+    for (const std::size_t v : voxels) {
+        low = low.min(place(v));
+        high = high.max(place(v));
+    }
+    low -= 1;
+    const Eigen::Array3i size = high - low + 2;
+    Mask crop{{size[0], size[1], size[2]}, image.ras_from_voxel, {}};
+    crop.ras_from_voxel.col(3) = image.ras_from_voxel * low.cast<double>().matrix().homogeneous();
+    crop.values.assign(static_cast<std::size_t>(size[0]) * size[1] * size[2], empty);
+    for (const std::size_t v : voxels) {
+        const Eigen::Array3i at = place(v) - low;
+        crop.at(at[0], at[1], at[2]) = picked;
+    }
+    return crop;
+}
+
+}  // namespace
+
+BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels) {
+    check_image(image);
+    Mask all = pick(image, labels);
+    BodyMask body;
+    body.picked_voxels = std::count(all.values.begin(), all.values.end(), picked);
+    body.mask = cropped(all, largest_component(all));
+    flood(body.mask, 0, empty, outside);  // the empty rim is in one piece
+    for (std::uint8_t& v : body.mask.values) v = v == outside ? 0 : 1;
+    body.body_voxels = std::count(body.mask.values.begin(), body.mask.values.end(), 1);
+    return body;
+}
+
+}  // namespace livetet

@@ -1,0 +1,135 @@
+#include "meshing/child_process.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+#include <thread>
+
+namespace livetet {
+
+namespace {
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+using Clock = std::chrono::steady_clock;
+
+constexpr int failed_by_exception = 125;
+
+/// A file without a name in the system's temporary folder: gone when closed, even if this process is killed.
+File temporary_file() {
+    std::FILE* file = std::tmpfile();
+    if (!file) throw std::system_error(errno, std::generic_category(), "no temporary file for a child process");
+    return {file, &std::fclose};
+}
+
+std::vector<char> contents(std::FILE* file) {
+    const int descriptor = fileno(file);
+    const off_t size = ::lseek(descriptor, 0, SEEK_END);
+    std::vector<char> bytes(size > 0 ? static_cast<std::size_t>(size) : 0);
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t n = ::pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) throw std::system_error(errno, std::generic_category(), "reading a child process's result");
+        done += static_cast<std::size_t>(n);
+    }
+    return bytes;
+}
+
+void restore_default_signals() {
+    for (int s = 1; s < NSIG; ++s) ::signal(s, SIG_DFL);
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    const rlimit no_core{0, 0};
+    ::setrlimit(RLIMIT_CORE, &no_core);
+}
+
+[[noreturn]] void be_child(const std::function<int(int)>& work, pid_t parent, int result, int log) {
+    restore_default_signals();
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(failed_by_exception);  // it died before it could be asked to take us along
+    ::dup2(::open("/dev/null", O_RDONLY), STDIN_FILENO);
+    ::dup2(log, STDOUT_FILENO);
+    ::dup2(log, STDERR_FILENO);
+    int status = failed_by_exception;
+    try {
+        status = work(result);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "\nError   : %s\n", error.what());
+    } catch (...) {
+        std::fprintf(stderr, "\nError   : an exception without a text\n");
+    }
+    std::fflush(stdout);
+    std::fflush(stderr);
+    ::_exit(status);
+}
+
+/// Waits for the child, kills it at the deadline; true if it had to be killed.
+bool wait_or_kill(pid_t child, Clock::time_point deadline, int& status) {
+    for (auto pause = std::chrono::microseconds(500);; pause = std::min(2 * pause, std::chrono::microseconds(20000))) {
+        const pid_t ended = ::waitpid(child, &status, WNOHANG);
+        if (ended == child) return false;
+        if (ended < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+        if (Clock::now() >= deadline) break;
+        std::this_thread::sleep_for(pause);
+    }
+    ::kill(child, SIGKILL);
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return true;
+}
+
+}  // namespace
+
+bool write_all(int descriptor, const void* data, std::size_t bytes) {
+    const char* at = static_cast<const char*>(data);
+    while (bytes > 0) {
+        const ssize_t n = ::write(descriptor, at, bytes);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        at += n;
+        bytes -= static_cast<std::size_t>(n);
+    }
+    return true;
+}
+
+ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_s) {
+    const File result = temporary_file(), log = temporary_file();
+    std::fflush(nullptr);  // else the child would print what this process has not printed yet, a second time
+    const pid_t parent = ::getpid();
+    const auto start = Clock::now();
+    const pid_t child = ::fork();
+    if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
+    if (child == 0) be_child(work, parent, fileno(result.get()), fileno(log.get()));
+
+    const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit_s));
+    int status = 0;
+    ChildResult out;
+    const bool killed = wait_or_kill(child, start + limit, status);
+    out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const std::vector<char> text = contents(log.get());
+    out.log.assign(text.begin(), text.end());
+    if (killed) {
+        out.end = ChildResult::End::timed_out;
+    } else if (WIFSIGNALED(status)) {
+        out.end = ChildResult::End::crashed;
+        out.detail = WTERMSIG(status);
+    } else if (WEXITSTATUS(status) != 0) {
+        out.end = ChildResult::End::failed;
+        out.detail = WEXITSTATUS(status);
+    } else {
+        out.result = contents(result.get());
+    }
+    return out;
+}
+
+}  // namespace livetet

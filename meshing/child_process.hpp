@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace livetet {
+
+/// What became of a child process. Nothing of it is left running, and no file.
+struct ChildResult {
+    enum class End { returned, failed, crashed, timed_out };
+    End end = End::returned;
+    int detail = 0;            ///< failed: its exit status; crashed: its signal
+    std::vector<char> result;  ///< what it wrote to the result's descriptor
+    std::string log;           ///< what it printed
+    double seconds = 0;        ///< wall time
+};
+
+/// Runs `work` in a forked child and waits for it; after `time_limit_s` seconds the child gets SIGKILL. `work` is given
+/// a file descriptor to write its result to; what it prints is captured, its return value is the exit status (0: well).
+/// The child ends by _exit: no destructor and no exit handler of this process runs in it, its signals are the system's
+/// own (no handler of MPI or PETSc), and it dies with its parent. `work` must not touch MPI, PETSc or any thread of the
+/// parent. Throws std::system_error where the system gives no process or no temporary file.
+ChildResult run_in_child(const std::function<int(int result_descriptor)>& work, double time_limit_s);
+
+/// Writes all of it, whatever the number of calls that takes; false if the system refuses.
+bool write_all(int descriptor, const void* data, std::size_t bytes);
+
+}  // namespace livetet

@@ -1,0 +1,212 @@
+#include "meshing/gmsh_volume.hpp"
+
+#include <gmsh.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "base/error.hpp"
+#include "meshing/locality.hpp"
+#include "meshing/surface_check.hpp"
+
+namespace livetet {
+
+namespace {
+
+enum class Algorithm { hxt = 10, delaunay = 1 };
+
+/// Gmsh's tolerances are made for lengths near one: it works in mm.
+constexpr double mm_per_m = 1e3;
+
+void set_options(Algorithm algorithm, double edge_length_mm) {
+    gmsh::option::setNumber("General.Terminal", 1);
+    gmsh::option::setNumber("General.Verbosity", 2);   // errors and warnings
+    gmsh::option::setNumber("General.NumThreads", 1);  // an OpenMP team of the parent does not live on in a fork
+    gmsh::option::setNumber("Mesh.Algorithm3D", static_cast<int>(algorithm));
+    gmsh::option::setNumber("Mesh.Renumber", 0);  // surface node i keeps the tag i + 1
+    gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
+    gmsh::option::setNumber("Mesh.MeshSizeMax", edge_length_mm);
+    gmsh::option::setNumber("Mesh.Optimize", 1);
+    gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
+}
+
+void add_surface(const TriangleMesh& surface) {
+    std::vector<std::size_t> tags, corners;
+    std::vector<double> coordinates;
+    for (std::size_t i = 0; i < surface.nodes.size(); ++i) {
+        tags.push_back(i + 1);
+        for (int d = 0; d < 3; ++d) coordinates.push_back(mm_per_m * surface.nodes[i][d]);
+    }
+    for (const Triangle& t : surface.triangles)
+        for (const std::int32_t n : t) corners.push_back(static_cast<std::size_t>(n) + 1);
+    constexpr int three_node_triangle = 2;
+    gmsh::model::add("body");
+    gmsh::model::addDiscreteEntity(2, 1);
+    gmsh::model::mesh::addNodes(2, 1, tags, coordinates);
+    gmsh::model::mesh::addElementsByType(1, three_node_triangle, {}, corners);
+    const int loop = gmsh::model::geo::addSurfaceLoop({1});
+    gmsh::model::geo::addVolume({loop}, 1);
+    gmsh::model::geo::synchronize();
+}
+
+struct Header {
+    std::uint64_t nodes, tets;
+};
+
+/// The child's work. Result: Header, then nodes (3 doubles, m), then tets (4 node numbers from 0). The surface's nodes
+/// come first, in their order.
+int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, int passes, int out) {
+    gmsh::initialize(0, nullptr, false);
+    set_options(algorithm, mm_per_m * edge_length_m);
+    add_surface(surface);
+    gmsh::model::mesh::generate(3);
+    for (int p = 0; p < passes; ++p) gmsh::model::mesh::optimize("");
+
+    std::vector<std::size_t> tags, elements, corners;
+    std::vector<double> coordinates, unused;
+    gmsh::model::mesh::getNodes(tags, coordinates, unused, -1, -1, false, false);
+    constexpr int four_node_tet = 4;
+    gmsh::model::mesh::getElementsByType(four_node_tet, elements, corners);
+
+    const std::size_t fixed = surface.nodes.size();
+    std::vector<Vector3> nodes = surface.nodes;
+    std::vector<std::int32_t> number(tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end()) + 1, -1);
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+        if (tags[i] <= fixed) {
+            number[tags[i]] = static_cast<std::int32_t>(tags[i]) - 1;
+            continue;
+        }
+        number[tags[i]] = static_cast<std::int32_t>(nodes.size());
+        nodes.push_back(Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]) / mm_per_m);
+    }
+    std::vector<std::int32_t> tets;
+    for (const std::size_t c : corners) tets.push_back(number[c]);
+    const Header header{nodes.size(), elements.size()};
+    const bool written = write_all(out, &header, sizeof header) &&
+                         write_all(out, nodes.data(), nodes.size() * sizeof(Vector3)) &&
+                         write_all(out, tets.data(), tets.size() * sizeof(std::int32_t));
+    if (!written) std::fprintf(stderr, "Error   : the temporary folder is full\n");
+    return written ? 0 : 1;
+}
+
+TetMesh read_result(const std::vector<char>& bytes) {
+    static_assert(sizeof(Vector3) == 3 * sizeof(double) && sizeof(Tet) == 4 * sizeof(std::int32_t));
+    Header header{};
+    if (bytes.size() >= sizeof header) std::memcpy(&header, bytes.data(), sizeof header);
+    const std::size_t expected = sizeof header + header.nodes * sizeof(Vector3) + header.tets * sizeof(Tet);
+    if (bytes.size() < sizeof header || bytes.size() != expected)
+        fail("Gmsh: its result has {} bytes, expected {}", bytes.size(), expected);
+    TetMesh mesh;
+    mesh.nodes.resize(header.nodes);
+    mesh.tets.resize(header.tets);
+    const char* at = bytes.data() + sizeof header;
+    std::memcpy(static_cast<void*>(mesh.nodes.data()), at, header.nodes * sizeof(Vector3));
+    std::memcpy(mesh.tets.data(), at + header.nodes * sizeof(Vector3), header.tets * sizeof(Tet));
+    return mesh;
+}
+
+/// The last of Gmsh's error lines, else of its lines, for a message of one line.
+std::string last_words(const std::string& log) {
+    std::vector<std::string> lines, errors;
+    for (std::size_t from = 0; from < log.size();) {
+        const std::size_t to = std::min(log.find('\n', from), log.size());
+        const std::string line = log.substr(from, to - from);
+        if (!line.empty()) lines.push_back(line);
+        if (line.find("Error") != std::string::npos) errors.push_back(line.substr(line.find("Error")));
+        from = to + 1;
+    }
+    const std::vector<std::string>& from = errors.empty() ? lines : errors;
+    std::string words;
+    for (std::size_t i = from.size() > 3 ? from.size() - 3 : 0; i < from.size(); ++i)
+        words += (words.empty() ? "" : "; ") + from[i];
+    return words.empty() ? "it said nothing" : words;
+}
+
+/// Drops nodes that no tet uses, but never one of the first `kept`.
+void orient_and_compact(TetMesh& mesh, std::size_t kept) {
+    for (Tet& t : mesh.tets)
+        if (signed_volume(mesh, t) < 0) std::swap(t[2], t[3]);
+    std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+    for (const Tet& t : mesh.tets)
+        for (const std::int32_t n : t) number[n] = 0;
+    std::int32_t count = 0;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+        if (number[n] < 0 && n >= kept) continue;
+        mesh.nodes[count] = mesh.nodes[n];
+        number[n] = count++;
+    }
+    mesh.nodes.resize(count);
+    for (Tet& t : mesh.tets)
+        for (std::int32_t& n : t) n = number[n];
+}
+
+/// What is wrong with a filled surface, or an empty text: tets whole, boundary the surface's own triangles.
+std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
+    try {
+        check_tet_mesh(mesh, "Gmsh");
+    } catch (const Error& error) {
+        return error.what();
+    }
+    const auto ordered = [](std::vector<Triangle> triangles) {
+        for (Triangle& t : triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        std::sort(triangles.begin(), triangles.end());
+        return triangles;
+    };
+    if (ordered(boundary_triangles(mesh.tets)) != ordered(surface.triangles))
+        return "Gmsh: the boundary of its mesh is not the surface that it was given";
+    return {};
+}
+
+std::string end_text(const ChildResult& child, double limit) {
+    switch (child.end) {
+        case ChildResult::End::timed_out:
+            return fmt::format("did not end within {:.1f} s and was killed", limit);
+        case ChildResult::End::crashed:
+            return fmt::format("crashed (signal {})", child.detail);
+        case ChildResult::End::failed:
+        case ChildResult::End::returned:
+            break;
+    }
+    return "failed: " + last_words(child.log);
+}
+
+}  // namespace
+
+TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options) {
+    const SurfaceTopology topology = check_topology(surface);
+    if (!topology.closed())
+        fail("surface: it has {} border, {} non-manifold and {} misoriented edges, first at {}; expected none",
+             topology.border_edges, topology.non_manifold_edges, topology.misoriented_edges, place_mm(topology.place));
+    if (!(edge_length_m > 0)) fail("Gmsh: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
+    std::string faults;
+    double time_left = options.time_limit_s;
+    for (const Algorithm algorithm : {Algorithm::hxt, Algorithm::delaunay}) {
+        const auto work = [&](int out) {
+            return mesh_and_write(surface, edge_length_m, algorithm, options.optimise_passes, out);
+        };
+        const ChildResult child = options.run(work, time_left);
+        const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
+        std::string fault;
+        if (child.end == ChildResult::End::returned) {
+            TetMesh mesh = read_result(child.result);
+            orient_and_compact(mesh, surface.nodes.size());
+            fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log) : fault_of(mesh, surface);
+            if (fault.empty()) {
+                sort_for_locality(mesh);
+                return mesh;
+            }
+        } else {
+            fault = end_text(child, time_left);
+        }
+        faults += fmt::format("{}{} {}", faults.empty() ? "" : "; ", name, fault);
+        time_left -= child.seconds;
+        if (child.end == ChildResult::End::timed_out || time_left <= 0) break;
+    }
+    fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface about {} ({} triangles): {}", 1e3 * edge_length_m,
+         place_mm(surface.nodes.front()), surface.triangles.size(), faults);
+}
+
+std::string gmsh_version() { return GMSH_API_VERSION; }
+
+}  // namespace livetet

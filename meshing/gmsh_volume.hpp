@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "mesh/tet_mesh.hpp"
+#include "meshing/child_process.hpp"
+
+namespace livetet {
+
+struct GmshOptions {
+    double time_limit_s = 300;  ///< seconds, for all tries together; then Gmsh's process is killed
+    int optimise_passes = 2;    ///< passes of Gmsh's optimiser; 0: none
+    /// How the work is run apart from this process; tests put a hanging or a crashing child here.
+    std::function<ChildResult(const std::function<int(int)>& work, double time_limit_s)> run = run_in_child;
+};
+
+/// Fills a closed surface with tets whose edges grow from the surface's towards `edge_length_m` inside. The surface's
+/// triangles stay as they are: they are the mesh's boundary. Gmsh's HXT is tried first, then its Delaunay algorithm
+/// (C. Geuzaine and J.-F. Remacle, Gmsh, 2009; C. Marot et al., One machine, one minute, three billion tetrahedra,
+/// 2019), in a child process, since Gmsh can hang for ever, deaf to SIGTERM. Tets are positively oriented; nodes and
+/// tets are in the order of `sort_for_locality`. Throws Error with Gmsh's last words where it fails, or at the time
+/// limit.
+TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options = {});
+
+/// Gmsh's version, for provenance.
+std::string gmsh_version();
+
+}  // namespace livetet

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "mesh/image.hpp"
+#include "mesh/tet_mesh.hpp"
+#include "meshing/options.hpp"
+
+namespace livetet {
+
+/// A body's surface cut from a label map.
+struct ImageSurface {
+    TriangleMesh surface;          ///< closed, one part, wound outwards; metres, RAS
+    double label_volume_m3 = 0;    ///< of all voxels with the labels picked
+    double body_volume_m3 = 0;     ///< of the largest connected part of them, its holes filled
+    double surface_volume_m3 = 0;  ///< enclosed by `surface`: within 1 % of the body's
+    double iso_level = 0.5;        ///< of the smoothed indicator, moved from 0.5 to keep the volume
+    double smoothing_mm = 0;       ///< that it took; more than asked where the surface was not manifold with less
+};
+
+/// The surface of the voxels whose label is one of `options.labels` (all but 0 if empty): their largest part (voxels
+/// that share a face), holes filled, as an iso-surface of the indicator smoothed by a Gaussian (voxels taken as boxes)
+/// on a grid of `options.voxel_mm`; a body that the image's border cuts is closed there. Any affine will do:
+/// left-handed, oblique, anisotropic. Throws Error if a label is not in the image (naming those that are), if the
+/// affine is singular, or if the body is too small or thin for the smoothing to keep its volume within 1 %.
+ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& options);
+
+}  // namespace livetet

@@ -1,0 +1,141 @@
+#include "meshing/levels.hpp"
+
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "meshing/surface_check.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// tets = c V / h^3 for the edge length h that remeshing is asked for; measured on livers, and 6 sqrt(2) = 8.5 for
+/// regular tets. Only the first guess depends on it.
+constexpr double tets_per_cubed_edge = 8.5;
+
+/// A level is coarser than the one before it if it has at most this part of its tets.
+constexpr double coarser = 0.75;
+
+struct Level {
+    TetMesh mesh;
+    LevelReport report;
+};
+
+/// What stays the same from level to level.
+struct Maker {
+    const TriangleMesh& surface;
+    const MeshingOptions& options;
+    const GmshOptions& gmsh;
+
+    Level make(double edge_length_m) const {
+        Level level;
+        const auto start = Clock::now();
+        level.report.asked_edge_length_m = edge_length_m;
+        const TriangleMesh remeshed = remesh_surface(surface, edge_length_m, options.remesh_iterations,
+                                                     options.remesh_tries, level.report.remesh);
+        level.mesh = fill_surface(remeshed, level.report.remesh.edge_length_m, gmsh);
+        level.report.quality = measure_quality(level.mesh);
+        level.report.fillings = 1;
+        level.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        return level;
+    }
+};
+
+/// The finest level, at the edge length that gives about the number of tets asked for.
+Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std::function<void(int)>& tell) {
+    const MeshingOptions& o = maker.options;
+    const double target = static_cast<double>(o.target_tets);
+    const auto miss = [&](const Level& level) {
+        return std::abs(std::log(static_cast<double>(level.report.quality.tets) / target));
+    };
+    double edge_length = std::cbrt(tets_per_cubed_edge * signed_volume(maker.surface) / target);
+    Level best;
+    double seconds = 0;
+    int fillings = 0;
+    while (fillings < o.target_tries) {
+        tell(fillings);
+        Level level = maker.make(edge_length);
+        const auto tets = static_cast<double>(level.report.quality.tets);
+        ++fillings;
+        seconds += level.report.seconds;
+        edge_length *= std::cbrt(tets / target);
+        if (fillings == 1 || miss(level) < miss(best)) best = std::move(level);
+        if (miss(best) <= std::log1p(o.target_tolerance) * 0.95) break;
+    }
+    best.report.fillings = fillings;
+    best.report.seconds = seconds;
+    if (miss(best) > std::log1p(o.target_tolerance))
+        notes.push_back(fmt::format("meshing.target_tets = {}: the nearest of {} tries has {} tets", o.target_tets,
+                                    fillings, best.report.quality.tets));
+    return best;
+}
+
+std::string provenance_of(const MeshingOptions& o, const std::vector<LevelReport>& levels) {
+    std::vector<std::string> edges;
+    for (const LevelReport& level : levels) edges.push_back(fmt::format("{:.3f}", 1e3 * level.remesh.edge_length_m));
+    return fmt::format(
+        "levels remeshed from one surface to edges of {} mm, filled by Gmsh {}; target_tets {}, "
+        "coarsening {}, voxel_mm {}, smoothing_mm {}, optimise_passes {}",
+        fmt::join(edges, ", "), gmsh_version(), o.target_tets, o.coarsening, o.voxel_mm, o.smoothing_mm,
+        o.optimise_passes);
+}
+
+}  // namespace
+
+HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
+                                const ProgressCallback& progress, const GmshOptions& gmsh) {
+    check_options(options);
+    const auto tell = [&](double fraction, const std::string& what) {
+        if (progress) progress(fraction, what);
+    };
+    tell(0, "checking the surface");
+    const TriangleMesh repaired = repair_surface(surface);
+    GmshOptions own_gmsh = gmsh;
+    own_gmsh.time_limit_s = options.gmsh_time_limit_s;
+    own_gmsh.optimise_passes = options.optimise_passes;
+    const Maker maker{repaired, options, own_gmsh};
+
+    // The finest level takes nearly all of the time, and most tries need two meshes of it.
+    HierarchyResult result;
+    std::vector<TetMesh> meshes;
+    const auto& edges = options.edge_lengths_mm;
+    const auto take = [&](Level level) {
+        meshes.push_back(std::move(level.mesh));
+        result.levels.push_back(std::move(level.report));
+    };
+    if (edges.empty()) {
+        take(find_finest(maker, result.notes, [&](int done) {
+            tell(0.05 + 0.75 * done / (done + 1), fmt::format("level 0, mesh {}", done + 1));
+        }));
+    } else {
+        tell(0.05, "level 0");
+        take(maker.make(1e-3 * edges[0]));
+    }
+    const std::size_t count = edges.empty() ? static_cast<std::size_t>(options.levels) : edges.size();
+    for (std::size_t l = 1; l < count; ++l) {
+        tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count), fmt::format("level {}", l));
+        const double edge = edges.empty() ? result.levels.front().asked_edge_length_m * std::pow(options.coarsening, l)
+                                          : 1e-3 * edges[l];
+        Level level = maker.make(edge);
+        const auto finer = static_cast<double>(meshes.back().tets.size());
+        if (static_cast<double>(level.mesh.tets.size()) > coarser * finer) {
+            result.notes.push_back(
+                fmt::format("level {} of {:.2f} mm edges has {} tets, not fewer than {:.0f} % of the {} "
+                            "before it: left out, and what would be coarser",
+                            l, 1e3 * edge, level.mesh.tets.size(), 100 * coarser, finer));
+            break;
+        }
+        take(std::move(level));
+    }
+    tell(0.95, "transfers between levels");
+    result.hierarchy = make_hierarchy(std::move(meshes), provenance_of(options, result.levels));
+    tell(1, "meshed");
+    return result;
+}
+
+}  // namespace livetet

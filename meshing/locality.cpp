@@ -1,0 +1,101 @@
+#include "meshing/locality.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+namespace livetet {
+
+namespace {
+
+constexpr int bits = 20;  // along each axis
+
+/// Distance along the Hilbert curve of a cell; Skilling's transform, then the bits of the axes interleaved.
+std::uint64_t hilbert_index(std::array<std::uint32_t, 3> x) {
+    for (std::uint32_t q = 1u << (bits - 1); q > 1; q >>= 1) {
+        const std::uint32_t p = q - 1;
+        for (std::uint32_t& xi : x) {
+            if (xi & q) {
+                x[0] ^= p;
+            } else {
+                const std::uint32_t t = (x[0] ^ xi) & p;
+                x[0] ^= t;
+                xi ^= t;
+            }
+        }
+    }
+    x[1] ^= x[0];
+    x[2] ^= x[1];
+    std::uint32_t t = 0;
+    for (std::uint32_t q = 1u << (bits - 1); q > 1; q >>= 1)
+        if (x[2] & q) t ^= q - 1;
+    std::uint64_t index = 0;
+    for (int b = bits - 1; b >= 0; --b)
+        for (const std::uint32_t xi : x) index = (index << 1) | (((xi ^ t) >> b) & 1u);
+    return index;
+}
+
+std::vector<std::int32_t> order_of_nodes(const std::vector<Vector3>& nodes) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : nodes) box.extend(x);
+    const double extent = std::max(box.sizes().maxCoeff(), 1e-300);
+    std::vector<std::uint64_t> key(nodes.size());
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        std::array<std::uint32_t, 3> cell{};
+        for (int d = 0; d < 3; ++d)
+            cell[d] = static_cast<std::uint32_t>((nodes[n][d] - box.min()[d]) / extent * ((1u << bits) - 1));
+        key[n] = hilbert_index(cell);
+    }
+    std::vector<std::int32_t> order(nodes.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto rank = [&](std::int32_t n) { return std::tuple(key[n], nodes[n].x(), nodes[n].y(), nodes[n].z(), n); };
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return rank(a) < rank(b); });
+    return order;
+}
+
+/// The even permutation of a tet's nodes that brings its lowest node to the front and the second lowest next.
+Tet canonical(Tet t) {
+    const auto low = std::min_element(t.begin(), t.end()) - t.begin();
+    if (low != 0) {
+        std::swap(t[0], t[low]);
+        std::swap(t[1 + low % 3], t[1 + (low + 1) % 3]);
+    }
+    std::rotate(t.begin() + 1, std::min_element(t.begin() + 1, t.end()), t.end());
+    return t;
+}
+
+}  // namespace
+
+void sort_for_locality(TetMesh& mesh) {
+    const std::vector<std::int32_t> order = order_of_nodes(mesh.nodes);
+    std::vector<std::int32_t> number(order.size());
+    std::vector<Vector3> nodes(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        number[order[i]] = static_cast<std::int32_t>(i);
+        nodes[i] = mesh.nodes[order[i]];
+    }
+    mesh.nodes = std::move(nodes);
+
+    std::vector<std::pair<Tet, std::int32_t>> tets(mesh.tets.size());
+    for (std::size_t e = 0; e < tets.size(); ++e) {
+        Tet t = mesh.tets[e];
+        for (std::int32_t& n : t) n = number[n];
+        tets[e] = {canonical(t), mesh.regions.empty() ? 0 : mesh.regions[e]};
+    }
+    std::sort(tets.begin(), tets.end());
+    for (std::size_t e = 0; e < tets.size(); ++e) {
+        mesh.tets[e] = tets[e].first;
+        if (!mesh.regions.empty()) mesh.regions[e] = tets[e].second;
+    }
+    for (auto& [name, set] : mesh.node_sets) {
+        for (std::int32_t& n : set) n = number[n];
+        std::sort(set.begin(), set.end());
+    }
+    for (auto& [name, set] : mesh.triangle_sets)
+        for (Triangle& t : set)
+            for (std::int32_t& n : t) n = number[n];
+}
+
+}  // namespace livetet

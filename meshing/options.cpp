@@ -1,0 +1,37 @@
+#include "meshing/options.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+void positive(const char* name, double value) {
+    if (!(value > 0) || !std::isfinite(value)) fail("meshing.{} = {} must be > 0 and finite", name, value);
+}
+
+}  // namespace
+
+void check_options(const MeshingOptions& o) {
+    positive("voxel_mm", o.voxel_mm);
+    if (!(o.smoothing_mm >= 0)) fail("meshing.smoothing_mm = {} must be >= 0", o.smoothing_mm);
+    if (o.levels < 1 || o.levels > 12) fail("meshing.levels = {} must be 1 to 12", o.levels);
+    if (o.target_tets < 50) fail("meshing.target_tets = {} must be at least 50", o.target_tets);
+    if (!(o.coarsening > 1)) fail("meshing.coarsening = {} must be > 1", o.coarsening);
+    for (std::size_t l = 0; l < o.edge_lengths_mm.size(); ++l) {
+        positive("edge_lengths_mm", o.edge_lengths_mm[l]);
+        if (l > 0 && o.edge_lengths_mm[l] <= o.edge_lengths_mm[l - 1])
+            fail("meshing.edge_lengths_mm[{}] = {} must be > {}: the finest level comes first", l, o.edge_lengths_mm[l],
+                 o.edge_lengths_mm[l - 1]);
+    }
+    positive("target_tolerance", o.target_tolerance);
+    positive("target_tries", o.target_tries);
+    positive("remesh_iterations", o.remesh_iterations);
+    positive("remesh_tries", o.remesh_tries);
+    positive("gmsh_time_limit_s", o.gmsh_time_limit_s);
+    if (o.optimise_passes < 0) fail("meshing.optimise_passes = {} must be >= 0", o.optimise_passes);
+}
+
+}  // namespace livetet

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace livetet {
+
+/// How an image or a surface becomes a hierarchy of tet meshes. The defaults give a liver of about 150 x 110 x 80 mm
+/// three levels of about 60,000, 7,500 and 1,000 tets.
+struct MeshingOptions {
+    // Which voxels, and how smooth their surface.
+    std::vector<std::int32_t> labels;  ///< labels that make the body, together; empty: every label but 0
+    double voxel_mm = 1.5;             ///< spacing of the field that the surface is cut from, mm
+    double smoothing_mm = 1.5;  ///< Gaussian's standard deviation, mm; at least 0.6 voxels along each axis is taken
+
+    // How many levels, how fine.
+    int levels = 3;                       ///< non-nested levels, where `edge_lengths_mm` is empty
+    std::int64_t target_tets = 60000;     ///< tets wanted on the finest level, where `edge_lengths_mm` is empty
+    double coarsening = 2.0;              ///< edge length of each level over that of the next finer one
+    std::vector<double> edge_lengths_mm;  ///< edge length of each level, mm, the finest first; overrides the above
+    double target_tolerance = 0.1;        ///< relative miss of `target_tets` that is good enough
+    int target_tries = 5;                 ///< finest meshes made, at most, on the way to `target_tets`
+
+    // Remeshing of the surface and filling of the volume.
+    int remesh_iterations = 5;       ///< passes of split, collapse, flip and relax
+    int remesh_tries = 6;            ///< tries with ever smaller edges where a coarse surface meets itself
+    double gmsh_time_limit_s = 300;  ///< seconds for each volume, after which Gmsh's process is killed
+    int optimise_passes = 2;         ///< passes of Gmsh's optimiser over each volume; 0: none
+};
+
+/// Throws Error, naming the field, if a value cannot be used.
+void check_options(const MeshingOptions& options);
+
+}  // namespace livetet

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// Size and shape of a tet mesh. Lengths in metres, angles in degrees.
+struct MeshQuality {
+    std::int64_t nodes = 0, tets = 0, boundary_triangles = 0;
+    double volume_m3 = 0;
+    double min_edge_m = 0, mean_edge_m = 0, max_edge_m = 0;
+    double min_dihedral_deg = 0, max_dihedral_deg = 0;
+    double min_radius_ratio = 0, mean_radius_ratio = 0;  ///< 3 r_in / r_circ: 1 regular, 0 flat
+    std::int64_t worst_tet = -1;                         ///< of the least radius ratio
+    Vector3 worst_place = Vector3::Zero();               ///< its centre, metres
+};
+
+/// 3 r_in / r_circ of a tet, with r_in = 3 V / A and, from the products p, q, r of opposite edges' lengths,
+/// r_circ = sqrt((p + q + r)(p + q - r)(p - q + r)(-p + q + r)) / (24 V). 1 for a regular tet; 0 for a flat one.
+double radius_ratio(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d);
+
+/// The dihedral angles at the six edges, in degrees.
+std::array<double, 6> dihedral_angles_deg(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d);
+
+/// Precondition: a mesh that `check_tet_mesh` lets pass.
+MeshQuality measure_quality(const TetMesh& mesh);
+
+/// A table with a row for each level, in mm, ml and degrees; every line ends with a line break.
+std::string quality_table(std::span<const MeshQuality> levels);
+
+}  // namespace livetet

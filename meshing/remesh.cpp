@@ -1,0 +1,186 @@
+#include "meshing/remesh.hpp"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/border.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "base/error.hpp"
+#include "meshing/surface_check.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace PMP = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Mesh = CGAL::Surface_mesh<Point>;
+using Face = Mesh::Face_index;
+
+/// Widest hole that is filled, over the diagonal of the surface's bounding box.
+constexpr double widest_hole = 0.1;
+
+Vector3 vector(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+/// Precondition: manifold and turned alike.
+Mesh to_cgal(const TriangleMesh& surface) {
+    Mesh mesh;
+    for (const Vector3& x : surface.nodes) mesh.add_vertex({x.x(), x.y(), x.z()});
+    for (const auto& [a, b, c] : surface.triangles)
+        if (mesh.add_face(Mesh::Vertex_index(a), Mesh::Vertex_index(b), Mesh::Vertex_index(c)) == Mesh::null_face())
+            fail("surface: the triangle at {} makes a node or an edge non-manifold",
+                 place_mm((surface.nodes[a] + surface.nodes[b] + surface.nodes[c]) / 3));
+    return mesh;
+}
+
+TriangleMesh from_cgal(Mesh& mesh) {
+    mesh.collect_garbage();
+    TriangleMesh surface;
+    for (const auto v : mesh.vertices()) surface.nodes.push_back(vector(mesh.point(v)));
+    for (const Face f : mesh.faces()) {
+        Triangle t;
+        int k = 0;
+        for (const auto v : mesh.vertices_around_face(mesh.halfedge(f)))
+            t[k++] = static_cast<std::int32_t>(static_cast<Mesh::size_type>(v));
+        surface.triangles.push_back(t);
+    }
+    return surface;
+}
+
+/// Same places merged, degenerate and double triangles dropped, neighbours turned alike.
+TriangleMesh cleaned_soup(const TriangleMesh& surface) {
+    std::vector<Point> points;
+    std::vector<std::vector<std::size_t>> polygons;
+    for (const Vector3& x : surface.nodes) points.emplace_back(x.x(), x.y(), x.z());
+    for (const auto& [a, b, c] : surface.triangles)
+        polygons.push_back({static_cast<std::size_t>(a), static_cast<std::size_t>(b), static_cast<std::size_t>(c)});
+    PMP::repair_polygon_soup(points, polygons);
+    TriangleMesh clean;
+    const auto take = [&] {
+        clean = {};
+        for (const Point& p : points) clean.nodes.push_back(vector(p));
+        for (const auto& t : polygons)
+            clean.triangles.push_back(
+                {static_cast<std::int32_t>(t[0]), static_cast<std::int32_t>(t[1]), static_cast<std::int32_t>(t[2])});
+    };
+    take();
+    if (polygons.empty() || check_topology(clean).non_manifold_edges > 0) return clean;
+    PMP::orient_polygon_soup(points, polygons);  // also gives each sheet at a pinched node a node of its own
+    take();
+    return clean;
+}
+
+double diagonal(const TriangleMesh& surface) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : surface.nodes) box.extend(x);
+    return box.diagonal().norm();
+}
+
+void fill_small_holes(Mesh& mesh, double widest) {
+    std::vector<Mesh::Halfedge_index> holes;
+    PMP::extract_boundary_cycles(mesh, std::back_inserter(holes));
+    for (const auto hole : holes) {
+        Eigen::AlignedBox3d box;
+        for (const auto h : CGAL::halfedges_around_face(hole, mesh)) box.extend(vector(mesh.point(mesh.target(h))));
+        if (box.diagonal().norm() > widest) continue;
+        std::vector<Face> patch;
+        PMP::triangulate_hole(mesh, hole, std::back_inserter(patch));
+    }
+}
+
+[[noreturn]] void refuse(const SurfaceTopology& t) {
+    fail(
+        "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at {}; expected none, "
+        "and merging double nodes, dropping degenerate triangles and filling small holes did not mend it",
+        t.border_edges, t.non_manifold_edges, place_mm(t.place));
+}
+
+SelfIntersections self_intersections(const Mesh& mesh) {
+    std::vector<std::pair<Face, Face>> pairs;
+    PMP::self_intersections(mesh, std::back_inserter(pairs));
+    SelfIntersections result{static_cast<std::int64_t>(pairs.size()), Vector3::Zero()};
+    if (pairs.empty()) return result;
+    for (const auto v : mesh.vertices_around_face(mesh.halfedge(pairs.front().first)))
+        result.place += vector(mesh.point(v)) / 3;
+    return result;
+}
+
+/// What is still wrong with a remeshed surface, or nothing.
+std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface, double asked_volume) {
+    const SurfaceTopology topology = check_topology(surface);
+    if (!topology.closed() || topology.degenerate_triangles > 0)
+        return fmt::format("{} border, {} non-manifold edges and {} degenerate triangles, first at {}",
+                           topology.border_edges, topology.non_manifold_edges, topology.degenerate_triangles,
+                           place_mm(topology.place));
+    if (const SelfIntersections cuts = self_intersections(mesh); cuts.pairs > 0)
+        return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs, place_mm(cuts.place));
+    if (const double v = signed_volume(surface); v < 0.5 * asked_volume)
+        return fmt::format("a volume of {:.1f} ml where the surface has {:.1f} ml", 1e6 * v, 1e6 * asked_volume);
+    return {};
+}
+
+double mean_edge_length(const Mesh& mesh) {
+    double sum = 0;
+    for (const auto e : mesh.edges())
+        sum += (vector(mesh.point(mesh.vertex(e, 0))) - vector(mesh.point(mesh.vertex(e, 1)))).norm();
+    return sum / static_cast<double>(mesh.number_of_edges());
+}
+
+}  // namespace
+
+SelfIntersections find_self_intersections(const TriangleMesh& surface) { return self_intersections(to_cgal(surface)); }
+
+TriangleMesh repair_surface(const TriangleMesh& surface) {
+    check_topology(surface);
+    TriangleMesh clean = cleaned_soup(surface);
+    if (clean.triangles.empty()) fail("surface: all its {} triangles are degenerate", surface.triangles.size());
+    SurfaceTopology topology = check_topology(clean);
+    if (topology.non_manifold_edges > 0) refuse(topology);
+    Mesh mesh = to_cgal(clean);
+    fill_small_holes(mesh, widest_hole * diagonal(clean));
+    if (CGAL::is_closed(mesh)) PMP::orient_to_bound_a_volume(mesh);
+    clean = from_cgal(mesh);
+    topology = check_topology(clean);
+    if (!topology.closed()) refuse(topology);
+    clean = largest_part(clean);
+    if (!(signed_volume(clean) > 0)) fail("surface: it encloses no volume, expected the surface of a body");
+    return clean;
+}
+
+TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, int iterations, int tries,
+                            RemeshReport& report) {
+    const double asked_volume = signed_volume(surface);
+    const Mesh original = to_cgal(surface);
+    double edge_length = edge_length_m;
+    std::optional<std::string> fault;
+    for (int attempt = 1; attempt <= tries; ++attempt, edge_length *= 0.85) {
+        Mesh mesh = original;
+        PMP::isotropic_remeshing(mesh.faces(), edge_length, mesh,
+                                 CGAL::parameters::number_of_iterations(iterations).number_of_relaxation_steps(3));
+        if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
+            PMP::experimental::remove_self_intersections(mesh);
+        if (mesh.number_of_faces() == 0) continue;
+        const TriangleMesh result = from_cgal(mesh);
+        fault = fault_of(mesh, result, asked_volume);
+        if (fault) continue;
+        report = {edge_length, mean_edge_length(mesh), signed_volume(result) / asked_volume, attempt};
+        return largest_part(result);
+    }
+    fail(
+        "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed surface that does not cut "
+        "itself: ask for smaller edges",
+        1e3 * edge_length_m, 1e3 * edge_length / 0.85, fault.value_or("nothing of it"));
+}
+
+}  // namespace livetet

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// Pairs of triangles that cut each other.
+struct SelfIntersections {
+    std::int64_t pairs = 0;
+    Vector3 place = Vector3::Zero();  ///< metres: of the first pair
+};
+
+/// Counts the pairs of triangles that meet elsewhere than in a shared node or edge. Precondition: closed and manifold.
+SelfIntersections find_self_intersections(const TriangleMesh& surface);
+
+/// A surface that bounds one body: closed, manifold, wound outwards, the largest part only. Simple faults are mended:
+/// nodes at the same place merged, degenerate and double triangles dropped, triangles turned alike, holes narrower than
+/// a tenth of the body filled. Throws Error (counts of border and non-manifold edges, a place in mm) where that is not
+/// enough.
+TriangleMesh repair_surface(const TriangleMesh& surface);
+
+struct RemeshReport {
+    double edge_length_m = 0;       ///< with which it worked; smaller than asked where the asked one was too coarse
+    double mean_edge_length_m = 0;  ///< of the result
+    double volume_ratio = 1;        ///< enclosed volume of the result over that of the input
+    int tries = 0;
+};
+
+/// Triangles of about the same size and shape over a repaired surface (M. Botsch and L. Kobbelt, A Remeshing Approach
+/// to Multiresolution Modeling, 2004, as CGAL has it). The result is closed, manifold, free of self-intersections and
+/// wound outwards: where `edge_length_m` is too coarse for that it is made smaller, up to `tries` times in all. Throws
+/// Error with the place in mm of what stayed wrong.
+TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, int iterations, int tries,
+                            RemeshReport& report);
+
+}  // namespace livetet

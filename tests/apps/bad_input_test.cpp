@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include "io/fiducial_file.hpp"
+#include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
+#include "io/sequence_file.hpp"
+#include "mesh/hierarchy.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+#include "tracking/simulated_tracker.hpp"
+
+namespace livetet {
+namespace {
+
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+LabelImage ball() {
+    LabelImage image;
+    image.size = {24, 24, 24};
+    image.ras_from_voxel.diagonal() << 2e-3, 2e-3, 2e-3, 1;
+    image.values.assign(24 * 24 * 24, 0);
+    for (int k = 0; k < 24; ++k)
+        for (int j = 0; j < 24; ++j)
+            for (int i = 0; i < 24; ++i) image.at(i, j, k) = (Vector3(i, j, k) - Vector3::Constant(11.5)).norm() < 9 ? 3 : 0;
+    return image;
+}
+
+void write_block(const std::filesystem::path& path) { write_hierarchy(path, make_hierarchy({test::block({4, 3, 3}, {0.1, 0.08, 0.06})}, "a block")); }
+
+const std::string held_scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n";
+
+TEST(BadInput, AMissingOrTruncatedImageLeavesTheGoodOutputAlone) {
+    const Folder folder;
+    write_text(folder / "good.h5", "something good");
+    expect_refused(livetet(folder, "mesh none.nii.gz -o good.h5"), {"none.nii.gz", "no such file"});
+    write_image(folder / "labels.nii.gz", ball());
+    const std::string whole = text_of(folder / "labels.nii.gz");
+    write_text(folder / "cut.nii.gz", whole.substr(0, whole.size() * 2 / 3));
+    expect_refused(livetet(folder, "mesh cut.nii.gz -o good.h5"), {"cut.nii.gz"});
+    EXPECT_EQ(text_of(folder / "good.h5"), "something good");
+}
+
+TEST(BadInput, AnAbsentLabelNamesThoseThatAreThere) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", ball());
+    expect_refused(livetet(folder, "mesh labels.nii.gz --labels 7 -o out.h5"), {"labels.nii.gz", "7", "3"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
+}
+
+TEST(BadInput, AMeshWithoutTetsOrWithInvertedOnes) {
+    const Folder folder;
+    const std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n";
+    write_text(folder / "flat.msh", head + "1 2 2 1 1 1 2 3\n$EndElements\n");
+    write_text(folder / "inverted.msh", head + "1 4 2 1 1 1 3 2 4\n$EndElements\n");
+    for (const char* name : {"flat", "inverted"}) {
+        write_text(folder / "scene.yaml", std::string("mesh: {file: ") + name + ".msh}\n");
+        expect_refused(livetet(folder, "solve scene.yaml"), {std::string(name) + ".msh", std::string(name) == "flat" ? "no tet" : "inverted"});
+        EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
+    }
+}
+
+TEST(BadInput, ASceneWithAMistake) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    write_text(folder / "scene.yaml", held_scene + "materials: [{yuong_Pa: 3}]\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"yuong_Pa", "young_Pa", "scene.yaml:3"});
+    write_text(folder / "scene.yaml", held_scene + "materials: [{poisson: 0.5}]\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"poisson", "0.5", "scene.yaml:3"});
+    write_text(folder / "scene.yaml", held_scene + "drive: [{sphere_mm: [500, 0, 0, 3], displacement_mm: [0, 0, 1]}]\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0]", "no node", "100.0"});
+    write_text(folder / "scene.yaml", held_scene + "drive: [{group: top, displacement_mm: [0, 0, 1]}]\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0].group", "top"});
+    expect_refused(livetet(folder, "solve none.yaml"), {"none.yaml", "no such file"});
+    expect_refused(livetet(folder, "solve scene.yaml --jsn x"), {"--jsn"});
+    expect_refused(livetet(folder, "slove scene.yaml"), {"slove"});
+}
+
+struct Touched {
+    Folder folder;
+    std::vector<NamedPoint> image, tracker;
+    Touched() {
+        const Vector3 places[] = {{0.1, 0, 0}, {0, 0.12, 0.01}, {-0.09, 0.01, 0.05}, {0.02, -0.11, 0.03}, {0.05, 0.04, 0.1}};
+        const Eigen::Matrix3d R = Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+        for (int i = 0; i < 5; ++i) {
+            image.push_back({"F" + std::to_string(i + 1), places[i]});
+            tracker.push_back({image.back().name, R * places[i] + Vector3(0.3, 0.1, 0)});
+        }
+    }
+    test::Outcome run() {
+        write_fiducials(folder / "image.mrk.json", image);
+        write_fiducials(folder / "tracker.mrk.json", tracker);
+        return livetet(folder, "register --tracker tracker.mrk.json --image image.mrk.json -o registration.json");
+    }
+};
+
+TEST(BadInput, FewCollinearOrDisorderedFiducials) {
+    Touched t;
+    EXPECT_EQ(t.run().status, 0);
+    std::filesystem::remove(t.folder / "registration.json");
+    std::swap(t.tracker[1], t.tracker[3]);
+    expect_refused(t.run(), {"1, 4, 3, 2, 5", "fit better"});
+    t.tracker.pop_back();
+    expect_refused(t.run(), {"4", "5"});
+    t.image.resize(2);
+    t.tracker.resize(2);
+    expect_refused(t.run(), {"2", "3"});
+    for (int i = 0; i < 3; ++i) {
+        t.image.resize(3);
+        t.tracker.resize(3);
+        t.image[i] = {"L" + std::to_string(i), {0.01 * i, 0.02 * i, 0.03 * i}};
+        t.tracker[i] = t.image[i];
+    }
+    expect_refused(t.run(), {"line"});
+    EXPECT_FALSE(std::filesystem::exists(t.folder / "registration.json"));
+}
+
+TEST(BadInput, ARecordingWithoutTheSensorListsThoseItHas) {
+    const Folder folder;
+    SimulatedTrackerOptions options;
+    write_sequence(folder / "press.igs.mha", simulate_press(options));
+    expect_refused(livetet(folder, "calibrate pivot press.igs.mha --tool Stylus"), {"Stylus", "Reference", "Sensor"});
+    const std::string whole = text_of(folder / "press.igs.mha");
+    write_text(folder / "cut.igs.mha", whole.substr(0, whole.size() / 2));
+    expect_refused(livetet(folder, "calibrate pivot cut.igs.mha --tool Sensor"), {"cut.igs.mha"});
+}
+
+TEST(BadInput, HelpAndVersionAreNotErrors) {
+    const Folder folder;
+    EXPECT_EQ(livetet(folder, "--help").status, 0);
+    EXPECT_NE(livetet(folder, "--help").out.find("track"), std::string::npos);
+    EXPECT_NE(livetet(folder, "track --help").out.find("--every-sample"), std::string::npos);
+    EXPECT_NE(livetet(folder, "scene").out.find("young_Pa"), std::string::npos);
+    EXPECT_EQ(livetet(folder, "--version").status, 0);
+}
+
+}  // namespace
+}  // namespace livetet

@@ -1,0 +1,122 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/hierarchy_file.hpp"
+#include "io/points_csv.hpp"
+#include "io/result_file.hpp"
+#include "mesh/hierarchy.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+const std::string press = R"(
+mesh: {file: block.h5}
+materials: [{young_Pa: 5000, poisson: 0.45}]
+fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
+drive: [{sphere_mm: [100, 50, 100, 25], where: surface, displacement_mm: [0, 2, -12]}]
+solver: {newton_tolerance: 1e-10, relative_tolerance: 1e-6}
+probes: {points: points.csv, displacements: moved.csv}
+)";
+
+void prepare(const Folder& folder) {
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
+    write_text(folder / "scene.yaml", press);
+}
+
+std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
+    const ResultReader result(path);
+    return result.displacement(result.times().size() - 1);
+}
+
+TEST(Solve, OneAndTwoRanksAgreeTo1em8) {
+    const Folder folder;
+    prepare(folder);
+    const auto one = livetet(folder, "solve scene.yaml");
+    ASSERT_EQ(one.status, 0) << one.err;
+    const auto u1 = last_displacement(folder / "result.h5");
+    const auto probes1 = text_of(folder / "moved.csv");
+    const auto two = livetet(folder, "solve scene.yaml --json two.json", "mpirun --oversubscribe -n 2");
+    ASSERT_EQ(two.status, 0) << two.err;
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "two.json"))["ranks"], 2);
+    const auto u2 = last_displacement(folder / "result.h5");
+    double difference = 0, largest = 0;
+    for (std::size_t i = 0; i < u1.size(); ++i) {
+        difference = std::max(difference, (u1[i] - u2[i]).norm());
+        largest = std::max(largest, u1[i].norm());
+    }
+    EXPECT_NEAR(largest, std::hypot(0.012, 0.002), 0.003);
+    EXPECT_LT(difference, 1e-7 * largest);  // the file keeps single precision
+    EXPECT_EQ(probes1.substr(0, 40), text_of(folder / "moved.csv").substr(0, 40));
+}
+
+TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
+    const Folder folder;
+    prepare(folder);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    const auto reference = last_displacement(folder / "result.h5");
+    for (const char* solver : {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}", "{kind: petsc, petsc_options: \"-ksp_type minres -pc_type jacobi -ksp_max_it 5000\", max_iterations: 5000}"}) {
+        std::string scene = press;
+        scene.replace(scene.find("solver: {"), 9, std::string("solver: ") + std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
+        write_text(folder / "scene.yaml", scene);
+        const auto outcome = livetet(folder, "solve scene.yaml");
+        ASSERT_EQ(outcome.status, 0) << solver << outcome.err;
+        const auto u = last_displacement(folder / "result.h5");
+        for (std::size_t i = 0; i < u.size(); ++i) ASSERT_LT((u[i] - reference[i]).norm(), 1e-7) << solver;
+    }
+    EXPECT_NE(livetet(folder, "solve scene.yaml -ksp_view").out.find("KSP Object"), std::string::npos);
+}
+
+TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "swing.yaml", "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+                                      "gravity_m_per_s2: [0, 0, -9.81]\ntime: {scheme: newmark, step_s: 0.005, duration_s: 0.1}\nsolver: {newton_tolerance: 1e-6}\noutput: {file: swing.h5}\n");
+    const auto outcome = livetet(folder, "solve swing.yaml");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const ResultReader result(folder / "swing.h5");
+    ASSERT_EQ(result.times().size(), 20u);
+    EXPECT_NEAR(result.times().back(), 0.1, 1e-12);
+    // It falls first, and swings about the static droop: never farther than twice it.
+    double least = 0;
+    for (std::size_t k = 0; k < 20; ++k)
+        for (const Vector3& u : result.displacement(k)) least = std::min(least, u.z());
+    write_text(folder / "droop.yaml", "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -9.81]\noutput: {file: droop.h5}\n");
+    ASSERT_EQ(livetet(folder, "solve droop.yaml").status, 0);
+    double droop = 0;
+    for (const Vector3& u : last_displacement(folder / "droop.h5")) droop = std::min(droop, u.z());
+    // Timoshenko: q L^4 / (8 E I) + q L^2 / (2 k G A) = 5.9 mm; linear tets on this mesh are stiffer.
+    EXPECT_NEAR(droop, -0.0059, 0.0012);
+    EXPECT_LT(least, 1.3 * droop);
+    EXPECT_GT(least, 2.3 * droop);
+}
+
+TEST(Solve, NotConvergedIsSaidAndExitsWith3) {
+    const Folder folder;
+    prepare(folder);
+    std::string scene = press;
+    scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 1, ");
+    write_text(folder / "scene.yaml", scene);
+    const auto outcome = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_NE(outcome.out.find("NOT converged"), std::string::npos);
+}
+
+TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
+    const Folder folder;
+    prepare(folder);
+    const auto outcome = livetet(folder, "explain scene.yaml");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    for (const char* part : {"leaves out  mass, velocities", "leaves out  tracker", "builds      rotations", "builds      coarse levels"}) EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+}
+
+}  // namespace
+}  // namespace livetet

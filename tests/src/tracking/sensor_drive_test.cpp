@@ -1,0 +1,134 @@
+#include "tracking/sensor_drive.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "tracking/live_registration.hpp"
+#include "tracking/poses.hpp"
+#include "tracking/simulated_tracker.hpp"
+
+namespace livetet {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+using Pose = RigidTransform<ImageFrame, Sensor>;
+
+const Vector3d placed(0.1, 0.05, 0.02), node(0.11, 0.05, 0.02);
+
+Pose at(const Vector3d& offset, double turn = 0) {
+    return {AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix(), placed + offset};
+}
+
+SensorDrive placed_drive(SensorDriveOptions options = {}) {
+    SensorDrive drive(options);
+    for (int i = 0; i <= 10; ++i) drive.update(0.05 * i, at(Vector3d::Zero()));
+    return drive;  // following since 0.5 s
+}
+
+TEST(SensorDrive, BaseIsTheMeanOverItsWindow) {
+    SensorDrive drive;
+    EXPECT_EQ(drive.update(0, std::nullopt), DriveStatus::placing);
+    for (int i = 0; i <= 9; ++i)
+        EXPECT_EQ(drive.update(1 + 0.05 * i, at(Vector3d(i % 2 ? 0.001 : -0.001, 0, 0), i % 2 ? 0.01 : -0.01)),
+                  DriveStatus::placing);
+    EXPECT_EQ(drive.displacement(node), Vector3d::Zero());
+    EXPECT_FALSE(drive.base());
+    EXPECT_EQ(drive.update(1.5, at(Vector3d::Zero())), DriveStatus::following);
+    EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
+    EXPECT_LT((drive.base()->rotation - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+}
+
+TEST(SensorDrive, TranslationIgnoresTurnsAndRigidMotionFollowsThem) {
+    SensorDrive drive = placed_drive();
+    drive.update(0.55, at({0, 0, -0.015}, 0.3));
+    EXPECT_LT((drive.displacement(node) - Vector3d(0, 0, -0.015)).norm(), 1e-15);
+    SensorDriveOptions options;
+    options.motion = DriveMotion::rigid;
+    SensorDrive rigid = placed_drive(options);
+    const Pose now = at({0, 0, -0.015}, 0.3);
+    rigid.update(0.55, now);
+    const Vector3d moved = now * (at(Vector3d::Zero()).inverse() * node);
+    EXPECT_LT((rigid.displacement(node) - (moved - node)).norm(), 1e-14);
+    EXPECT_GT((rigid.displacement(node) - drive.displacement(node)).norm(), 0.002);
+}
+
+TEST(SensorDrive, MovingTheOrganAsAWholeDeformsNothing) {
+    SimulatedTrackerOptions options;
+    options.position_rms_mm = options.rotation_rms_deg = 0;
+    options.image_from_reference.translation = Vector3d(0.05, 0.02, 0.03);
+    options.image_from_sensor_at_rest.translation = placed;
+    options.press_direction = Vector3d(1, 2, -2);
+    const std::vector<Vector3d> x{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}};
+    LiveRegistration live(
+        LiveRegistration::fiducials_in_reference(x, {Eigen::Matrix3d::Identity(), {0.05, 0.02, 0.03}}), x);
+    SensorDrive drive;
+    double deepest = 0;
+    for (const TrackerSample& s : simulate_press(options).samples) {
+        live.update(s.time_s, s.poses[0]);
+        drive.update(s.time_s, *live.image_from_tracker() * tracker_from<Sensor>(s.poses[1]));
+        const Vector3d expected = true_press_depth(options, s.time_s) * Vector3d(1, 2, -2) / 3;
+        EXPECT_LT((drive.displacement(node) - expected).norm(), 1e-12) << s.time_s;
+        deepest = std::max(deepest, drive.displacement(node).norm());
+    }
+    EXPECT_NEAR(deepest, 0.015, 1e-12);
+}
+
+TEST(SensorDrive, LostSensorHoldsThenFadesWithoutAJump) {
+    SensorDrive drive = placed_drive();
+    const Vector3d pressed(0, 0, -0.015);
+    drive.update(0.6, at(pressed));
+    const Pose broken{Eigen::Matrix3d::Identity(), {std::nan(""), 0, 0}};
+    EXPECT_EQ(drive.update(0.7, broken), DriveStatus::holding);
+    EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15);
+    EXPECT_EQ(drive.update(1.09, std::nullopt), DriveStatus::holding);
+    Vector3d last = drive.displacement(node);
+    for (double t = 1.11; t < 2.095; t += 0.01) {
+        EXPECT_EQ(drive.update(t, std::nullopt), DriveStatus::releasing) << t;
+        EXPECT_LE(drive.displacement(node).norm(), last.norm());
+        EXPECT_LT((drive.displacement(node) - last).norm(), 1.6 * 0.015 * 0.01);
+        last = drive.displacement(node);
+    }
+    EXPECT_EQ(drive.update(2.2, std::nullopt), DriveStatus::released);
+    EXPECT_EQ(drive.displacement(node), Vector3d::Zero());
+}
+
+TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
+    for (const double away : {0.2, 0.9, 3.0}) {
+        SensorDrive drive = placed_drive();
+        drive.update(0.6, at({0, 0, 0.002}));
+        double t = 0.6;
+        for (; t < 0.6 + away; t += 0.02) drive.update(t, std::nullopt);
+        Vector3d last = drive.displacement(node);
+        DriveStatus status = drive.status();
+        for (int i = 0; i < 20; ++i, t += 0.02) {
+            status = drive.update(t, at({0, 0, -0.02}));
+            EXPECT_LE((drive.displacement(node) - last).norm(), 0.1 * 0.02 + 1e-12);
+            last = drive.displacement(node);
+            if (i == 0) {
+                EXPECT_EQ(status, DriveStatus::returning);
+            }
+        }
+        EXPECT_EQ(status, DriveStatus::following);
+        EXPECT_LT((last - Vector3d(0, 0, -0.02)).norm(), 1e-15);
+    }
+}
+
+TEST(SensorDrive, TimesThatStandStillOrGoBackDoNoHarm) {
+    SensorDrive drive = placed_drive();
+    drive.update(0.6, at({0, 0, -0.01}));
+    drive.update(0.2, std::nullopt);
+    EXPECT_EQ(drive.status(), DriveStatus::holding);
+    drive.update(0.6, at({0, 0, -0.01}));
+    EXPECT_LT((drive.displacement(node) - Vector3d(0, 0, -0.01)).norm(), 1e-15);
+    drive.reset();
+    EXPECT_EQ(drive.status(), DriveStatus::placing);
+    SensorDriveOptions bad;
+    bad.max_return_speed = 0;
+    EXPECT_THROW(SensorDrive{bad}, Error);
+}
+
+}  // namespace
+}  // namespace livetet
