@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "apps/pictures_display.hpp"
+#include "apps/report.hpp"
+#include "apps/run_result.hpp"
+
+// Pictures of a tracked run, as PNG files of 1600 x 900 pixels, each written whole or not at all. They are drawn off
+// screen, but this needs an X server all the same (see have_display); a virtual one such as Xvfb will do. VTK's own
+// messages go to the log.
+
+namespace livetet {
+
+/// The organ at rest and as it was at `time_s`, side by side, seen by the same camera, coloured by displacement in mm;
+/// the node sets "fixed" and "patch" of the mesh are marked. `displacement` of each node in metres. Throws Error where
+/// its size is not the mesh's or the file cannot be written.
+void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
+                         double time_s);
+
+/// RMS error at the moving targets over time, rigid-only and deforming, with the true press depth.
+void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors);
+
+/// The time that each frame took, against the budget, and how these times are distributed.
+void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames, const Report& report);
+
+}  // namespace livetet

@@ -1,0 +1,71 @@
+#include "apps/pictures_window.hpp"
+
+#include <spdlog/spdlog.h>
+#include <vtkAutoInit.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkPNGWriter.h>
+#include <vtkWindowToImageFilter.h>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+
+VTK_MODULE_INIT(vtkRenderingOpenGL2)
+VTK_MODULE_INIT(vtkRenderingContextOpenGL2)
+VTK_MODULE_INIT(vtkRenderingFreeType)
+
+namespace livetet {
+
+namespace {
+
+/// What VTK has to say goes to the log, not into the middle of our output.
+class LogWindow : public vtkOutputWindow {
+  public:
+    static LogWindow* New();
+    vtkTypeMacro(LogWindow, vtkOutputWindow);
+    void DisplayText(const char* text) override { spdlog::debug("VTK: {}", text ? text : ""); }
+};
+vtkStandardNewMacro(LogWindow);
+
+}  // namespace
+
+void set_text(vtkTextProperty* text, int size, bool bold) {
+    text->SetFontFamilyToArial();
+    text->SetFontSize(size);
+    text->SetBold(bold);
+    text->SetItalic(false);
+    text->SetShadow(false);
+    text->SetColor(look::ink.data());
+}
+
+vtkSmartPointer<vtkRenderWindow> make_window() {
+    static const bool routed = [] {
+        vtkNew<LogWindow> log;
+        vtkOutputWindow::SetInstance(log);
+        return true;
+    }();
+    (void)routed;
+    auto window = vtkSmartPointer<vtkRenderWindow>::New();
+    window->SetOffScreenRendering(1);
+    window->SetMultiSamples(8);
+    window->SetSize(look::width, look::height);
+    return window;
+}
+
+void write_window(vtkRenderWindow* window, const std::filesystem::path& path) {
+    window->Render();
+    vtkNew<vtkWindowToImageFilter> pixels;
+    pixels->SetInput(window);
+    pixels->SetInputBufferTypeToRGB();
+    pixels->ReadFrontBufferOff();
+    PendingFile file(path);
+    vtkNew<vtkPNGWriter> writer;
+    writer->SetInputConnection(pixels->GetOutputPort());
+    writer->SetFileName(file.path().c_str());
+    writer->Write();
+    if (writer->GetErrorCode() != 0) fail("{}: the picture cannot be written", path.string());
+    file.commit();
+}
+
+}  // namespace livetet

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/run_result.hpp"
+#include "apps/target_error.hpp"
+#include "apps/truth_file.hpp"
+#include "base/distribution.hpp"
+
+namespace livetet {
+
+/// How long the frames took and how they ended. Times in ms. `missed` is the run's own count of samples that no frame
+/// was computed for; `over_budget` counts kept frames that took longer than the time between two samples.
+struct FrameStatistics {
+    std::size_t kept = 0, over_budget = 0, not_converged = 0, registration_held = 0, registration_lost = 0;
+    Distribution frame_ms, operator_ms, forces_ms, solve_ms, iterations;
+};
+
+/// What one tracked run was worth.
+struct Report {
+    std::string source;
+    RunInfo run;
+    FrameStatistics frames;
+    double first_s = 0, last_s = 0;
+    double largest_press_mm = 0;      ///< as the deformation sensor saw it
+    std::size_t deepest_frame = 0;    ///< of the kept frames, the one with the largest press
+    std::optional<TargetErrors> truth;  ///< only where the truth is known
+};
+
+/// Throws Error for a result without frames, and where `compare_with_truth` does.
+Report make_report(const RunResult& result, const Truth* truth = nullptr);
+
+/// The sentences that say whether the run was good: frame times; with a truth, how much the deformation gained at the
+/// deepest press, and whether moving the whole organ moved targets.
+std::vector<std::string> verdicts(const Report& report);
+
+/// A page of tables to read, lines of at most 100 characters.
+std::string report_text(const Report& report);
+
+/// The same figures as JSON text, with units in the keys' names.
+std::string report_json(const Report& report);
+
+}  // namespace livetet

@@ -1,0 +1,218 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/report.hpp"
+
+namespace livetet {
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr double wanted_gain = 3;
+
+std::string frames_verdict(const Report& r) {
+    const Distribution& ms = r.frames.frame_ms;
+    const double rate = r.run.budget_ms > 0 ? 1e3 / r.run.budget_ms : 0;
+    return fmt::format("Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th percentile, "
+                       "of {:.1f} ms between samples ({:.1f} a second).",
+                       r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.budget_ms, rate);
+}
+
+std::string press_verdict(const TargetErrors& t) {
+    return fmt::format("Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, {:.2f} mm "
+                       "rigid-only: {:.1f} times smaller, {} the {:g} times asked for.",
+                       t.deepest_press_mm, t.moving, t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
+                       t.gain() >= wanted_gain ? "at least" : "LESS than", wanted_gain);
+}
+
+std::string rest_verdict(const RestErrors& r) {
+    return fmt::format("At rest: while the organ went {:.0f} mm and turned {:.0f} degrees, the model moved targets by {:.2f} "
+                       "mm RMS, {:.2f} mm at worst: {} than registration noise explains ({:.2f} mm RMS, {:.2f} mm at worst).",
+                       r.organ_travel_mm, r.organ_turn_deg, r.moved_mm.rms, r.moved_mm.worst,
+                       r.explained() ? "no more" : "MORE", r.expected_rms_mm, 3 * r.expected_rms_mm);
+}
+
+/// A line of the page is at most this long.
+std::string wrapped(const std::string& sentence, std::size_t width = 96) {
+    std::string out;
+    std::size_t begin = 0;
+    while (sentence.size() - begin > width) {
+        const std::size_t end = sentence.rfind(' ', begin + width);
+        out += sentence.substr(begin, end - begin) + "\n    ";
+        begin = end + 1;
+    }
+    return out + sentence.substr(begin) + "\n";
+}
+
+std::string line(std::string_view name, const std::string& value) { return fmt::format("  {:<22}{}\n", name, value); }
+
+std::string run_section(const Report& r) {
+    std::string out = "RUN\n";
+    out += line("result", r.source);
+    out += line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
+    out += line("solver", r.run.solver);
+    out += line("livetet", r.run.version);
+    out += line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
+    out += line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
+    return out;
+}
+
+std::string registration_section(const Report& r) {
+    std::size_t width = 10;
+    for (const RunFiducial& f : r.run.fiducials) width = std::max(width, f.name.size() + 2);
+    std::string out = fmt::format("REGISTRATION\n  FRE {:.2f} mm (RMS of the residuals)\n", r.run.fre_mm);
+    out += fmt::format("  {:<{}}{:>13}{:>18}\n", "fiducial", width, "residual [mm]", "left out [mm]");
+    for (const RunFiducial& f : r.run.fiducials)
+        out += fmt::format("  {:<{}}{:>13.2f}{:>18}\n", f.name, width, f.residual_mm,
+                           f.leave_one_out_mm ? fmt::format("{:.2f}", *f.leave_one_out_mm) : "-");
+    return out + "  (left out: how far a fiducial lies from where the others alone put it)\n";
+}
+
+std::string row(std::string_view name, const Distribution& d) {
+    return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.median, d.mean, d.p95, d.p99,
+                       d.worst);
+}
+
+std::string frames_section(const Report& r) {
+    const FrameStatistics& f = r.frames;
+    std::string out = fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %",
+                                  "worst");
+    out += row("whole frame [ms]", f.frame_ms) + row("  operator [ms]", f.operator_ms) + row("  forces [ms]", f.forces_ms) +
+           row("  solve [ms]", f.solve_ms) + row("iterations", f.iterations);
+    out += line("budget", fmt::format("{:.1f} ms (time between samples); {} kept frames took longer", r.run.budget_ms,
+                                      f.over_budget));
+    out += line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
+    out += line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
+    return out + line("not converged", fmt::format("{} frames", f.not_converged));
+}
+
+std::string error_row(std::string_view name, const Distribution& d) {
+    return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.rms, d.mean, d.p95, d.worst);
+}
+
+std::string truth_section(const TargetErrors& t) {
+    const std::string heads =
+        fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
+    std::string out = fmt::format("ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
+                                  "{:.1f} mm); {} frames at 95 % of {:.1f} mm or more\n",
+                                  t.moving, t.targets, t.largest_motion_mm, t.deepest_frames, t.deepest_press_mm);
+    out += heads + error_row("rigid-only", t.rigid_mm) + error_row("deforming", t.deforming_mm) +
+           error_row("  registration part", t.registration_mm) + error_row("  deformation part", t.deformation_mm);
+    if (t.unregistered_frames > 0)
+        out += fmt::format("  {} frames had no registration yet and are left out\n", t.unregistered_frames);
+
+    const RestErrors& r = t.rest;
+    out += fmt::format("\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went {:.0f} mm and "
+                       "turned {:.0f} degrees\n",
+                       r.frames, r.organ_travel_mm, r.organ_turn_deg);
+    out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
+    out += line("noise expected", fmt::format("{:.2f} mm RMS, {}", r.expected_rms_mm,
+                                              r.expected_from_tracker ? "from the tracker's noise and the FRE"
+                                                                      : "the registration error measured above"));
+    return out + line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
+}
+
+json to_json(const Distribution& d) {
+    return {{"count", d.count}, {"mean", d.mean}, {"rms", d.rms},     {"median", d.median},
+            {"p95", d.p95},     {"p99", d.p99},   {"worst", d.worst}};
+}
+
+json frames_json(const Report& r) {
+    const FrameStatistics& f = r.frames;
+    return {{"samples", r.run.samples},
+            {"computed", r.run.frames},
+            {"kept", f.kept},
+            {"missed", r.run.missed},
+            {"budget_ms", r.run.budget_ms},
+            {"over_budget", f.over_budget},
+            {"not_converged", f.not_converged},
+            {"registration_held", f.registration_held},
+            {"registration_lost", f.registration_lost},
+            {"frame_ms", to_json(f.frame_ms)},
+            {"operator_ms", to_json(f.operator_ms)},
+            {"forces_ms", to_json(f.forces_ms)},
+            {"solve_ms", to_json(f.solve_ms)},
+            {"iterations", to_json(f.iterations)}};
+}
+
+json registration_json(const Report& r) {
+    json fiducials = json::array();
+    for (const RunFiducial& f : r.run.fiducials) {
+        json entry = {{"name", f.name}, {"residual_mm", f.residual_mm}};
+        if (f.leave_one_out_mm) entry["leave_one_out_mm"] = *f.leave_one_out_mm;
+        fiducials.push_back(std::move(entry));
+    }
+    return {{"fre_mm", r.run.fre_mm}, {"fiducials", fiducials}};
+}
+
+json truth_json(const TargetErrors& t) {
+    json series = json::array();
+    for (const TargetErrorSample& s : t.samples)
+        series.push_back({{"time_s", s.time_s},
+                          {"press_mm", s.press_mm},
+                          {"rigid_mm", s.rigid_mm},
+                          {"deforming_mm", s.deforming_mm}});
+    const RestErrors& r = t.rest;
+    return {{"targets", t.targets},
+            {"moving_targets", t.moving},
+            {"largest_motion_mm", t.largest_motion_mm},
+            {"unregistered_frames", t.unregistered_frames},
+            {"deepest_press",
+             {{"press_mm", t.deepest_press_mm},
+              {"frames", t.deepest_frames},
+              {"rigid_mm", to_json(t.rigid_mm)},
+              {"deforming_mm", to_json(t.deforming_mm)},
+              {"registration_mm", to_json(t.registration_mm)},
+              {"deformation_mm", to_json(t.deformation_mm)},
+              {"times_smaller", t.gain()},
+              {"times_smaller_wanted", wanted_gain}}},
+            {"at_rest",
+             {{"frames", r.frames},
+              {"organ_travel_mm", r.organ_travel_mm},
+              {"organ_turn_deg", r.organ_turn_deg},
+              {"moved_mm", to_json(r.moved_mm)},
+              {"registration_mm", to_json(r.registration_mm)},
+              {"registration_lag_ms", r.registration_lag_ms},
+              {"expected_rms_mm", r.expected_rms_mm},
+              {"expected_from_tracker_noise", r.expected_from_tracker},
+              {"explained_by_noise", r.explained()}}},
+            {"series", series}};
+}
+
+}  // namespace
+
+std::vector<std::string> verdicts(const Report& report) {
+    std::vector<std::string> sentences{frames_verdict(report)};
+    if (report.truth) {
+        sentences.push_back(press_verdict(*report.truth));
+        if (report.truth->rest.frames > 0) sentences.push_back(rest_verdict(report.truth->rest));
+    }
+    return sentences;
+}
+
+std::string report_text(const Report& report) {
+    std::string out = "LIVETET: REPORT OF A TRACKED RUN\n\n";
+    for (const std::string& sentence : verdicts(report)) out += "  " + wrapped(sentence);
+    out += "\n" + run_section(report) + "\n" + registration_section(report) + "\n" + frames_section(report);
+    if (report.truth) out += "\n" + truth_section(*report.truth);
+    return out;
+}
+
+std::string report_json(const Report& r) {
+    json out = {{"result", r.source},
+                {"version", r.run.version},
+                {"verdicts", verdicts(r)},
+                {"mesh", {{"tets", r.run.tets}, {"nodes", r.run.nodes}, {"levels", r.run.levels}}},
+                {"solver", r.run.solver},
+                {"first_s", r.first_s},
+                {"last_s", r.last_s},
+                {"largest_press_mm", r.largest_press_mm},
+                {"registration", registration_json(r)},
+                {"frames", frames_json(r)}};
+    if (r.truth) out["targets"] = truth_json(*r.truth);
+    return out.dump(2) + "\n";
+}
+
+}  // namespace livetet

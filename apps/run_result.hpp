@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/transform.hpp"
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// One kept frame of a tracked run, without its displacement.
+struct RunFrame {
+    double time_s = 0;                                         ///< the tracker sample's own time stamp
+    RigidTransform<Tracker, ImageFrame> tracker_from_image;  ///< not finite while there was no registration yet
+    double frame_ms = 0, operator_ms = 0, forces_ms = 0, solve_ms = 0;
+    int iterations = 0;
+    double residual = 0;
+    double press_mm = 0;  ///< length of the patch's displacement
+    bool registration_held = false, registration_lost = false;
+    bool converged = true;
+};
+
+struct RunFiducial {
+    std::string name;
+    double residual_mm = 0;
+    std::optional<double> leave_one_out_mm;  ///< its distance from where the other fiducials alone put it
+};
+
+/// What a run says about itself as a whole.
+struct RunInfo {
+    std::size_t samples = 0, frames = 0, missed = 0;  ///< tracker samples, frames computed, samples never computed
+    double budget_ms = 0;                             ///< time between two samples
+    double fre_mm = 0;
+    std::vector<RunFiducial> fiducials;
+    std::size_t tets = 0, nodes = 0, levels = 0;
+    std::string solver, version;
+};
+
+/// A tracked run as plain data. Displacements are large and are read one frame at a time.
+struct RunResult {
+    std::string source;  ///< the file, for messages
+    TetMesh mesh;        ///< with the node sets "fixed" and "patch", where they are known
+    std::vector<RunFrame> frames;
+    RunInfo info;
+    std::function<std::vector<Vector3>(std::size_t frame)> displacement;  ///< of each node, metres
+};
+
+/// `text`, the JSON that a run left about itself. Throws Error naming `source` and the key that is missing or wrong.
+RunInfo parse_run_info(const std::string& text, const std::string& source);
+
+/// Opens what `livetet track` wrote. Throws Error for a file that is none of its, or holds no frame.
+RunResult read_run_result(const std::filesystem::path& path);
+
+}  // namespace livetet
