@@ -101,6 +101,8 @@ void ResultWriter::append_values(const std::string& name, std::span<const double
     file_->append<double>(table, values);
 }
 
+void ResultWriter::write_text(const std::string& name, const std::string& text) { file_->write_text("texts/" + name, text); }
+
 void ResultWriter::close() {
     if (!file_) return;
     file_->flush();

@@ -26,6 +26,8 @@ class ResultWriter {
     void append(double time_s, std::span<const Vector3> displacement);
     /// Numbers belonging to the frame last appended, under a name of their own: as many with each frame.
     void append_values(const std::string& name, std::span<const double> values);
+    /// A text about the run as a whole, under a name of its own.
+    void write_text(const std::string& name, const std::string& text);
     void close();
 
     std::size_t frame_count() const { return times_.size(); }
@@ -47,6 +49,8 @@ class ResultReader {
 
     const TetMesh& mesh() const { return mesh_; }
     const std::string& scene_text() const { return scene_text_; }
+    /// A text given to `write_text`. Throws Error where there is none of that name.
+    std::string text(const std::string& name) const { return file_.read_text("texts/" + name); }
     const std::vector<double>& times_s() const { return times_; }
     std::size_t frame_count() const { return times_.size(); }
     /// The displacement of frame k, in metres.
