@@ -84,7 +84,10 @@ void add_mesh_command(CLI::App& app) {
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")->capture_default_str()->check(CLI::Range(100, 20'000'000));
     command->add_option("--levels", a->source.levels, "how many levels")->capture_default_str()->check(CLI::Range(1, 8));
     command->add_option("--edge-lengths-mm", a->source.edge_lengths_mm, "edge length of each level, finest first; instead of --tets and --levels")->delimiter(',')->check(CLI::PositiveNumber);
-    command->add_flag("--metres", a->metres, "a surface or .msh is in metres, not millimetres");
+    command->add_flag("--metres", a->metres, "a .msh is in metres, not millimetres");
+    command->add_option("--space", a->source.space, "which way a surface's axes point: ras, or lps as Slicer's models since 2020")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
+        ->default_str("ras");
     command->add_option("--fix", a->fixed_mask, "mask image: nodes under it become the set \"fixed\"");
     command->add_option("--json", a->json, "write counts and quality to this file too");
     command->callback([a] { run(*a); });

@@ -34,7 +34,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         }
         surface = meshed.image->surface;
     } else {
-        surface = read_surface(source.file, source.unit == LengthUnit::millimetre ? 1e-3 : 1.0);
+        surface = read_surface(source.file, source.space);
     }
     try {
         meshed.result = build_hierarchy(surface, options, progress);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/fields.hpp"
+#include "io/surface_file.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/time_scheme.hpp"
 #include "mesh/node_selection.hpp"
@@ -27,6 +28,7 @@ struct SelectionOptions {
 struct MeshSource {
     std::filesystem::path file;
     LengthUnit unit = LengthUnit::millimetre;
+    Space space = Space::ras;
     std::vector<int> labels;
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
@@ -108,8 +110,10 @@ void visit_fields(Visitor& v, MeshSource& m) {
     v.field("file", m.file, "",
             "a hierarchy (.h5 of `livetet mesh`), a Gmsh mesh (.msh), a label map (.nii, .nii.gz), or a surface (.stl, "
             ".obj, .ply, .off)");
-    v.choice("unit", m.unit, "length unit of a .msh or surface file",
+    v.choice("unit", m.unit, "length unit of a .msh file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
+    v.choice("space", m.space, "which way the axes of a surface file point, which it does not say",
+             {{Space::ras, "ras", "right, anterior, superior"}, {Space::lps, "lps", "left, posterior, superior: Slicer's models since 2020"}});
     v.field("labels", m.labels, "", "labels of the label map that make up the body; empty: all but 0");
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, the finest first; empty: from tets and levels");

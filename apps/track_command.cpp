@@ -191,7 +191,7 @@ double sample_interval(const Recording& recording) {
 json describe_run(const Recording& recording, const FiducialRegistration& registration, const SceneBody& body, const Counts& counts) {
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials) fiducials.push_back({{"name", f.name}, {"residual_mm", 1e3 * f.residual}, {"leave_one_out_mm", 1e3 * f.leave_one_out}});
-    return {{"samples", recording.samples.size()}, {"frames", counts.frames}, {"missed", counts.missed}, {"not_kept", counts.not_kept}, {"budget_ms", 1e3 * sample_interval(recording)}, {"fre_mm", 1e3 * registration.fre}, {"fiducials", fiducials}, {"tets", body.mesh().tets.size()}, {"nodes", body.mesh().nodes.size()}, {"levels", body.hierarchy.levels.size()}, {"version", LIVETET_VERSION}};
+    return {{"samples", recording.samples.size()}, {"frames", counts.frames}, {"missed", counts.missed}, {"not_kept", counts.not_kept}, {"budget_ms", 1e3 * sample_interval(recording)}, {"fre_mm", 1e3 * registration.fre}, {"fiducials", fiducials}, {"tets", body.mesh().tets.size()}, {"nodes", body.mesh().nodes.size()}, {"levels", body.hierarchy.levels.size()}, {"solver", body.body->elastic_operator().name()}, {"version", LIVETET_VERSION}};
 }
 
 void track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
@@ -216,7 +216,7 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
     LiveModel model(scene, body, recording.tools, registration.fiducials);
 
     // 3. frames
-    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene));
+    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
     Recorder recorder(writer);
     const Counts counts = run_frames(scene, recording, model, recorder);
     recorder.close();

@@ -32,7 +32,7 @@ std::string data_item(const std::string& h5, const std::string& table, const cha
 }
 
 std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t tets, bool regions,
-                      const std::vector<double>& times) {
+                      const std::vector<double>& times, Precision precision) {
     const std::string h5 = xml_text(h5_name);
     std::string text =
         "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n"
@@ -45,7 +45,7 @@ std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t
                             data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes)));
         text +=
             fmt::format("<Attribute Name=\"displacement\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
-                        data_item(h5, frame_table(k), "Float", 4, fmt::format("{} 3", nodes)));
+                        data_item(h5, frame_table(k), "Float", precision == Precision::full ? 8 : 4, fmt::format("{} 3", nodes)));
         if (regions)
             text += fmt::format("<Attribute Name=\"region\" AttributeType=\"Scalar\" Center=\"Cell\">{}</Attribute>\n",
                                 data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets)));
@@ -56,8 +56,8 @@ std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t
 
 }  // namespace
 
-ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text)
-    : path_(path), nodes_(mesh.nodes.size()), tets_(mesh.tets.size()), regions_(!mesh.regions.empty()) {
+ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text, Precision precision)
+    : path_(path), nodes_(mesh.nodes.size()), tets_(mesh.tets.size()), regions_(!mesh.regions.empty()), precision_(precision) {
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
@@ -81,9 +81,12 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
     for (std::size_t n = 0; n < nodes_; ++n) {
         if (!displacement[n].allFinite())
             fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
-        for (int i = 0; i < 3; ++i) row_.push_back(static_cast<float>(displacement[n][i]));
+        for (int i = 0; i < 3; ++i) row_.push_back(displacement[n][i]);
     }
-    file_->write<float>(frame_table(k), row_, 3);
+    if (precision_ == Precision::full)
+        file_->write<double>(frame_table(k), row_, 3);
+    else
+        file_->write<float>(frame_table(k), std::vector<float>(row_.begin(), row_.end()), 3);
     file_->append<double>("times", {&time_s, 1});
     times_.push_back(time_s);
 }
@@ -110,7 +113,7 @@ void ResultWriter::close() {
     pending_->commit();
     fs::path xdmf = path_;
     write_text_file(xdmf.replace_extension(".xdmf"),
-                    xdmf_text(path_.filename().string(), nodes_, tets_, regions_, times_));
+                    xdmf_text(path_.filename().string(), nodes_, tets_, regions_, times_, precision_));
 }
 
 ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {
@@ -125,7 +128,7 @@ ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path))
 
 std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
     if (k >= times_.size()) fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
-    const auto table = file_.read<float>(frame_table(k), 3);
+    const auto table = file_.read<double>(frame_table(k), 3);
     if (table.rows != mesh_.nodes.size())
         fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows, mesh_.nodes.size());
     std::vector<Vector3> displacement;

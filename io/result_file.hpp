@@ -13,13 +13,17 @@
 
 namespace livetet {
 
-/// Records a run: mesh and scene once, then a displacement (metres, kept as float) for each frame, in HDF5; `close`
+/// How displacements are kept: `full` (8 bytes a number) for solves that are compared, `single` (4) for many frames.
+enum class Precision { single, full };
+
+/// Records a run: mesh and scene once, then a displacement (metres) for each frame, in HDF5; `close`
 /// moves the file to its place and writes an `.xdmf` of the same name beside it, which ParaView opens. Without `close`
 /// nothing is left behind.
 class ResultWriter {
   public:
     /// Throws Error where the name does not end in .h5 or the file cannot be written.
-    ResultWriter(const std::filesystem::path& path, const TetMesh& mesh, const std::string& scene_text);
+    ResultWriter(const std::filesystem::path& path, const TetMesh& mesh, const std::string& scene_text,
+                 Precision precision = Precision::full);
 
     /// One frame more: a displacement for each node. Throws Error where they are not as many as the nodes or not
     /// finite, or time goes backwards.
@@ -39,7 +43,8 @@ class ResultWriter {
     std::size_t nodes_, tets_;
     bool regions_;
     std::vector<double> times_;
-    std::vector<float> row_;
+    Precision precision_;
+    std::vector<double> row_;
 };
 
 /// Reads what ResultWriter wrote. Throws Error, naming file and table, where it does not hold together.

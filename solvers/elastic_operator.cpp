@@ -255,4 +255,17 @@ LinearReport ElasticOperator::solve(Vec b, Vec x, double relative_tolerance) {
     return report;
 }
 
+std::string ElasticOperator::name() const {
+    KSPType krylov = nullptr;
+    PCType preconditioner = nullptr;
+    PC pc = nullptr;
+    LIVETET_PETSC(KSPGetType(krylov_.get(), &krylov));
+    LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+    LIVETET_PETSC(PCGetType(pc, &preconditioner));
+    std::string text = fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");
+    if (kind_ == SolverKind::multigrid)
+        text += fmt::format(", {} levels, {}", level_count(), options_.coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+    return text;
+}
+
 }  // namespace livetet

@@ -31,6 +31,8 @@ class ElasticOperator {
     ElasticLevel& fine() { return *levels_.front(); }
     const ElasticLevel& fine() const { return *levels_.front(); }
     SolverKind kind() const { return kind_; }
+    /// What solves: "cg + multigrid, 3 levels, rediscretised".
+    std::string name() const;
     int level_count() const { return static_cast<int>(levels_.size()); }
 
     /// For every node of the whole finest mesh.
