@@ -107,7 +107,7 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
     t.pivot_in_tracker = {0.210, -0.080, -0.130};
     t.tracker_from_image_at_start = turned<Tracker, ImageFrame>(118, {0.35, -0.2, 1}, {0.260, -0.040, -0.150});
     t.turn_centre_in_image = phantom::organ_centre();
-    t.organ_travel = 0.040;
+    t.organ_travel = 0.028;
     t.organ_turn_deg = 24;
     t.image_from_reference = turned<ImageFrame, Reference>(155, {1, 0.3, -0.4}, phantom::reference_place());
     t.image_from_sensor_at_rest = turned<ImageFrame, Sensor>(40, {0.2, -1, 0.6}, phantom::sensor_place());

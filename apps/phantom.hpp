@@ -13,7 +13,8 @@
 
 namespace livetet {
 
-/// What a phantom is made from: the same options give the same files.
+/// What a phantom is made from: the same options give the same files, but for the truth's displacements, which differ
+/// by the error of their mesh: Gmsh does not make the same mesh twice.
 struct PhantomOptions {
     std::uint64_t seed = 1;
     double spacing_mm = 1.5;
