@@ -92,8 +92,8 @@ PhantomImages make_phantom_images(double spacing, std::uint64_t seed) {
         const double in_phase = bias(place) * grey_value(place, spacing) + noise(engine);
         return static_cast<float>(std::round(std::hypot(in_phase, noise(engine))));
     });
-    images.labels = sample<std::int32_t>(
-        spacing, [](const Vector3d& place) { return phantom::organ_distance(place) < 0 ? 1 : 0; });
+    images.labels =
+        sample<std::int32_t>(spacing, [](const Vector3d& place) { return phantom::organ_distance(place) < 0 ? 1 : 0; });
     images.fixed_mask =
         sample<std::int32_t>(spacing, [](const Vector3d& place) { return phantom::is_held(place) ? 1 : 0; });
     return images;

@@ -220,7 +220,7 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
     Recorder recorder(writer);
     const Counts counts = run_frames(scene, recording, model, recorder);
     recorder.close();
-    writer.set_text("run", describe_run(recording, registration, body, counts).dump());
+    writer.write_text("run", describe_run(recording, registration, body, counts).dump());
     writer.close();
 
     // 4. report

@@ -14,7 +14,7 @@ struct GmshOptions {
     std::function<ChildResult(const std::function<int(int)>& work, double time_limit_s)> run = run_in_child;
 };
 
-/// Fills a closed surface with tets whose edges grow from the surface's towards `edge_length_m` inside. The surface's
+/// Fills a closed surface with tets of the size of its triangles near it, with edges up to half as long again inside. The
 /// triangles stay as they are: they are the mesh's boundary. Gmsh's HXT is tried first, then its Delaunay algorithm
 /// (C. Geuzaine and J.-F. Remacle, Gmsh, 2009; C. Marot et al., One machine, one minute, three billion tetrahedra,
 /// 2019), in a child process, since Gmsh can hang for ever, deaf to SIGTERM. Tets are positively oriented; nodes and
@@ -22,7 +22,7 @@ struct GmshOptions {
 /// limit.
 TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options = {});
 
-/// Gmsh's version, for provenance.
+/// The version of the Gmsh API that this is compiled against, for provenance.
 std::string gmsh_version();
 
 }  // namespace livetet

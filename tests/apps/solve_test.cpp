@@ -34,7 +34,7 @@ void prepare(const Folder& folder) {
 
 std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
     const ResultReader result(path);
-    return result.displacement(result.times().size() - 1);
+    return result.displacement(result.times_s().size() - 1);
 }
 
 TEST(Solve, OneAndTwoRanksAgreeTo1em8) {
@@ -83,8 +83,8 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const auto outcome = livetet(folder, "solve swing.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const ResultReader result(folder / "swing.h5");
-    ASSERT_EQ(result.times().size(), 20u);
-    EXPECT_NEAR(result.times().back(), 0.1, 1e-12);
+    ASSERT_EQ(result.times_s().size(), 20u);
+    EXPECT_NEAR(result.times_s().back(), 0.1, 1e-12);
     // It falls first, and swings about the static droop: never farther than twice it.
     double least = 0;
     for (std::size_t k = 0; k < 20; ++k)

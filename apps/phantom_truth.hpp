@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "apps/truth_file.hpp"
+#include "base/progress.hpp"
+#include "mesh/hierarchy.hpp"
+#include "mesh/image.hpp"
+#include "tracking/fiducials.hpp"
+
+namespace livetet {
+
+/// The organ's hierarchy for the truth: from the label map as a scene's would be, but with `tets` on the finest level.
+/// Its nodes under the mask are in the set "fixed". Throws Error as the meshing does.
+MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,
+                             const ProgressCallback& progress = {});
+
+/// The targets' displacements at each of `truth.depths`: corotated equilibrium of a scene's default material, the set
+/// "fixed" of the hierarchy held, the surface patch about `truth.sensor_rest` moved along `truth.press_direction`, from
+/// one depth to the next. Fills truth.targets. Needs a PetscSession. Throws Error where a solve does not converge.
+void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
+                 const ProgressCallback& progress = {});
+
+}  // namespace livetet

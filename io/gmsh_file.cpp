@@ -1,0 +1,289 @@
+#include "io/gmsh_file.hpp"
+
+#include <gmsh.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Tags = std::vector<std::size_t>;
+
+constexpr int triangle_type = 2, tet_type = 4;
+
+/// Gmsh's library has one state for the whole process: one of us at a time.
+class GmshSession {
+  public:
+    GmshSession() : lock_(mutex_) {
+        gmsh::initialize(0, nullptr, false);
+        gmsh::option::setNumber("General.Terminal", 0);
+        gmsh::logger::start();
+    }
+    ~GmshSession() {
+        try {
+            gmsh::logger::stop();  // else the next session finds this one's errors
+            gmsh::finalize();
+        } catch (...) {  // nothing of the mesh is left to lose
+        }
+    }
+    GmshSession(const GmshSession&) = delete;
+    GmshSession& operator=(const GmshSession&) = delete;
+
+    /// The first error that Gmsh logged; empty where there was none.
+    static std::string first_error() {
+        std::vector<std::string> log;
+        gmsh::logger::get(log);
+        for (const std::string& line : log)
+            if (line.starts_with("Error")) return line;
+        return {};
+    }
+
+  private:
+    static inline std::mutex mutex_;
+    std::lock_guard<std::mutex> lock_;
+};
+
+/// Gmsh takes what it does not know for a script and runs it, and reads on where a file ends: look first.
+void check_is_whole_mesh(const fs::path& path) {
+    const std::string text = read_text_file(path), where = path.string();
+    const auto lines = split_lines(std::string_view(text).substr(0, 4096));
+    if (lines.size() < 2 || trim(lines[0]) != "$MeshFormat")
+        fail("{}:1: found '{}', expected $MeshFormat, as Gmsh's .msh files begin", where,
+             lines.empty() ? "" : trim(lines[0]).substr(0, 40));
+    const auto words = split_words(lines[1]);
+    const auto version = words.empty() ? std::nullopt : parse_number(words[0]);
+    if (!version || !(*version == 2.2 || (*version >= 4 && *version < 5)))
+        fail("{}:2: found MSH version '{}', expected 2.2 or 4.1", where, words.empty() ? "" : words[0]);
+    for (const char* section : {"Nodes", "Elements"}) {
+        if (text.find(fmt::format("${}\n", section)) == std::string::npos &&
+            text.find(fmt::format("${}\r", section)) == std::string::npos)
+            fail("{}: holds no section ${}", where, section);
+        if (text.find(fmt::format("$End{}", section)) == std::string::npos)
+            fail("{}: its section ${} does not end: the file is truncated", where, section);
+    }
+}
+
+/// Builds a mesh out of the model that Gmsh holds.
+class Reader {
+  public:
+    Reader(std::string where, double metres_per_unit) : where_(std::move(where)), unit_(metres_per_unit) {}
+
+    TetMesh read() {
+        read_places();
+        read_tets();
+        for (const Triangle& t : boundary_triangles(mesh_.tets)) outwards_[sorted(t)] = t;
+        std::vector<std::pair<int, int>> groups;
+        gmsh::model::getPhysicalGroups(groups);
+        for (const auto& [dimension, tag] : groups)
+            if (dimension < 3) read_group(dimension, tag);
+        return std::move(mesh_);
+    }
+
+  private:
+    static Triangle sorted(Triangle t) {
+        std::sort(t.begin(), t.end());
+        return t;
+    }
+
+    void read_places() {
+        Tags tags;
+        std::vector<double> coordinates, parameters;
+        gmsh::model::mesh::getNodes(tags, coordinates, parameters);
+        if (coordinates.size() != 3 * tags.size()) fail("{}: its nodes are malformed", where_);
+        for (std::size_t i = 0; i < tags.size(); ++i)
+            places_[tags[i]] = unit_ * Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+    }
+
+    /// The mesh's number for a node of Gmsh's; given on its first use by a tet.
+    std::int32_t number_of(std::size_t tag) {
+        if (const auto known = numbers_.find(tag); known != numbers_.end()) return known->second;
+        const auto place = places_.find(tag);
+        if (place == places_.end()) fail("{}: an element names node {}, which is not in the file", where_, tag);
+        const auto number = static_cast<std::int32_t>(mesh_.nodes.size());
+        mesh_.nodes.push_back(place->second);
+        numbers_[tag] = number;
+        return number;
+    }
+
+    /// The nodes of all elements of an entity, which must all be of `type`.
+    Tags elements_of(int dimension, int entity, int type, const char* expected) {
+        std::vector<int> types;
+        std::vector<Tags> tags, nodes;
+        gmsh::model::mesh::getElements(types, tags, nodes, dimension, entity);
+        Tags all;
+        for (std::size_t i = 0; i < types.size(); ++i) {
+            if (types[i] != type) {
+                std::string name;
+                int of_dimension = 0, order = 0, count = 0, primary = 0;
+                std::vector<double> local;
+                gmsh::model::mesh::getElementProperties(types[i], name, of_dimension, order, count, local, primary);
+                fail("{}: entity {} of dimension {} holds elements of type {} (order {}), expected {}", where_, entity,
+                     dimension, name, order, expected);
+            }
+            all.insert(all.end(), nodes[i].begin(), nodes[i].end());
+        }
+        return all;
+    }
+
+    void read_tets() {
+        std::vector<std::pair<int, int>> volumes, groups;
+        gmsh::model::getEntities(volumes, 3);
+        gmsh::model::getPhysicalGroups(groups, 3);
+        for (const auto& [dimension, entity] : volumes) {
+            const Tags nodes = elements_of(dimension, entity, tet_type, "4-node tetrahedra");
+            std::vector<int> physical;
+            gmsh::model::getPhysicalGroupsForEntity(3, entity, physical);
+            for (std::size_t i = 0; i + 3 < nodes.size(); i += 4) {
+                mesh_.tets.push_back(
+                    {number_of(nodes[i]), number_of(nodes[i + 1]), number_of(nodes[i + 2]), number_of(nodes[i + 3])});
+                if (!groups.empty()) mesh_.regions.push_back(physical.empty() ? 0 : physical[0]);
+            }
+        }
+        check_tet_mesh(mesh_, where_);
+    }
+
+    static std::string name_of(int dimension, int tag) {
+        std::string name;
+        gmsh::model::getPhysicalName(dimension, tag, name);
+        constexpr const char* kinds[] = {"point", "curve", "surface"};
+        return name.empty() ? fmt::format("{}_{}", kinds[dimension], tag) : name;
+    }
+
+    void read_group(int dimension, int tag) {
+        const std::string name = name_of(dimension, tag);
+        auto& set = mesh_.node_sets[name];
+        if (dimension == 2) {
+            auto& triangles = mesh_.triangle_sets[name];
+            read_triangles(tag, triangles);
+            const auto nodes = nodes_of(triangles);
+            set.insert(set.end(), nodes.begin(), nodes.end());
+        } else {
+            Tags tags;
+            std::vector<double> coordinates;
+            gmsh::model::mesh::getNodesForPhysicalGroup(dimension, tag, tags, coordinates);
+            for (const std::size_t node : tags)
+                if (const auto known = numbers_.find(node); known != numbers_.end()) set.push_back(known->second);
+        }
+        std::sort(set.begin(), set.end());
+        set.erase(std::unique(set.begin(), set.end()), set.end());
+        if (set.empty())
+            fail("{}: the group '{}' has no node of the tets, expected it to lie on the body", where_, name);
+    }
+
+    void read_triangles(int tag, std::vector<Triangle>& triangles) {
+        std::vector<int> entities;
+        gmsh::model::getEntitiesForPhysicalGroup(2, tag, entities);
+        for (const int entity : entities) {
+            const Tags nodes = elements_of(2, entity, triangle_type, "3-node triangles");
+            for (std::size_t i = 0; i + 2 < nodes.size(); i += 3) {
+                Triangle triangle;
+                bool on_body = true;
+                for (std::size_t k = 0; k < 3 && on_body; ++k) {
+                    const auto known = numbers_.find(nodes[i + k]);
+                    on_body = known != numbers_.end();
+                    if (on_body) triangle[k] = known->second;
+                }
+                if (!on_body) continue;
+                const auto outwards = outwards_.find(sorted(triangle));
+                triangles.push_back(outwards == outwards_.end() ? triangle : outwards->second);
+            }
+        }
+    }
+
+    std::string where_;
+    double unit_;
+    TetMesh mesh_;
+    std::unordered_map<std::size_t, Vector3> places_;
+    std::unordered_map<std::size_t, std::int32_t> numbers_;
+    std::map<Triangle, Triangle> outwards_;
+};
+
+/// The physical groups of a mesh as MSH 2.2 names them, and its elements, both as lines of text.
+struct Lines {
+    std::vector<std::string> names, elements;
+    int last_tag = 0;
+
+    int add_group(int dimension, const std::string& name) {
+        names.push_back(fmt::format("{} {} \"{}\"", dimension, ++last_tag, name));
+        return last_tag;
+    }
+    /// Element of Gmsh's `type` in physical group `tag`; the entity below it has the same number, from 1.
+    template <std::size_t N>
+    void add(int type, int tag, int entity, const std::array<std::int32_t, N>& nodes) {
+        std::string line = fmt::format("{} {} 2 {} {}", elements.size() + 1, type, tag, entity);
+        for (const std::int32_t n : nodes) line += fmt::format(" {}", n + 1);
+        elements.push_back(std::move(line));
+    }
+};
+
+Lines lines_of(const TetMesh& mesh, const std::string& where) {
+    Lines lines;
+    for (const auto& [name, triangles] : mesh.triangle_sets) {
+        const int tag = lines.add_group(2, name);
+        for (const Triangle& t : triangles) lines.add(triangle_type, tag, tag, t);
+    }
+    for (const auto& [name, nodes] : mesh.node_sets) {
+        const auto surface = mesh.triangle_sets.find(name);
+        if (surface != mesh.triangle_sets.end() && nodes_of(surface->second) == nodes) continue;
+        const int tag = lines.add_group(0, name);
+        // A point entity holds one node: each has one of its own, all in the group.
+        for (const std::int32_t n : nodes) lines.add(15, tag, n + 1, std::array{n});
+    }
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const int region = mesh.regions.empty() ? 0 : mesh.regions[e];
+        if (region < 0) fail("{}: tet {} is in region {}, expected 0 or more", where, e, region);
+        lines.add(tet_type, region, region + 1, mesh.tets[e]);
+    }
+    return lines;
+}
+
+}  // namespace
+
+TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
+    if (ending(path) != ".msh")
+        fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
+    check_is_whole_mesh(path);
+    const GmshSession session;
+    try {
+        gmsh::open(path.string());
+        if (const std::string error = GmshSession::first_error(); !error.empty())
+            fail("{}: Gmsh cannot read it: {}", path.string(), error);
+        return Reader(path.string(), metres_per_unit).read();
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& error) {
+        fail("{}: Gmsh cannot read it: {}", path.string(), error.what());
+    } catch (...) {  // Gmsh 4.8 throws int and std::string, too
+        fail("{}: Gmsh cannot read it: {}", path.string(), GmshSession::first_error());
+    }
+}
+
+void write_gmsh(const fs::path& path, const TetMesh& mesh, double metres_per_unit) {
+    const Lines lines = lines_of(mesh, path.string());
+    std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
+    if (!lines.names.empty()) {
+        text += fmt::format("$PhysicalNames\n{}\n", lines.names.size());
+        for (const std::string& line : lines.names) text += line + "\n";
+        text += "$EndPhysicalNames\n";
+    }
+    text += fmt::format("$Nodes\n{}\n", mesh.nodes.size());
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+        const Vector3 x = mesh.nodes[n] / metres_per_unit;
+        text += fmt::format("{} {} {} {}\n", n + 1, x[0], x[1], x[2]);
+    }
+    text += fmt::format("$EndNodes\n$Elements\n{}\n", lines.elements.size());
+    for (const std::string& line : lines.elements) text += line + "\n";
+    write_text_file(path, text + "$EndElements\n");
+}
+
+}  // namespace livetet

@@ -1,0 +1,145 @@
+#include "io/result_file.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "io/hierarchy_file.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* format_name = "livetet result";
+constexpr int format_version = 1;
+
+/// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
+std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
+
+std::string xml_text(const std::string& text) {
+    std::string escaped;
+    for (const char c : text)
+        escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
+    return escaped;
+}
+
+std::string data_item(const std::string& h5, const std::string& table, const char* type, int precision,
+                      const std::string& size) {
+    return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}:/{}</DataItem>)",
+                       type, precision, size, h5, table);
+}
+
+std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t tets, bool regions,
+                      const std::vector<double>& times) {
+    const std::string h5 = xml_text(h5_name);
+    std::string text =
+        "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n"
+        "<Grid Name=\"result\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+    for (std::size_t k = 0; k < times.size(); ++k) {
+        text += fmt::format("<Grid Name=\"frame{}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", k, times[k]);
+        text += fmt::format("<Topology TopologyType=\"Tetrahedron\" NumberOfElements=\"{}\">{}</Topology>\n", tets,
+                            data_item(h5, "mesh/tets", "Int", 4, fmt::format("{} 4", tets)));
+        text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
+                            data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes)));
+        text +=
+            fmt::format("<Attribute Name=\"displacement\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
+                        data_item(h5, frame_table(k), "Float", 4, fmt::format("{} 3", nodes)));
+        if (regions)
+            text += fmt::format("<Attribute Name=\"region\" AttributeType=\"Scalar\" Center=\"Cell\">{}</Attribute>\n",
+                                data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets)));
+        text += "</Grid>\n";
+    }
+    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
+}
+
+}  // namespace
+
+ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text)
+    : path_(path), nodes_(mesh.nodes.size()), tets_(mesh.tets.size()), regions_(!mesh.regions.empty()) {
+    if (ending(path) != ".h5")
+        fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
+    check_tet_mesh(mesh, path.string());
+    pending_ = std::make_unique<PendingFile>(path);
+    file_ = std::make_unique<hdf5::File>(hdf5::File::create(pending_->path(), path.string()));
+    hdf5::write_format(*file_, format_name, format_version);
+    file_->write_text("scene", scene_text);
+    write_mesh(*file_, "mesh", mesh);
+    file_->create_growing<double>("times", 1);
+}
+
+void ResultWriter::append(double time_s, std::span<const Vector3> displacement) {
+    const std::size_t k = times_.size();
+    if (!file_) fail("{}: frame {} comes after the file was closed", path_.string(), k);
+    if (displacement.size() != nodes_)
+        fail("{}: frame {} has {} displacements, expected {}", path_.string(), k, displacement.size(), nodes_);
+    if (!std::isfinite(time_s) || (k > 0 && time_s < times_.back()))
+        fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", path_.string(), k, time_s,
+             k > 0 ? times_.back() : 0);
+    row_.clear();
+    for (std::size_t n = 0; n < nodes_; ++n) {
+        if (!displacement[n].allFinite())
+            fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
+        for (int i = 0; i < 3; ++i) row_.push_back(static_cast<float>(displacement[n][i]));
+    }
+    file_->write<float>(frame_table(k), row_, 3);
+    file_->append<double>("times", {&time_s, 1});
+    times_.push_back(time_s);
+}
+
+void ResultWriter::append_values(const std::string& name, std::span<const double> values) {
+    const std::string table = "values/" + name;
+    if (!file_) fail("{}: values {} come after the file was closed", path_.string(), name);
+    if (name.empty() || name.find_first_of("/.") != std::string::npos || values.empty())
+        fail("{}: '{}' with {} values, expected a name without '/' and '.' and a value", path_.string(), name,
+             values.size());
+    if (!file_->has(table)) file_->create_growing<double>(table, values.size());
+    if (const std::size_t rows = file_->rows(table, values.size()); rows + 1 != times_.size())
+        fail("{}: values {} for frame {} after {} frames, expected them once with each frame", path_.string(), name,
+             rows, times_.size());
+    file_->append<double>(table, values);
+}
+
+void ResultWriter::write_text(const std::string& name, const std::string& text) { file_->write_text("texts/" + name, text); }
+
+void ResultWriter::close() {
+    if (!file_) return;
+    file_->flush();
+    file_.reset();
+    pending_->commit();
+    fs::path xdmf = path_;
+    write_text_file(xdmf.replace_extension(".xdmf"),
+                    xdmf_text(path_.filename().string(), nodes_, tets_, regions_, times_));
+}
+
+ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {
+    hdf5::check_format(file_, format_name, format_version);
+    mesh_ = read_mesh(file_, "mesh");
+    scene_text_ = file_.read_text("scene");
+    for (std::size_t k = 0; k < file_.rows("times", 1); ++k) times_.push_back(file_.read_row<double>("times", k, 1)[0]);
+    for (std::size_t k = 0; k < times_.size(); ++k)
+        if (!std::isfinite(times_[k]) || (k > 0 && times_[k] < times_[k - 1]))
+            fail("{}: table times: row {} is {} s, expected time not to go backwards", path.string(), k, times_[k]);
+}
+
+std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
+    if (k >= times_.size()) fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
+    const auto table = file_.read<float>(frame_table(k), 3);
+    if (table.rows != mesh_.nodes.size())
+        fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows, mesh_.nodes.size());
+    std::vector<Vector3> displacement;
+    displacement.reserve(table.rows);
+    for (std::size_t n = 0; n < table.rows; ++n) {
+        displacement.emplace_back(table.values[3 * n], table.values[3 * n + 1], table.values[3 * n + 2]);
+        if (!displacement.back().allFinite())
+            fail("{}: table {}: row {} is not finite", file_.shown(), frame_table(k), n);
+    }
+    return displacement;
+}
+
+std::vector<double> ResultReader::values(const std::string& name, std::size_t k, std::size_t count) const {
+    return file_.read_row<double>("values/" + name, k, count);
+}
+
+}  // namespace livetet

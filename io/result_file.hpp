@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/file.hpp"
+#include "io/hdf5.hpp"
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// Records a run: mesh and scene once, then a displacement (metres, kept as float) for each frame, in HDF5; `close`
+/// moves the file to its place and writes an `.xdmf` of the same name beside it, which ParaView opens. Without `close`
+/// nothing is left behind.
+class ResultWriter {
+  public:
+    /// Throws Error where the name does not end in .h5 or the file cannot be written.
+    ResultWriter(const std::filesystem::path& path, const TetMesh& mesh, const std::string& scene_text);
+
+    /// One frame more: a displacement for each node. Throws Error where they are not as many as the nodes or not
+    /// finite, or time goes backwards.
+    void append(double time_s, std::span<const Vector3> displacement);
+    /// Numbers belonging to the frame last appended, under a name of their own: as many with each frame.
+    void append_values(const std::string& name, std::span<const double> values);
+    /// A text about the run as a whole, under a name of its own.
+    void write_text(const std::string& name, const std::string& text);
+    void close();
+
+    std::size_t frame_count() const { return times_.size(); }
+
+  private:
+    std::filesystem::path path_;
+    std::unique_ptr<PendingFile> pending_;
+    std::unique_ptr<hdf5::File> file_;  // after pending_: closed before a file without `close` is removed
+    std::size_t nodes_, tets_;
+    bool regions_;
+    std::vector<double> times_;
+    std::vector<float> row_;
+};
+
+/// Reads what ResultWriter wrote. Throws Error, naming file and table, where it does not hold together.
+class ResultReader {
+  public:
+    explicit ResultReader(const std::filesystem::path& path);
+
+    const TetMesh& mesh() const { return mesh_; }
+    const std::string& scene_text() const { return scene_text_; }
+    /// A text given to `write_text`. Throws Error where there is none of that name.
+    std::string text(const std::string& name) const { return file_.read_text("texts/" + name); }
+    const std::vector<double>& times_s() const { return times_; }
+    std::size_t frame_count() const { return times_.size(); }
+    /// The displacement of frame k, in metres.
+    std::vector<Vector3> displacement(std::size_t k) const;
+    /// The values of frame k under a name given to `append_values`, `count` of them.
+    std::vector<double> values(const std::string& name, std::size_t k, std::size_t count) const;
+    std::vector<std::string> value_names() const { return file_.names("values"); }
+
+  private:
+    hdf5::File file_;
+    TetMesh mesh_;
+    std::string scene_text_;
+    std::vector<double> times_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,243 @@
+#include "io/surface_file.hpp"
+
+#include <vtkAlgorithm.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
+#include <vtkCommand.h>
+#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
+#include <vtkNew.h>
+#include <vtkOBJReader.h>
+#include <vtkPLYReader.h>
+#include <vtkPLYWriter.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataReader.h>
+#include <vtkPolyDataWriter.h>
+#include <vtkSTLReader.h>
+#include <vtkSTLWriter.h>
+#include <vtkTriangleFilter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The same turn both ways.
+Vector3 turned(const Vector3& x, Space space) { return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x; }
+
+/// Keeps what a VTK object complains of instead of printing it.
+class Complaints {
+  public:
+    explicit Complaints(vtkAlgorithm* object) {
+        command_->SetClientData(this);
+        command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
+            auto& first = static_cast<Complaints*>(self)->first_;
+            if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
+        });
+        for (vtkObject* speaker : {static_cast<vtkObject*>(object), static_cast<vtkObject*>(object->GetExecutive())}) {
+            speaker->AddObserver(vtkCommand::ErrorEvent, command_);
+            speaker->AddObserver(vtkCommand::WarningEvent, command_);
+        }
+    }
+    Complaints(const Complaints&) = delete;
+    Complaints& operator=(const Complaints&) = delete;
+
+    /// The last line of the first complaint: VTK's own source lines come before it.
+    std::string text() const {
+        std::string last;
+        for (const auto line : split_lines(first_))
+            if (!trim(line).empty()) last = trim(line);
+        return last;
+    }
+
+  private:
+    vtkNew<vtkCallbackCommand> command_;
+    std::string first_;
+};
+
+/// Polygons in mm, as the file has them.
+struct Polygons {
+    std::vector<Vector3> points;
+    std::vector<Triangle> triangles;
+};
+
+template <class Reader>
+Polygons read_with(const fs::path& path) {
+    vtkNew<Reader> reader;
+    const Complaints complaints(reader.GetPointer());
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
+    if (reader->GetErrorCode() != vtkErrorCode::NoError)
+        fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+    vtkNew<vtkTriangleFilter> triangulate;
+    triangulate->SetInputConnection(reader->GetOutputPort());
+    triangulate->PassLinesOff();
+    triangulate->PassVertsOff();
+    triangulate->Update();
+    vtkPolyData* data = triangulate->GetOutput();
+    Polygons polygons;
+    for (vtkIdType n = 0; n < data->GetNumberOfPoints(); ++n) polygons.points.emplace_back(data->GetPoint(n));
+    vtkCellArray* cells = data->GetPolys();
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    for (cells->InitTraversal(); cells->GetNextCell(count, ids);) {
+        Triangle t;
+        for (int k = 0; k < 3; ++k) {
+            if (ids[k] < 0 || ids[k] >= data->GetNumberOfPoints())
+                fail("{}: a polygon names point {}, expected 0 to {}", path.string(), ids[k],
+                     data->GetNumberOfPoints() - 1);
+            t[k] = static_cast<std::int32_t>(ids[k]);
+        }
+        polygons.triangles.push_back(t);
+    }
+    return polygons;
+}
+
+/// The numbers of an OFF file, one after the other, comments left out.
+class OffWords {
+  public:
+    explicit OffWords(const fs::path& path) : where_(path.string()), text_(read_text_file(path)) {
+        for (const auto line : split_lines(text_))
+            for (const auto word : split_words(line.substr(0, line.find('#')))) words_.push_back(word);
+        if (words_.empty() || words_[0] != "OFF") fail("{}: does not begin with OFF", where_);
+    }
+    double number(const char* what) {
+        if (at_ >= words_.size()) fail("{}: ends where {} was expected: truncated", where_, what);
+        const auto value = parse_number(words_[at_]);
+        if (!value) fail("{}: found '{}', expected {}", where_, words_[at_].substr(0, 40), what);
+        ++at_;
+        return *value;
+    }
+    std::size_t index(const char* what, std::size_t end) {
+        const double value = number(what);
+        if (!(value >= 0 && value < static_cast<double>(end) && value == std::floor(value)))
+            fail("{}: found {}, expected {} below {}", where_, value, what, end);
+        return static_cast<std::size_t>(value);
+    }
+
+  private:
+    std::string where_, text_;
+    std::vector<std::string_view> words_;
+    std::size_t at_ = 1;
+};
+
+Polygons read_off(const fs::path& path) {
+    OffWords words(path);
+    Polygons polygons;
+    constexpr std::size_t most = 1u << 30;
+    const std::size_t points = words.index("the number of points", most);
+    const std::size_t faces = words.index("the number of faces", most);
+    words.index("the number of edges", most);
+    for (std::size_t n = 0; n < points; ++n) {
+        Vector3 x;
+        for (int i = 0; i < 3; ++i) x[i] = words.number("a coordinate");
+        polygons.points.push_back(x);
+    }
+    for (std::size_t f = 0; f < faces; ++f) {
+        const std::size_t corners = words.index("a face's number of corners", 1000);
+        std::vector<std::int32_t> face;
+        for (std::size_t k = 0; k < corners; ++k)
+            face.push_back(static_cast<std::int32_t>(words.index("a point's number", points)));
+        for (std::size_t k = 2; k < corners; ++k) polygons.triangles.push_back({face[0], face[k - 1], face[k]});
+    }
+    return polygons;
+}
+
+/// VTK's STL reader takes whatever a truncated file leaves: a binary one states how many triangles it holds.
+void check_stl_is_whole(const fs::path& path) {
+    const std::string text = read_text_file(path);
+    if (text.starts_with("solid") && text.find("facet") != std::string::npos) {
+        if (text.find("endsolid") == std::string::npos) fail("{}: does not end in endsolid: truncated", path.string());
+        return;
+    }
+    std::uint32_t triangles = 0;
+    if (text.size() >= 84) std::memcpy(&triangles, text.data() + 80, 4);
+    if (text.size() < 84 || (text.size() - 84) / 50 < triangles)
+        fail("{}: found {} bytes, expected {} for {} triangles: the file is truncated", path.string(), text.size(),
+             84 + 50 * static_cast<std::uint64_t>(triangles), triangles);
+}
+
+Polygons read_polygons(const fs::path& path) {
+    const std::string end = ending(path);
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
+    if (end == ".off") return read_off(path);
+    if (end == ".obj") return read_with<vtkOBJReader>(path);
+    if (end == ".ply") return read_with<vtkPLYReader>(path);
+    if (end == ".vtk") return read_with<vtkPolyDataReader>(path);
+    if (end != ".stl")
+        fail("{}: the name ends in '{}', expected a surface: .stl, .obj, .ply, .vtk or .off", path.string(), end);
+    check_stl_is_whole(path);
+    return read_with<vtkSTLReader>(path);
+}
+
+/// Writes with whichever VTK writer fits the ending.
+template <class Writer>
+bool write_with(const std::string& path, vtkPolyData* data) {
+    vtkNew<Writer> writer;
+    const Complaints complaints(writer.GetPointer());
+    writer->SetFileName(path.c_str());
+    writer->SetInputData(data);
+    writer->SetFileTypeToBinary();
+    return writer->Write() == 1 && complaints.text().empty();
+}
+
+}  // namespace
+
+TriangleMesh read_surface(const fs::path& path, Space space) {
+    const Polygons polygons = read_polygons(path);
+    TriangleMesh surface;
+    std::map<std::array<double, 3>, std::int32_t> numbers;
+    const auto number_of = [&](std::int32_t n) {
+        const Vector3& x = polygons.points[n];
+        if (!x.allFinite()) fail("{}: point {} is not at a finite place", path.string(), n);
+        const auto [place, added] = numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // + 0.0: -0 is 0
+                                                        static_cast<std::int32_t>(surface.nodes.size()));
+        if (added) surface.nodes.push_back(1e-3 * turned(x, space));
+        return place->second;
+    };
+    for (const Triangle& t : polygons.triangles) {
+        const auto& p = polygons.points;
+        if (p[t[0]] == p[t[1]] || p[t[1]] == p[t[2]] || p[t[2]] == p[t[0]]) continue;
+        surface.triangles.push_back({number_of(t[0]), number_of(t[1]), number_of(t[2])});
+    }
+    if (surface.triangles.empty()) fail("{}: holds no triangle, expected a surface", path.string());
+    return surface;
+}
+
+void write_surface(const fs::path& path, const TriangleMesh& surface, Space space) {
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    for (const Vector3& x : surface.nodes) points->InsertNextPoint((1e3 * turned(x, space)).eval().data());
+    vtkNew<vtkCellArray> cells;
+    for (const Triangle& t : surface.triangles) cells->InsertNextCell({t[0], t[1], t[2]});
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(points);
+    data->SetPolys(cells);
+
+    const std::string end = ending(path);
+    if (end != ".stl" && end != ".vtk" && end != ".ply")
+        fail("{}: the name ends in '{}', expected a surface to write: .stl, .vtk or .ply", path.string(), end);
+    PendingFile pending(path);
+    const std::string place = pending.path().string();
+    const bool written = end == ".stl"   ? write_with<vtkSTLWriter>(place, data)
+                         : end == ".ply" ? write_with<vtkPLYWriter>(place, data)
+                                         : write_with<vtkPolyDataWriter>(place, data);
+    if (!written) fail("{}: cannot be written (is the disk full?)", path.string());
+    pending.commit();
+}
+
+}  // namespace livetet

@@ -1,0 +1,94 @@
+#include "io/surface_file.hpp"
+
+#include <Eigen/Geometry>
+
+#include "base/file.hpp"
+#include "files.hpp"
+#include "meshes.hpp"
+
+namespace livetet {
+namespace {
+
+using namespace testing_files;
+
+double enclosed_volume(const TriangleMesh& s) {
+    double sum = 0;
+    for (const Triangle& t : s.triangles) sum += s.nodes[t[0]].dot(s.nodes[t[1]].cross(s.nodes[t[2]])) / 6;
+    return sum;
+}
+
+TriangleMesh cube_surface() {
+    const TetMesh cube = testing_meshes::cube();
+    return {cube.nodes, boundary_triangles(cube.tets)};
+}
+
+TEST(SurfaceFile, SurfacesComeBackInMetresWithSharedNodes) {
+    const auto folder = fresh_folder();
+    for (const char* name : {"a.stl", "a.vtk", "a.ply"})
+        for (const Space space : {Space::ras, Space::lps}) {
+            write_surface(folder / name, cube_surface(), space);
+            const TriangleMesh back = read_surface(folder / name, space);
+            EXPECT_EQ(back.nodes.size(), 8u) << name;
+            EXPECT_EQ(back.triangles.size(), 12u) << name;
+            EXPECT_NEAR(enclosed_volume(back), 1e-6, 1e-11) << name;
+        }
+}
+
+TEST(SurfaceFile, LpsIsTurnedRoundTheVerticalAxis) {
+    const std::string off = "OFF # a comment\n3 1 0\n0 0 0\n10 0 0\n0 20 5\n3 0 1 2\n";
+    const auto path = write_bytes(fresh_folder() / "a.off", off);
+    EXPECT_LT((read_surface(path, Space::ras).nodes[2] - Vector3(0, 0.020, 0.005)).norm(), 1e-15);
+    EXPECT_LT((read_surface(path, Space::lps).nodes[2] - Vector3(0, -0.020, 0.005)).norm(), 1e-15);
+    EXPECT_LT((read_surface(path, Space::lps).nodes[1] - Vector3(-0.010, 0, 0)).norm(), 1e-15);
+}
+
+TEST(SurfaceFile, PolygonsAreCutAndStrayPointsLeftOut) {
+    const auto folder = fresh_folder();
+    write_bytes(folder / "a.obj", "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 3 4 5\n");
+    EXPECT_EQ(read_surface(folder / "a.obj", Space::ras).nodes.size(), 4u);
+    EXPECT_EQ(read_surface(folder / "a.obj", Space::ras).triangles.size(), 2u);
+    write_bytes(folder / "a.off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 -0\n4 0 1 2 3\n3 0 4 1\n");
+    EXPECT_EQ(read_surface(folder / "a.off", Space::ras).triangles.size(), 2u) << "a collapsed triangle is none";
+}
+
+TEST(SurfaceFile, MalformedSurfacesAreErrors) {
+    const auto folder = fresh_folder();
+    const auto refuses = [&](const char* name, const std::string& text, std::initializer_list<const char*> words) {
+        write_bytes(folder / name, text);
+        EXPECT_TRUE(says(error_of([&] { read_surface(folder / name, Space::ras); }), words)) << name << "\n" << text;
+    };
+    refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 nan\n3 0 1 2\n", {"a.off", "point 2", "finite"});
+    refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", {"a.off", "found 3", "below 3"});
+    refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n", {"a.off", "truncated"});
+    refuses("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", {"no triangle"});
+    refuses("a.off", "OFF\n-3 1 0\n", {"found -3"});
+    refuses("a.off", "PLY\n", {"OFF"});
+    refuses("a.obj", "v 0 0 0\n", {"a.obj"});
+    refuses("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", {"a.obj"});
+    refuses("a.vtk", "nothing of VTK's", {"a.vtk"});
+    refuses("a.ply", "nothing of PLY's", {"a.ply"});
+    refuses("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", {"a.stl", "truncated"});
+    refuses("a.stl", "short", {"a.stl", "truncated"});
+    refuses("a.step", "x", {"'.step'", ".stl"});
+    EXPECT_TRUE(says(error_of([&] { read_surface(folder / "none.stl", Space::ras); }), {"none.stl", "no such file"}));
+    EXPECT_TRUE(says(error_of([&] { write_surface(folder / "a.x", cube_surface(), Space::ras); }), {"'.x'"}));
+}
+
+TEST(SurfaceFile, ATruncatedStlIsAnError) {
+    const auto path = fresh_folder() / "a.stl";
+    write_surface(path, cube_surface(), Space::ras);
+    truncate_to(path, 0.9);
+    EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }), {"a.stl", "12 triangles", "truncated"}));
+}
+
+TEST(SurfaceFile, RealLiverHasItsKnownSizeAndVolume) {
+    LIVETET_DATA_OR_SKIP(data);
+    const TriangleMesh liver = read_surface(data / "liver" / "OpenHELP_Liver.stl", Space::ras);
+    EXPECT_EQ(liver.nodes.size(), 15365u);
+    EXPECT_EQ(liver.triangles.size(), 30726u);
+    EXPECT_NEAR(enclosed_volume(liver) * 1e6, 1817.7, 0.1);
+    EXPECT_GT(read_surface(data / "surfaces" / "elephant.off", Space::ras).triangles.size(), 1000u);
+}
+
+}  // namespace
+}  // namespace livetet
