@@ -24,6 +24,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
 void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors);
 
 /// The time that each frame took, against the budget, and how these times are distributed.
-void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames, const Report& report);
+void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames,
+                               const Report& report);
 
 }  // namespace livetet

@@ -66,7 +66,8 @@ void set_axis(vtkChartXY* chart, int which, const std::string& title, double low
 }
 
 /// A chart that fills a rectangle of the window: x, y, width, height in pixels.
-vtkSmartPointer<vtkChartXY> make_chart(vtkContextScene* scene, const std::string& title, const std::array<float, 4>& place) {
+vtkSmartPointer<vtkChartXY> make_chart(vtkContextScene* scene, const std::string& title,
+                                       const std::array<float, 4>& place) {
     auto chart = vtkSmartPointer<vtkChartXY>::New();
     chart->SetAutoSize(false);
     chart->SetSize(vtkRectf(place[0], place[1], place[2], place[3]));
@@ -121,12 +122,13 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
         deforming.y.push_back(s.deforming_mm);
     }
     // Room above the curves for the legend; both vertical axes are millimetres and share one range.
-    const double top = 1.45 * std::max({largest(rigid.y), largest(deforming.y), largest(press.y)});
+    const double top = 1.3 * std::max({largest(rigid.y), largest(deforming.y), largest(press.y)});
     ChartWindow out;
-    const auto chart = make_chart(out.scene(),
-                                  fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
-                                              errors.moving, errors.gain()),
-                                  {10, 10, look::width - 20, look::height - 20});
+    const auto chart =
+        make_chart(out.scene(),
+                   fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
+                               errors.moving, errors.gain()),
+                   {10, 10, look::width - 20, look::height - 20});
     for (const Line* line : {&rigid, &deforming}) add_plot(chart, vtkChart::LINE, *line);
     chart->SetPlotCorner(add_plot(chart, vtkChart::LINE, press), 1);
     set_axis(chart, vtkAxis::BOTTOM, "time [s]", press.x.front(), press.x.back());
@@ -136,7 +138,8 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
     write_window(out.window, path);
 }
 
-void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames, const Report& report) {
+void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames,
+                               const Report& report) {
     const Distribution& ms = report.frames.frame_ms;
     const double budget = report.run.budget_ms, top = 1.35 * std::max(ms.worst, budget);
     Line times{"each frame", {}, {}, look::blue, 2};
@@ -145,9 +148,9 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
         times.y.push_back(frame.frame_ms);
     }
     ChartWindow out;
-    const auto chart = make_chart(out.scene(),
-                                  fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples),
-                                  {10, 10, look::width - 500, look::height - 20});
+    const auto chart = make_chart(
+        out.scene(), fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples),
+        {10, 10, look::width - 500, look::height - 20});
     add_plot(chart, vtkChart::LINE, times);
     const double first = times.x.front(), last = times.x.back();
     add_plot(chart, vtkChart::LINE,
@@ -165,8 +168,8 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     const double widest = std::max(ms.worst, budget) * 1.02;
     for (int b = 0; b < bins; ++b) counts.x[b] = (b + 0.5) * widest / bins;
     for (const double t : times.y) ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
-    const auto histogram = make_chart(out.scene(), "How many took how long",
-                                      {look::width - 480.F, 10, 470, look::height - 20});
+    const auto histogram =
+        make_chart(out.scene(), "How many took how long", {look::width - 480.F, 10, 470, look::height - 20});
     add_plot(histogram, vtkChart::BAR, counts);
     add_plot(histogram, vtkChart::LINE,
              {"budget", {budget, budget}, {0, 1.1 * largest(counts.y)}, look::red, 2.5F, vtkPen::SOLID_LINE});

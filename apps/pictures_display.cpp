@@ -6,8 +6,8 @@
 namespace livetet {
 
 bool have_display() {
-    Display* display = XOpenDisplay(nullptr);
-    if (display) XCloseDisplay(display);
+    // Kept open to the end: a virtual server resets itself when its last client leaves, and refuses the next meanwhile.
+    static Display* const display = XOpenDisplay(nullptr);
     return display != nullptr;
 }
 

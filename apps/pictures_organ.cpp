@@ -4,7 +4,6 @@
 #include <vtkColorTransferFunction.h>
 #include <vtkFloatArray.h>
 #include <vtkGlyph3DMapper.h>
-#include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -30,15 +29,14 @@ namespace livetet {
 namespace {
 
 constexpr look::Colour patch_colour = look::red;
-constexpr look::Colour fixed_colour{0.82, 0.82, 0.84};
+constexpr look::Colour fixed_colour{0.25, 0.25, 0.28};
 
-/// Moves with the ends of the range: viridis, in nine steps.
+/// Pale where nothing moves, dark where most does (ColorBrewer's YlGnBu without its palest), for any light.
 vtkSmartPointer<vtkColorTransferFunction> colours(double largest_mm) {
-    constexpr double viridis[9][3] = {{0.267, 0.005, 0.329}, {0.283, 0.141, 0.458}, {0.254, 0.265, 0.530},
-                                      {0.207, 0.372, 0.553}, {0.128, 0.567, 0.551}, {0.135, 0.659, 0.518},
-                                      {0.478, 0.821, 0.318}, {0.741, 0.873, 0.150}, {0.993, 0.906, 0.144}};
+    constexpr double steps[8][3] = {{0.93, 0.95, 0.75}, {0.78, 0.91, 0.71}, {0.50, 0.80, 0.73}, {0.25, 0.71, 0.77},
+                                    {0.11, 0.57, 0.75}, {0.13, 0.37, 0.66}, {0.15, 0.20, 0.58}, {0.03, 0.11, 0.35}};
     auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
-    for (int i = 0; i < 9; ++i) map->AddRGBPoint(largest_mm * i / 8, viridis[i][0], viridis[i][1], viridis[i][2]);
+    for (int i = 0; i < 8; ++i) map->AddRGBPoint(largest_mm * i / 7, steps[i][0], steps[i][1], steps[i][2]);
     return map;
 }
 
@@ -75,12 +73,12 @@ vtkSmartPointer<vtkActor> coloured(vtkPolyData* data, vtkColorTransferFunction* 
     mapper->InterpolateScalarsBeforeMappingOn();
     auto actor = vtkSmartPointer<vtkActor>::New();
     actor->SetMapper(mapper);
-    actor->GetProperty()->SetAmbient(0.25);
-    actor->GetProperty()->SetDiffuse(0.8);
+    actor->GetProperty()->SetAmbient(0.35);
+    actor->GetProperty()->SetDiffuse(0.7);
     return actor;
 }
 
-/// The shape at rest as a faint veil of lines, to see the motion against.
+/// The far side of the shape at rest as lines: seen only where the organ has left its place.
 vtkSmartPointer<vtkActor> veil(vtkPolyData* data) {
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(data);
@@ -89,7 +87,8 @@ vtkSmartPointer<vtkActor> veil(vtkPolyData* data) {
     actor->SetMapper(mapper);
     actor->GetProperty()->SetRepresentationToWireframe();
     actor->GetProperty()->SetColor(look::grey[0], look::grey[1], look::grey[2]);
-    actor->GetProperty()->SetOpacity(0.25);
+    actor->GetProperty()->SetOpacity(0.5);
+    actor->GetProperty()->FrontfaceCullingOn();
     actor->GetProperty()->LightingOff();
     return actor;
 }
@@ -146,7 +145,7 @@ View choose_view(const TetMesh& mesh, std::span<const Vector3> displacement) {
     const Vector3 long_side = axes.eigenvectors().col(2);
     Vector3 side = long_side.cross(up).normalized();
     if (side.dot(Vector3(0.3, 1, 0.1)) < 0) side = -side;  // of the two, the patient's front (RAS)
-    return {(side + 0.6 * up).normalized(), up};
+    return {(side + 0.5 * up).normalized(), up};
 }
 
 void add_text(vtkRenderer* renderer, const std::string& text, double x, double y, int size, const look::Colour& colour,
@@ -169,11 +168,11 @@ void add_scalar_bar(vtkRenderer* renderer, vtkColorTransferFunction* map) {
     bar->SetLabelFormat("%.1f");
     bar->UnconstrainedFontSizeOn();
     bar->SetOrientationToHorizontal();
-    bar->SetPosition(0.1, 0.1);
+    bar->SetPosition(0.1, 0.05);
     bar->SetWidth(0.8);
-    bar->SetHeight(0.75);
-    bar->SetBarRatio(0.3);
-    bar->SetVerticalTitleSeparation(10);
+    bar->SetHeight(0.9);
+    bar->SetBarRatio(0.25);
+    bar->SetVerticalTitleSeparation(18);
     set_text(bar->GetTitleTextProperty(), look::label_size);
     set_text(bar->GetLabelTextProperty(), look::tick_size);
     renderer->AddViewProp(bar);
@@ -192,7 +191,8 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
 void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
                          double time_s) {
     if (displacement.size() != mesh.nodes.size())
-        fail("{}: {} displacements for {} nodes, expected one each", path.string(), displacement.size(), mesh.nodes.size());
+        fail("{}: {} displacements for {} nodes, expected one each", path.string(), displacement.size(),
+             mesh.nodes.size());
     double largest_mm = 0;
     Eigen::AlignedBox3d box;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
@@ -216,8 +216,9 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     add_text(left, "At rest", 0.5, 0.93, look::title_size, look::ink, true);
     add_text(right, fmt::format("Deformed, at {:.2f} s: {:.1f} mm at most", time_s, largest_mm), 0.5, 0.93,
              look::title_size, look::ink, true);
-    if (!patch.empty()) add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size, look::red);
-    if (!fixed.empty()) add_text(key, "grey balls: fixed nodes", 0.5, 0.38, look::tick_size, look::grey);
+    if (!patch.empty())
+        add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size, look::red);
+    if (!fixed.empty()) add_text(key, "dark balls: fixed nodes", 0.5, 0.38, look::tick_size, look::ink);
     add_text(key, "grey lines, right: the shape at rest", 0.5, 0.14, look::tick_size, look::grey);
     add_scalar_bar(bar, map);
 

@@ -1,7 +1,6 @@
 #include "apps/pictures_window.hpp"
 
 #include <spdlog/spdlog.h>
-#include <vtkAutoInit.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
@@ -10,10 +9,6 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-
-VTK_MODULE_INIT(vtkRenderingOpenGL2)
-VTK_MODULE_INIT(vtkRenderingContextOpenGL2)
-VTK_MODULE_INIT(vtkRenderingFreeType)
 
 namespace livetet {
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -25,8 +25,8 @@ struct Report {
     RunInfo run;
     FrameStatistics frames;
     double first_s = 0, last_s = 0;
-    double largest_press_mm = 0;      ///< as the deformation sensor saw it
-    std::size_t deepest_frame = 0;    ///< of the kept frames, the one with the largest press
+    double largest_press_mm = 0;        ///< as the deformation sensor saw it
+    std::size_t deepest_frame = 0;      ///< of the kept frames, the one with the largest press
     std::optional<TargetErrors> truth;  ///< only where the truth is known
 };
 
@@ -42,5 +42,9 @@ std::string report_text(const Report& report);
 
 /// The same figures as JSON text, with units in the keys' names.
 std::string report_json(const Report& report);
+
+/// Reads what `livetet track` wrote, writes report.txt, report.json and the pictures into the folder "report" beside
+/// it, the JSON to `json` as well unless that is empty, and prints the text. Throws Error where it cannot.
+void report_result(const std::filesystem::path& result, const std::filesystem::path& json);
 
 }  // namespace livetet

@@ -15,23 +15,26 @@ constexpr double wanted_gain = 3;
 std::string frames_verdict(const Report& r) {
     const Distribution& ms = r.frames.frame_ms;
     const double rate = r.run.budget_ms > 0 ? 1e3 / r.run.budget_ms : 0;
-    return fmt::format("Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th percentile, "
-                       "of {:.1f} ms between samples ({:.1f} a second).",
-                       r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.budget_ms, rate);
+    return fmt::format(
+        "Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th percentile, "
+        "of {:.1f} ms between samples ({:.1f} a second).",
+        r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.budget_ms, rate);
 }
 
 std::string press_verdict(const TargetErrors& t) {
-    return fmt::format("Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, {:.2f} mm "
-                       "rigid-only: {:.1f} times smaller, {} the {:g} times asked for.",
-                       t.deepest_press_mm, t.moving, t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
-                       t.gain() >= wanted_gain ? "at least" : "LESS than", wanted_gain);
+    return fmt::format(
+        "Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, {:.2f} mm "
+        "rigid-only: {:.1f} times smaller, {} the {:g} times asked for.",
+        t.deepest_press_mm, t.moving, t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
+        t.gain() >= wanted_gain ? "at least" : "LESS than", wanted_gain);
 }
 
 std::string rest_verdict(const RestErrors& r) {
-    return fmt::format("At rest: while the organ went {:.0f} mm and turned {:.0f} degrees, the model moved targets by {:.2f} "
-                       "mm RMS, {:.2f} mm at worst: {} than registration noise explains ({:.2f} mm RMS, {:.2f} mm at worst).",
-                       r.organ_travel_mm, r.organ_turn_deg, r.moved_mm.rms, r.moved_mm.worst,
-                       r.explained() ? "no more" : "MORE", r.expected_rms_mm, 3 * r.expected_rms_mm);
+    return fmt::format(
+        "At rest: while the organ went {:.0f} mm and turned {:.0f} degrees, the model moved targets by {:.2f} "
+        "mm RMS, {:.2f} mm at worst: {} than registration noise explains ({:.2f} mm RMS, {:.2f} mm at worst).",
+        r.organ_travel_mm, r.organ_turn_deg, r.moved_mm.rms, r.moved_mm.worst, r.explained() ? "no more" : "MORE",
+        r.expected_rms_mm, 3 * r.expected_rms_mm);
 }
 
 /// A line of the page is at most this long.
@@ -52,7 +55,7 @@ std::string run_section(const Report& r) {
     std::string out = "RUN\n";
     out += line("result", r.source);
     out += line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
-    out += line("solver", r.run.solver);
+    if (!r.run.solver.empty()) out += line("solver", r.run.solver);
     out += line("livetet", r.run.version);
     out += line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
     out += line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
@@ -77,13 +80,14 @@ std::string row(std::string_view name, const Distribution& d) {
 
 std::string frames_section(const Report& r) {
     const FrameStatistics& f = r.frames;
-    std::string out = fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %",
-                                  "worst");
-    out += row("whole frame [ms]", f.frame_ms) + row("  operator [ms]", f.operator_ms) + row("  forces [ms]", f.forces_ms) +
-           row("  solve [ms]", f.solve_ms) + row("iterations", f.iterations);
+    std::string out =
+        fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %", "worst");
+    out += row("whole frame [ms]", f.frame_ms) + row("  operator [ms]", f.operator_ms) +
+           row("  forces [ms]", f.forces_ms) + row("  solve [ms]", f.solve_ms) + row("iterations", f.iterations);
     out += line("budget", fmt::format("{:.1f} ms (time between samples); {} kept frames took longer", r.run.budget_ms,
                                       f.over_budget));
     out += line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
+    if (r.run.not_kept > 0) out += line("not kept", fmt::format("{} frames: the disk was too slow", r.run.not_kept));
     out += line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
     return out + line("not converged", fmt::format("{} frames", f.not_converged));
 }
@@ -93,20 +97,21 @@ std::string error_row(std::string_view name, const Distribution& d) {
 }
 
 std::string truth_section(const TargetErrors& t) {
-    const std::string heads =
-        fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
-    std::string out = fmt::format("ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
-                                  "{:.1f} mm); {} frames at 95 % of {:.1f} mm or more\n",
-                                  t.moving, t.targets, t.largest_motion_mm, t.deepest_frames, t.deepest_press_mm);
+    const std::string heads = fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
+    std::string out = fmt::format(
+        "ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
+        "{:.1f} mm); {} frames at 95 % of {:.1f} mm or more\n",
+        t.moving, t.targets, t.largest_motion_mm, t.deepest_frames, t.deepest_press_mm);
     out += heads + error_row("rigid-only", t.rigid_mm) + error_row("deforming", t.deforming_mm) +
            error_row("  registration part", t.registration_mm) + error_row("  deformation part", t.deformation_mm);
     if (t.unregistered_frames > 0)
         out += fmt::format("  {} frames had no registration yet and are left out\n", t.unregistered_frames);
 
     const RestErrors& r = t.rest;
-    out += fmt::format("\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went {:.0f} mm and "
-                       "turned {:.0f} degrees\n",
-                       r.frames, r.organ_travel_mm, r.organ_turn_deg);
+    out += fmt::format(
+        "\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went {:.0f} mm and "
+        "turned {:.0f} degrees\n",
+        r.frames, r.organ_travel_mm, r.organ_turn_deg);
     out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
     out += line("noise expected", fmt::format("{:.2f} mm RMS, {}", r.expected_rms_mm,
                                               r.expected_from_tracker ? "from the tracker's noise and the FRE"
@@ -115,7 +120,7 @@ std::string truth_section(const TargetErrors& t) {
 }
 
 json to_json(const Distribution& d) {
-    return {{"count", d.count}, {"mean", d.mean}, {"rms", d.rms},     {"median", d.median},
+    return {{"count", d.count}, {"mean", d.mean}, {"rms", d.rms},    {"median", d.median},
             {"p95", d.p95},     {"p99", d.p99},   {"worst", d.worst}};
 }
 
@@ -125,6 +130,7 @@ json frames_json(const Report& r) {
             {"computed", r.run.frames},
             {"kept", f.kept},
             {"missed", r.run.missed},
+            {"not_kept", r.run.not_kept},
             {"budget_ms", r.run.budget_ms},
             {"over_budget", f.over_budget},
             {"not_converged", f.not_converged},

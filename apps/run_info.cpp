@@ -22,7 +22,8 @@ T value_of(const json& object, const char* key, const std::string& source) {
 }
 
 RunFiducial parse_fiducial(const json& object, const std::string& source) {
-    RunFiducial fiducial{value_of<std::string>(object, "name", source), value_of<double>(object, "residual_mm", source), {}};
+    RunFiducial fiducial{
+        value_of<std::string>(object, "name", source), value_of<double>(object, "residual_mm", source), {}};
     if (object.contains("leave_one_out_mm") && !object["leave_one_out_mm"].is_null())
         fiducial.leave_one_out_mm = value_of<double>(object, "leave_one_out_mm", source);
     return fiducial;
@@ -44,7 +45,8 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
     info.tets = value_of<std::size_t>(object, "tets", source);
     info.nodes = value_of<std::size_t>(object, "nodes", source);
     info.levels = value_of<std::size_t>(object, "levels", source);
-    info.solver = value_of<std::string>(object, "solver", source);
+    if (object.contains("not_kept")) info.not_kept = value_of<std::size_t>(object, "not_kept", source);
+    if (object.contains("solver")) info.solver = value_of<std::string>(object, "solver", source);
     info.version = value_of<std::string>(object, "version", source);
     return info;
 }

@@ -16,7 +16,7 @@ namespace livetet {
 
 /// One kept frame of a tracked run, without its displacement.
 struct RunFrame {
-    double time_s = 0;                                         ///< the tracker sample's own time stamp
+    double time_s = 0;                                       ///< the tracker sample's own time stamp
     RigidTransform<Tracker, ImageFrame> tracker_from_image;  ///< not finite while there was no registration yet
     double frame_ms = 0, operator_ms = 0, forces_ms = 0, solve_ms = 0;
     int iterations = 0;
@@ -35,11 +35,12 @@ struct RunFiducial {
 /// What a run says about itself as a whole.
 struct RunInfo {
     std::size_t samples = 0, frames = 0, missed = 0;  ///< tracker samples, frames computed, samples never computed
+    std::size_t not_kept = 0;                         ///< frames that the disk was too slow for
     double budget_ms = 0;                             ///< time between two samples
     double fre_mm = 0;
     std::vector<RunFiducial> fiducials;
     std::size_t tets = 0, nodes = 0, levels = 0;
-    std::string solver, version;
+    std::string solver, version;  ///< solver: empty where the run does not say
 };
 
 /// A tracked run as plain data. Displacements are large and are read one frame at a time.
@@ -54,7 +55,9 @@ struct RunResult {
 /// `text`, the JSON that a run left about itself. Throws Error naming `source` and the key that is missing or wrong.
 RunInfo parse_run_info(const std::string& text, const std::string& source);
 
-/// Opens what `livetet track` wrote. Throws Error for a file that is none of its, or holds no frame.
+/// Opens what `livetet track` wrote. Where the mesh has no node sets "fixed" and "patch" they are read off the frame of
+/// the deepest press: the surface nodes that did not move, and those that moved exactly as far as the sensor. Throws
+/// Error for a file that is none of its, or holds no frame.
 RunResult read_run_result(const std::filesystem::path& path);
 
 }  // namespace livetet

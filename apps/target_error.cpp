@@ -46,10 +46,12 @@ std::vector<Match> match_frames(const RunResult& result, const Truth& truth, std
         while (nearest + 1 < truth.samples.end() && std::abs((nearest + 1)->time_s - t) < std::abs(nearest->time_s - t))
             ++nearest;
         if (!(std::abs(nearest->time_s - t) <= matching_s))
-            fail("{}: the frame at {:.4f} s has no true sample within {:g} ms (the nearest is at {:.4f} s; the truth goes "
-                 "from {:.4f} to {:.4f} s), expected the truth of the recording that was tracked",
-                 result.source, t, 1e3 * matching_s, nearest->time_s, truth.samples.front().time_s,
-                 truth.samples.back().time_s);
+            fail(
+                "{}: the frame at {:.4f} s has no true sample within {:g} ms (the nearest is at {:.4f} s; the truth "
+                "goes "
+                "from {:.4f} to {:.4f} s), expected the truth of the recording that was tracked",
+                result.source, t, 1e3 * matching_s, nearest->time_s, truth.samples.front().time_s,
+                truth.samples.back().time_s);
         const Pose& pose = result.frames[f].tracker_from_image;
         if (pose.rotation.allFinite() && pose.translation.allFinite())
             matches.push_back({f, static_cast<std::size_t>(nearest - truth.samples.begin())});
@@ -61,12 +63,12 @@ std::vector<Match> match_frames(const RunResult& result, const Truth& truth, std
 
 BarycentricMap place_targets(const RunResult& result, const Truth& truth) {
     std::vector<Vector3> places;
-    for (const auto& target : truth.targets) places.push_back(target.rest);
+    for (const auto& target : truth.targets) places.push_back(target.position);
     const BarycentricMap map = map_into(result.mesh, places);
     for (std::size_t i = 0; i < places.size(); ++i)
         if (map.distance[i] > 0.01)
             fail("{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of the same organ",
-                 result.source, i + 1, 1e3 * map.distance[i]);
+                 result.source, truth.targets[i].name, 1e3 * map.distance[i]);
     return map;
 }
 
@@ -124,12 +126,12 @@ void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<Matc
     const Pose* first = nullptr;
     for (const Match& m : matches) {
         const auto& sample = truth.samples[m.sample];
-        if (sample.press_depth > at_rest_m) continue;
+        if (sample.depth > at_rest_m) continue;
         const Pose& pose = sample.tracker_from_image;
         if (!first) first = &pose;
         for (const auto& target : truth.targets)
             rest.organ_travel_mm =
-                std::max(rest.organ_travel_mm, 1e3 * (pose * target.rest - *first * target.rest).norm());
+                std::max(rest.organ_travel_mm, 1e3 * (pose * target.position - *first * target.position).norm());
         const double angle = Eigen::AngleAxisd(pose.rotation * first->rotation.transpose()).angle();
         rest.organ_turn_deg = std::max(rest.organ_turn_deg, angle * 180 / std::numbers::pi);
     }
@@ -142,20 +144,22 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     const std::vector<Match> matches = match_frames(result, truth, errors.unregistered_frames);
     const BarycentricMap map = place_targets(result, truth);
     double deepest = 0;
-    for (const auto& sample : truth.samples) deepest = std::max(deepest, sample.press_depth);
+    for (const auto& sample : truth.samples) deepest = std::max(deepest, sample.depth);
 
     std::vector<TargetState> states(truth.targets.size());
     std::vector<std::size_t> moving;
     for (std::size_t i = 0; i < states.size(); ++i) {
-        states[i].x = truth.targets[i].rest;
-        const double motion = truth.displacement_of(i, deepest).norm();
+        states[i].x = truth.targets[i].position;
+        const double motion = displacement_of(truth, truth.targets[i], deepest).norm();
         errors.largest_motion_mm = std::max(errors.largest_motion_mm, 1e3 * motion);
         if (motion > moving_m) moving.push_back(i);
     }
     if (moving.empty())
-        fail("{}: no target of the truth moves more than {:g} mm (the most is {:.2f} mm at a press of {:.1f} mm), expected "
-             "targets to judge by",
-             result.source, 1e3 * moving_m, errors.largest_motion_mm, 1e3 * deepest);
+        fail(
+            "{}: no target of the truth moves more than {:g} mm (the most is {:.2f} mm at a press of {:.1f} mm), "
+            "expected "
+            "targets to judge by",
+            result.source, 1e3 * moving_m, errors.largest_motion_mm, 1e3 * deepest);
 
     Gathered g;
     for (const Match& m : matches) {
@@ -164,15 +168,15 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         const std::vector<Vector3> u = result.displacement(m.frame);
         for (std::size_t i = 0; i < states.size(); ++i) {
             states[i].u_est = interpolate(map, i, u);
-            states[i].u_true = truth.displacement_of(i, sample.press_depth);
+            states[i].u_true = displacement_of(truth, truth.targets[i], sample.depth);
         }
-        errors.samples.push_back(sample_errors(result.frames[m.frame].time_s, sample.press_depth, est,
-                                               sample.tracker_from_image, states, moving));
-        if (sample.press_depth <= at_rest_m) {
+        errors.samples.push_back(
+            sample_errors(result.frames[m.frame].time_s, sample.depth, est, sample.tracker_from_image, states, moving));
+        if (sample.depth <= at_rest_m) {
             gather_rest(g, est, truth, m.sample, states);
             ++errors.rest.frames;
         }
-        if (sample.press_depth < deepest_share * deepest) continue;
+        if (sample.depth < deepest_share * deepest) continue;
         gather_deepest(g, est, sample.tracker_from_image, states, moving);
         ++errors.deepest_frames;
     }

@@ -20,12 +20,12 @@ struct TargetErrorSample {
 /// What the organ's motion as a whole does to the targets while nothing presses on it: it should do nothing.
 struct RestErrors {
     std::size_t frames = 0;
-    double organ_travel_mm = 0;     ///< the furthest that any target came from where it was first, in the tracker's frame
-    double organ_turn_deg = 0;      ///< the furthest that the organ turned from how it was first
-    Distribution moved_mm;          ///< |u_est| at all targets: what the model moved that did not move
-    Distribution registration_mm;   ///< |T_est x - T_true x|
-    double registration_lag_ms = 0;  ///< by how much the registration runs behind the organ, least squares
-    double expected_rms_mm = 0;     ///< the registration noise that moving targets may be blamed on
+    double organ_travel_mm = 0;  ///< the furthest that any target came from where it was first, in the tracker's frame
+    double organ_turn_deg = 0;   ///< the furthest that the organ turned from how it was first
+    Distribution moved_mm;       ///< |u_est| at all targets: what the model moved that did not move
+    Distribution registration_mm;        ///< |T_est x - T_true x|
+    double registration_lag_ms = 0;      ///< by how much the registration runs behind the organ, least squares
+    double expected_rms_mm = 0;          ///< the registration noise that moving targets may be blamed on
     bool expected_from_tracker = false;  ///< from the tracker's noise and the FRE; else the measured registration error
 
     /// The model moved targets by no more than noise explains: RMS within what is expected, worst within 3 times that.

@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "apps/commands.hpp"
+#include "apps/report.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#ifdef LIVETET_IMAGES
+#include "apps/pictures.hpp"
+#endif
+
+extern char** environ;
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportArguments {
+    fs::path result, truth, folder, json;
+    bool no_pictures = false;
+    bool pictures_only = false;  // how the command calls itself once it has found itself an X server
+};
+
+#ifdef LIVETET_IMAGES
+
+void draw(const ReportArguments& arguments, const RunResult& result, const Report& report) {
+    const RunFrame& deepest = result.frames[report.deepest_frame];
+    write_organ_picture(arguments.folder / "organ.png", result.mesh, result.displacement(report.deepest_frame),
+                        deepest.time_s);
+    write_frame_times_picture(arguments.folder / "frame_times.png", result.frames, report);
+    if (report.truth) write_target_error_picture(arguments.folder / "target_error.png", *report.truth);
+}
+
+bool on_path(const std::string& program) {
+    const char* path = std::getenv("PATH");
+    std::string_view rest = path ? path : "";
+    while (!rest.empty()) {
+        const std::size_t colon = rest.find(':');
+        const fs::path candidate = fs::path(rest.substr(0, colon)) / program;
+        if (::access(candidate.c_str(), X_OK) == 0) return true;
+        rest = colon == std::string_view::npos ? "" : rest.substr(colon + 1);
+    }
+    return false;
+}
+
+/// Runs a program to its end. Its exit status, or 127 where it could not be run or was killed.
+int run_program(std::vector<std::string> words) {
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    int status = 0;
+    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return 127;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR) return 127;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
+}
+
+/// This command once more, pictures only, under a virtual X server. Why it could not, if it could not.
+std::optional<std::string> draw_under_virtual_display(const ReportArguments& arguments) {
+    if (!on_path("xvfb-run")) return "there is no X server, and xvfb-run is not installed";
+    std::vector<std::string> words{"xvfb-run",
+                                   "-a",
+                                   fs::read_symlink("/proc/self/exe").string(),
+                                   "report",
+                                   arguments.result.string(),
+                                   "-o",
+                                   arguments.folder.string(),
+                                   "--pictures-only"};
+    if (!arguments.truth.empty()) words.insert(words.end(), {"--truth", arguments.truth.string()});
+    const int status = run_program(std::move(words));
+    if (status == 0) return std::nullopt;
+    return fmt::format("there is no X server, and xvfb-run ended with status {}", status);
+}
+
+/// Pictures are a gift: where they cannot be had, the report stands without.
+void add_pictures(const ReportArguments& arguments, const RunResult& result, const Report& report) {
+    std::optional<std::string> why;
+    if (have_display())
+        draw(arguments, result, report);
+    else
+        why = draw_under_virtual_display(arguments);
+    if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
+}
+
+#else
+
+void draw(const ReportArguments&, const RunResult&, const Report&) {}
+
+void add_pictures(const ReportArguments&, const RunResult&, const Report&) {
+    fmt::print(stderr, "pictures left out: this build of livetet draws none\n");
+}
+
+#endif
+
+/// All files or none: each is complete beside its place before the first is moved there.
+void write_texts(const ReportArguments& arguments, const Report& report) {
+    const std::string json = report_json(report);
+    PendingFile text_file(arguments.folder / "report.txt"), json_file(arguments.folder / "report.json");
+    std::optional<PendingFile> extra;
+    if (!arguments.json.empty()) extra.emplace(arguments.json);
+    write_text_file(text_file.path(), report_text(report));
+    write_text_file(json_file.path(), json);
+    if (extra) write_text_file(extra->path(), json);
+    text_file.commit();
+    json_file.commit();
+    if (extra) extra->commit();
+}
+
+void run(ReportArguments arguments) {
+    // 1. the run, and what it is measured by
+    const RunResult result = read_run_result(arguments.result);
+    std::optional<Truth> truth;
+    if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
+    const Report report = make_report(result, truth ? &*truth : nullptr);
+    if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
+
+    // 2. only pictures: called by ourselves
+    if (arguments.pictures_only) {
+        draw(arguments, result, report);
+        return;
+    }
+
+    // 3. texts, pictures
+    std::error_code failure;
+    fs::create_directories(arguments.folder, failure);
+    if (failure) fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
+    write_texts(arguments, report);
+    fmt::print("{}\n", report_text(report));
+    std::fflush(stdout);
+    if (!arguments.no_pictures) add_pictures(arguments, result, report);
+    fmt::print("written          {}\n", arguments.folder.string());
+}
+
+}  // namespace
+
+void report_result(const std::filesystem::path& result, const std::filesystem::path& json) {
+    ReportArguments arguments;
+    arguments.result = result;
+    arguments.json = json;
+    run(std::move(arguments));
+}
+
+void add_report_command(CLI::App& app) {
+    CLI::App* command =
+        app.add_subcommand("report", "Says what a tracked run was worth: frame times, errors, pictures");
+    auto arguments = std::make_shared<ReportArguments>();
+    command->add_option("result", arguments->result, "what livetet track wrote (.h5)")->required();
+    command->add_option("--truth", arguments->truth, "a phantom's truth (.json): errors at its hidden targets");
+    command->add_option("-o,--output", arguments->folder, "folder for report.txt, report.json and pictures")
+        ->default_str("report, beside the result");
+    command->add_option("--json", arguments->json, "write the JSON to this file too");
+    command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
+    command->add_flag("--pictures-only", arguments->pictures_only)->group("");
+    command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace livetet

@@ -1,0 +1,73 @@
+#include "apps/run_result.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "base/error.hpp"
+#include "io/result_file.hpp"
+#include "tracking/live_registration.hpp"
+
+namespace livetet {
+
+namespace {
+
+RunFrame read_frame(const ResultReader& reader, std::size_t k) {
+    const auto value = [&](const char* name) { return reader.values(name, k, 1)[0]; };
+    const auto is = [&](RegistrationStatus status) {
+        return value("registration_status") == static_cast<double>(status);
+    };
+    RunFrame frame;
+    frame.time_s = reader.times_s()[k];
+    const std::vector<double> pose = reader.values("tracker_from_image", k, 12);
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) frame.tracker_from_image.rotation(i, j) = pose[4 * i + j];
+        frame.tracker_from_image.translation[i] = pose[4 * i + 3];
+    }
+    frame.frame_ms = value("frame_ms");
+    frame.operator_ms = value("operator_ms");
+    frame.forces_ms = value("forces_ms");
+    frame.solve_ms = value("solve_ms");
+    frame.iterations = static_cast<int>(value("iterations"));
+    frame.residual = value("residual");
+    frame.press_mm = value("press_mm");
+    frame.registration_held = is(RegistrationStatus::held);
+    frame.registration_lost = is(RegistrationStatus::lost);
+    frame.converged = value("converged") != 0;
+    return frame;
+}
+
+/// See read_run_result: nothing is read off a press of less than 1 mm.
+void mark_nodes(RunResult& result) {
+    const auto deepest = std::max_element(result.frames.begin(), result.frames.end(),
+                                          [](const RunFrame& a, const RunFrame& b) { return a.press_mm < b.press_mm; });
+    if (deepest->press_mm < 1) return;
+    const std::vector<Vector3> u = result.displacement(static_cast<std::size_t>(deepest - result.frames.begin()));
+    std::vector<std::int32_t> fixed, patch;
+    for (const std::int32_t n : nodes_of(boundary_triangles(result.mesh.tets))) {
+        if (u[n].isZero(0)) fixed.push_back(n);
+        if (std::abs(1e3 * u[n].norm() - deepest->press_mm) < 1e-4) patch.push_back(n);
+    }
+    result.mesh.node_sets.try_emplace("fixed", std::move(fixed));
+    result.mesh.node_sets.try_emplace("patch", std::move(patch));
+}
+
+}  // namespace
+
+RunResult read_run_result(const std::filesystem::path& path) {
+    const auto reader = std::make_shared<const ResultReader>(path);
+    RunResult result;
+    result.source = path.string();
+    result.mesh = reader->mesh();
+    if (reader->frame_count() == 0) fail("{}: holds no frame, expected the result of livetet track", result.source);
+    const std::vector<std::string> names = reader->value_names();
+    if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
+        fail("{}: holds no tracked poses, expected the result of livetet track", result.source);
+    for (std::size_t k = 0; k < reader->frame_count(); ++k) result.frames.push_back(read_frame(*reader, k));
+    result.info = parse_run_info(reader->text("run"), result.source);
+    result.displacement = [reader](std::size_t k) { return reader->displacement(k); };
+    mark_nodes(result);
+    return result;
+}
+
+}  // namespace livetet

@@ -1,0 +1,225 @@
+#include "apps/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using nlohmann::json;
+
+/// A block of 10 cm with four targets, pressed 10 mm deep from 2 s to 3 s. Truly, target i moves i * 2 mm downwards at
+/// full depth: two of the four (4 and 6 mm) move more than 3 mm.
+Truth make_truth() {
+    Truth truth;
+    truth.depths = {0.005, 0.01};
+    for (int i = 0; i < 4; ++i) {
+        const Vector3 down(0, 0, -0.002 * i);
+        truth.targets.push_back({"T-" + std::to_string(i), Vector3(0.02 + 0.02 * i, 0.05, 0.05), {down / 2, down}});
+    }
+    for (int k = 0; k <= 40; ++k) {
+        TruthSample sample;
+        sample.time_s = 100 + 0.1 * k;
+        sample.depth = k >= 20 && k <= 30 ? 0.01 : 0;
+        sample.tracker_from_image.translation = {0.3, 0.01 * k, 0};
+        truth.samples.push_back(sample);
+    }
+    return truth;
+}
+
+/// A run that registers 3 mm off along x, always, and follows the press by `share` of the true motion of T-2 (4 mm) at
+/// every node.
+RunResult make_result(const Truth& truth, double share) {
+    RunResult result;
+    result.source = "made.h5";
+    result.mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
+    for (const TruthSample& sample : truth.samples) {
+        RunFrame frame;
+        frame.time_s = sample.time_s;
+        frame.tracker_from_image = sample.tracker_from_image;
+        frame.tracker_from_image.translation.x() += 0.003;
+        frame.press_mm = 1e3 * sample.depth;
+        result.frames.push_back(frame);
+    }
+    const std::size_t nodes = result.mesh.nodes.size();
+    result.displacement = [truth, share, nodes](std::size_t k) {
+        return std::vector<Vector3>(nodes, Vector3(0, 0, -0.4 * share * truth.samples[k].depth));
+    };
+    result.info.samples = 41;
+    result.info.frames = 41;
+    result.info.budget_ms = 100;
+    return result;
+}
+
+std::string message_of(const std::function<void()>& run) {
+    try {
+        run();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(Distribution, OfOneToAHundredIsKnown) {
+    std::vector<double> values(100);
+    std::iota(values.rbegin(), values.rend(), 1);
+    const Distribution d = distribution(values);
+    EXPECT_EQ(d.count, 100U);
+    EXPECT_DOUBLE_EQ(d.median, 50.5);
+    EXPECT_NEAR(d.p95, 95.05, 1e-12);
+    EXPECT_NEAR(d.p99, 99.01, 1e-12);
+    EXPECT_EQ(d.worst, 100);
+    EXPECT_NEAR(d.mean, 50.5, 1e-12);
+    EXPECT_NEAR(d.rms, std::sqrt(338350.0 / 100), 1e-12);
+}
+
+TEST(Distribution, OfNothingIsZero) { EXPECT_EQ(distribution({}).count, 0U); }
+
+TEST(Report, CountsFramesOverBudgetMissedHeldAndNotConverged) {
+    RunResult result = make_result(make_truth(), 1);
+    result.info.missed = 7;
+    for (std::size_t k = 0; k < result.frames.size(); ++k) {
+        result.frames[k].frame_ms = static_cast<double>(k);  // 0 to 40
+        result.frames[k].iterations = k < 30 ? 4 : 6;
+    }
+    result.frames[3].frame_ms = 101;
+    result.frames[5].converged = false;
+    result.frames[6].registration_held = true;
+    const Report report = make_report(result);
+    EXPECT_EQ(report.run.missed, 7U);
+    EXPECT_EQ(report.frames.over_budget, 1U);
+    EXPECT_EQ(report.frames.not_converged, 1U);
+    EXPECT_EQ(report.frames.registration_held, 1U);
+    EXPECT_EQ(report.frames.frame_ms.worst, 101);
+    EXPECT_DOUBLE_EQ(report.frames.frame_ms.median, 21);  // 3 went to the top
+    EXPECT_EQ(report.frames.iterations.median, 4);
+    EXPECT_EQ(report.frames.iterations.worst, 6);
+    EXPECT_EQ(report.deepest_frame, 20U);
+    EXPECT_FALSE(report.truth);
+}
+
+TEST(Report, ARigidErrorAddsToTheMotionThatIsNotFollowed) {
+    const Truth truth = make_truth();
+    const TargetErrors e = compare_with_truth(make_result(truth, 1), truth);
+    EXPECT_EQ(e.targets, 4U);
+    EXPECT_EQ(e.moving, 2U);  // 4 and 6 mm
+    EXPECT_EQ(e.deepest_frames, 11U);
+    EXPECT_EQ(e.rigid_mm.count, 22U);
+    // 3 mm sideways with 4 mm or 6 mm down: squares 25 and 45
+    EXPECT_NEAR(e.rigid_mm.rms, std::sqrt(35.0), 1e-9);
+    EXPECT_NEAR(e.rigid_mm.worst, std::sqrt(45.0), 1e-9);
+    // followed by 4 mm: squares 9 and 9 + 4
+    EXPECT_NEAR(e.deforming_mm.rms, std::sqrt(11.0), 1e-9);
+    EXPECT_NEAR(e.gain(), std::sqrt(35.0 / 11.0), 1e-9);
+    EXPECT_NEAR(e.registration_mm.rms, 3, 1e-9);
+    EXPECT_NEAR(e.registration_mm.worst, 3, 1e-9);
+    EXPECT_NEAR(e.deformation_mm.rms, std::sqrt(2.0), 1e-9);  // 0 and 2
+}
+
+TEST(Report, AModelThatDoesNotFollowGainsNothing) {
+    const Truth truth = make_truth();
+    const TargetErrors e = compare_with_truth(make_result(truth, 0), truth);
+    EXPECT_NEAR(e.gain(), 1, 1e-12);
+}
+
+TEST(Report, TheSeriesHasAllFramesInOrder) {
+    const Truth truth = make_truth();
+    const TargetErrors e = compare_with_truth(make_result(truth, 1), truth);
+    ASSERT_EQ(e.samples.size(), 41U);
+    EXPECT_NEAR(e.samples[0].rigid_mm, 3, 1e-9);
+    EXPECT_NEAR(e.samples[25].press_mm, 10, 1e-9);
+    EXPECT_NEAR(e.samples[25].deforming_mm, std::sqrt(11.0), 1e-9);
+}
+
+TEST(Report, AtRestAModelThatMovesTargetsIsTold) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    EXPECT_NEAR(compare_with_truth(result, truth).rest.organ_travel_mm, 400, 1e-9);
+    EXPECT_EQ(compare_with_truth(result, truth).rest.frames, 30U);
+    EXPECT_EQ(compare_with_truth(result, truth).rest.moved_mm.worst, 0);
+    EXPECT_TRUE(compare_with_truth(result, truth).rest.explained());
+    const std::size_t nodes = result.mesh.nodes.size();
+    result.displacement = [nodes](std::size_t) { return std::vector<Vector3>(nodes, Vector3(0, 0.004, 0)); };
+    const RestErrors rest = compare_with_truth(result, truth).rest;
+    EXPECT_NEAR(rest.moved_mm.rms, 4, 1e-9);
+    EXPECT_FALSE(rest.explained());  // the registration is off by 3 mm only
+}
+
+TEST(Report, ALateRegistrationIsSeenAsLag) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    // 0.1 m/s along y: 5 ms behind is 0.5 mm
+    for (RunFrame& frame : result.frames) frame.tracker_from_image.translation += Vector3(-0.003, -0.0005, 0);
+    EXPECT_NEAR(compare_with_truth(result, truth).rest.registration_lag_ms, 5, 1e-6);
+}
+
+TEST(Report, FramesWithoutARegistrationAreLeftOutAndCounted) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    result.frames[0].tracker_from_image.translation.x() = std::nan("");
+    const TargetErrors e = compare_with_truth(result, truth);
+    EXPECT_EQ(e.unregistered_frames, 1U);
+    EXPECT_EQ(e.samples.size(), 40U);
+    EXPECT_NEAR(e.rest.registration_mm.worst, 3, 1e-9);
+}
+
+TEST(Report, TheTruthOfAnotherRecordingIsRefused) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    result.frames[7].time_s += 0.03;
+    const std::string message = message_of([&] { compare_with_truth(result, truth); });
+    EXPECT_NE(message.find("made.h5"), std::string::npos) << message;
+    EXPECT_NE(message.find("100.7300 s"), std::string::npos) << message;
+    result.frames[7].time_s -= 0.0295;  // half a millisecond is the same sample
+    EXPECT_EQ(message_of([&] { compare_with_truth(result, truth); }), "");
+}
+
+TEST(Report, TheTruthOfAnotherOrganIsRefused) {
+    Truth truth = make_truth();
+    const RunResult result = make_result(truth, 1);
+    truth.targets[2].position.z() = 0.3;
+    EXPECT_NE(message_of([&] { compare_with_truth(result, truth); }).find("T-2"), std::string::npos);
+}
+
+TEST(Report, JsonHoldsTheSameFigures) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    result.info.fiducials = {{"F-1", 0.5, 0.9}, {"F-2", 0.25, {}}};
+    const Report report = make_report(result, &truth);
+    const json out = json::parse(report_json(report));
+    EXPECT_NEAR(out["targets"]["deepest_press"]["times_smaller"], std::sqrt(35.0 / 11.0), 1e-9);
+    EXPECT_NEAR(out["targets"]["deepest_press"]["rigid_mm"]["rms"], std::sqrt(35.0), 1e-9);
+    EXPECT_EQ(out["registration"]["fiducials"][0]["leave_one_out_mm"], 0.9);
+    EXPECT_FALSE(out["registration"]["fiducials"][1].contains("leave_one_out_mm"));
+    EXPECT_EQ(out["frames"]["samples"], 41);
+}
+
+TEST(Report, LinesOfTheTextAreAPageWide) {
+    const Truth truth = make_truth();
+    std::istringstream text(report_text(make_report(make_result(truth, 1), &truth)));
+    for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 100U) << line;
+}
+
+TEST(Report, RunInfoNamesTheKeyThatIsMissing) {
+    EXPECT_NE(message_of([] { parse_run_info(R"({"samples": 3, "frames": 3})", "r.h5"); }).find("\"missed\""),
+              std::string::npos);
+    EXPECT_NE(message_of([] { parse_run_info("[", "r.h5"); }).find("r.h5"), std::string::npos);
+}
+
+TEST(Report, NoFramesIsAnError) {
+    RunResult result = make_result(make_truth(), 1);
+    result.frames.clear();
+    EXPECT_THROW(make_report(result), Error);
+}
+
+}  // namespace
+}  // namespace livetet
