@@ -14,8 +14,8 @@ struct GmshOptions {
     std::function<ChildResult(const std::function<int(int)>& work, double time_limit_s)> run = run_in_child;
 };
 
-/// Fills a closed surface with tets of the size of its triangles near it, with edges up to half as long again inside. The
-/// triangles stay as they are: they are the mesh's boundary. Gmsh's HXT is tried first, then its Delaunay algorithm
+/// Fills a closed surface with tets of the size of its triangles near it, with edges up to half as long again inside.
+/// The triangles stay as they are: they are the mesh's boundary. Gmsh's HXT is tried first, then its Delaunay algorithm
 /// (C. Geuzaine and J.-F. Remacle, Gmsh, 2009; C. Marot et al., One machine, one minute, three billion tetrahedra,
 /// 2019), in a child process, since Gmsh can hang for ever, deaf to SIGTERM. Tets are positively oriented; nodes and
 /// tets are in the order of `sort_for_locality`. Throws Error with Gmsh's last words where it fails, or at the time

@@ -14,12 +14,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// tets = c V / h^3 for the edge length h that remeshing is asked for: 5.1 to 5.7 on livers of 60,000 to 1,000 tets. It is
-/// less than the 6 sqrt(2) of regular tets since edges inside grow. Only the first guess depends on it.
+/// tets = c V / h^3 for the edge length h that remeshing is asked for: 5.1 to 5.7 on livers of 60,000 to 1,000 tets. It
+/// is less than the 6 sqrt(2) of regular tets since edges inside grow. Only the first guess depends on it.
 constexpr double tets_per_cubed_edge = 5.1;
 
 /// A level is coarser than the one before it if it has at most this part of its tets.
 constexpr double coarser = 0.75;
+
+/// A level with a tet worse than this (radius ratio) is tried again with slightly other edges: a sharp crease of the
+/// remeshed surface, which the filling has to keep, mostly lies otherwise then.
+constexpr double poor_radius_ratio = 0.05;
+constexpr int shape_tries = 4;
+constexpr double other_edges = 0.95;
 
 struct Level {
     TetMesh mesh;
@@ -32,16 +38,27 @@ struct Maker {
     const MeshingOptions& options;
     const GmshOptions& gmsh;
 
+    /// The best of at most `shape_tries` tries.
     Level make(double edge_length_m) const {
-        Level level;
         const auto start = Clock::now();
-        level.report.asked_edge_length_m = edge_length_m;
+        Level best = make_once(edge_length_m);
+        const auto worst = [](const Level& level) { return level.report.quality.min_radius_ratio; };
+        for (int tries = 1; tries < shape_tries && worst(best) < poor_radius_ratio; ++tries) {
+            Level other = make_once(edge_length_m * std::pow(other_edges, tries));
+            if (worst(other) > worst(best)) best = std::move(other);
+        }
+        best.report.asked_edge_length_m = edge_length_m;
+        best.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        return best;
+    }
+
+    Level make_once(double edge_length_m) const {
+        Level level;
         const TriangleMesh remeshed = remesh_surface(surface, edge_length_m, options.remesh_iterations,
                                                      options.remesh_tries, level.report.remesh);
         level.mesh = fill_surface(remeshed, level.report.remesh.edge_length_m, gmsh);
         level.report.quality = measure_quality(level.mesh);
         level.report.fillings = 1;
-        level.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         return level;
     }
 };
@@ -105,6 +122,11 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     std::vector<TetMesh> meshes;
     const auto& edges = options.edge_lengths_mm;
     const auto take = [&](Level level) {
+        if (const MeshQuality& q = level.report.quality; q.min_radius_ratio < poor_radius_ratio)
+            result.notes.push_back(
+                fmt::format("level {}: the tet at {} is nearly flat (radius ratio {:.4f}): the surface "
+                            "has a sharp crease there, smooth it",
+                            meshes.size(), place_mm(q.worst_place), q.min_radius_ratio));
         meshes.push_back(std::move(level.mesh));
         result.levels.push_back(std::move(level.report));
     };

@@ -74,12 +74,12 @@ MeshQuality measure_quality(const TetMesh& mesh) {
 
 std::string quality_table(std::span<const MeshQuality> levels) {
     std::string text =
-        fmt::format("{:>5} {:>9} {:>9} {:>9} {:>10} {:>22} {:>15} {:>13}  {}\n", "level", "tets", "nodes", "surface",
+        fmt::format("{:>5} {:>9} {:>9} {:>9} {:>10} {:>25} {:>15} {:>13}  {}\n", "level", "tets", "nodes", "surface",
                     "volume/ml", "edge min/mean/max/mm", "dihedral/deg", "3r/R min/mean", "worst tet at");
     for (std::size_t l = 0; l < levels.size(); ++l) {
         const MeshQuality& q = levels[l];
         text += fmt::format(
-            "{:>5} {:>9} {:>9} {:>9} {:>10.2f} {:>6.2f} / {:>5.2f} / {:>5.2f} {:>6.1f} / {:>6.1f} "
+            "{:>5} {:>9} {:>9} {:>9} {:>10.2f} {:>7.2f} / {:>6.2f} / {:>6.2f} {:>6.1f} / {:>6.1f} "
             "{:>5.3f} / {:>5.3f}  {}\n",
             l, q.tets, q.nodes, q.boundary_triangles, 1e6 * q.volume_m3, 1e3 * q.min_edge_m, 1e3 * q.mean_edge_m,
             1e3 * q.max_edge_m, q.min_dihedral_deg, q.max_dihedral_deg, q.min_radius_ratio, q.mean_radius_ratio,

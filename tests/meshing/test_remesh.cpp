@@ -1,0 +1,141 @@
+#ifdef LIVETET_IMAGES
+
+#include "meshing/remesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "base/error.hpp"
+#include "meshing/surface_check.hpp"
+#include "shapes.hpp"
+
+namespace livetet {
+namespace {
+
+std::string error_of(const std::function<void()>& work) {
+    try {
+        work();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return {};
+}
+
+/// Every triangle with corners of its own, as an STL file has them.
+TriangleMesh torn(const TriangleMesh& surface) {
+    TriangleMesh soup;
+    for (const Triangle& t : surface.triangles) {
+        const auto n = static_cast<std::int32_t>(soup.nodes.size());
+        for (const std::int32_t corner : t) soup.nodes.push_back(surface.nodes[corner]);
+        soup.triangles.push_back({n, n + 1, n + 2});
+    }
+    return soup;
+}
+
+TEST(Repair, merges_the_nodes_of_a_torn_sphere) {
+    const TriangleMesh sphere = shapes::sphere(0.05, 3);
+    const TriangleMesh repaired = repair_surface(torn(sphere));
+    EXPECT_EQ(repaired.nodes.size(), sphere.nodes.size());
+    EXPECT_TRUE(check_topology(repaired).closed());
+    EXPECT_NEAR(signed_volume(repaired), signed_volume(sphere), 1e-12);
+}
+
+TEST(Repair, turns_an_inside_out_or_jumbled_surface_outwards) {
+    const TriangleMesh sphere = shapes::sphere(0.05, 3);
+    TriangleMesh inside_out = sphere, jumbled = sphere;
+    for (std::size_t i = 0; i < sphere.triangles.size(); ++i) {
+        std::swap(inside_out.triangles[i][0], inside_out.triangles[i][1]);
+        if (i % 3 == 0) std::swap(jumbled.triangles[i][0], jumbled.triangles[i][1]);
+    }
+    for (const TriangleMesh& wrong : {inside_out, jumbled}) {
+        const TriangleMesh repaired = repair_surface(wrong);
+        EXPECT_TRUE(check_topology(repaired).closed());
+        EXPECT_NEAR(signed_volume(repaired), signed_volume(sphere), 1e-12);
+    }
+}
+
+TEST(Repair, drops_degenerate_triangles_and_double_ones_and_fills_a_small_hole) {
+    TriangleMesh surface = shapes::sphere(0.05, 3);
+    const double volume = signed_volume(surface);
+    surface.triangles.push_back({5, 5, 9});
+    surface.triangles.push_back(surface.triangles[100]);
+    surface.triangles.erase(surface.triangles.begin() + 7);
+    const TriangleMesh repaired = repair_surface(surface);
+    EXPECT_TRUE(check_topology(repaired).closed());
+    EXPECT_NEAR(signed_volume(repaired), volume, 0.01 * volume);
+}
+
+TEST(Repair, refuses_half_a_sphere_and_counts_its_border) {
+    TriangleMesh surface = shapes::sphere(0.05, 3, {0.1, 0.2, 0.3});
+    std::erase_if(surface.triangles, [&](const Triangle& t) { return surface.nodes[t[0]].z() > 0.3; });
+    const std::int64_t border = check_topology(surface).border_edges;
+    ASSERT_GT(border, 0);
+    const std::string text = error_of([&] { repair_surface(surface); });
+    EXPECT_NE(text.find(fmt::format("{} border edges", border)), std::string::npos) << text;
+    EXPECT_NE(text.find(") mm"), std::string::npos) << text;
+}
+
+TEST(Repair, refuses_a_non_manifold_edge_within_seconds) {
+    // A fin: a triangle that stands on an edge of the sphere.
+    TriangleMesh surface = shapes::sphere(0.05, 4);
+    const Triangle t = surface.triangles[40];
+    surface.nodes.push_back(1.3 * surface.nodes[t[0]]);
+    surface.triangles.push_back({t[0], t[1], static_cast<std::int32_t>(surface.nodes.size()) - 1});
+    const auto start = std::chrono::steady_clock::now();
+    const std::string text = error_of([&] { repair_surface(surface); });
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+    EXPECT_NE(text.find("1 non-manifold edges"), std::string::npos) << text;
+    EXPECT_NE(text.find(place_mm((surface.nodes[t[0]] + surface.nodes[t[1]]) / 2)), std::string::npos) << text;
+}
+
+TEST(Repair, refuses_surfaces_without_sense) {
+    EXPECT_THROW(repair_surface({}), Error);
+    TriangleMesh surface = shapes::sphere(0.05, 1);
+    surface.triangles[3][1] = 1000;
+    EXPECT_THROW(repair_surface(surface), Error);
+    surface = shapes::sphere(0.05, 1);
+    surface.nodes[2].x() = std::nan("");
+    EXPECT_THROW(repair_surface(surface), Error);
+    for (Vector3& x : surface.nodes) x = Vector3(1, 2, 3);
+    EXPECT_THROW(repair_surface(surface), Error);
+}
+
+TEST(Remesh, gives_edges_of_the_length_asked_for) {
+    const TriangleMesh sphere = shapes::sphere(0.05, 4);
+    for (const double edge : {0.003, 0.008, 0.02}) {
+        RemeshReport report;
+        const TriangleMesh result = remesh_surface(sphere, edge, 5, 6, report);
+        EXPECT_TRUE(check_topology(result).closed());
+        EXPECT_EQ(find_self_intersections(result).pairs, 0);
+        EXPECT_EQ(report.edge_length_m, edge);
+        EXPECT_NEAR(report.mean_edge_length_m, edge, 0.2 * edge);
+        EXPECT_NEAR(report.volume_ratio, signed_volume(result) / signed_volume(sphere), 1e-12);
+        EXPECT_GT(report.volume_ratio, 0.9);
+    }
+}
+
+TEST(Remesh, makes_the_edges_smaller_where_the_ones_asked_for_are_too_coarse) {
+    const TriangleMesh sphere = shapes::sphere(0.05, 4);
+    RemeshReport report;
+    const TriangleMesh result = remesh_surface(sphere, 0.15, 5, 12, report);
+    EXPECT_TRUE(check_topology(result).closed());
+    EXPECT_GT(report.volume_ratio, 0.5);
+    EXPECT_LT(report.edge_length_m, 0.15);
+    EXPECT_GT(report.tries, 1);
+    EXPECT_THROW(remesh_surface(sphere, 100, 5, 2, report), Error);
+}
+
+TEST(Remesh, sees_triangles_that_cut_each_other) {
+    TriangleMesh surface = shapes::sphere(0.05, 2);
+    EXPECT_EQ(find_self_intersections(surface).pairs, 0);
+    surface.nodes[0] *= -1.5;  // pulled through the opposite wall
+    const SelfIntersections cuts = find_self_intersections(surface);
+    EXPECT_GT(cuts.pairs, 0);
+    EXPECT_LT(cuts.place.norm(), 0.08);
+}
+
+}  // namespace
+}  // namespace livetet
+
+#endif
