@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <future>
 
 #include "base/error.hpp"
 #include "meshing/locality.hpp"
@@ -21,8 +23,11 @@ constexpr double mm_per_m = 1e3;
 
 void set_options(Algorithm algorithm, double edge_length_mm) {
     gmsh::option::setNumber("General.Terminal", 1);
-    gmsh::option::setNumber("General.Verbosity", 2);   // errors and warnings
-    gmsh::option::setNumber("General.NumThreads", 1);  // an OpenMP team of the parent does not live on in a fork
+    gmsh::option::setNumber("General.Verbosity", 2);  // errors and warnings
+    // One thread: an OpenMP team of the parent does not live on in a fork, and the mesh must not depend on their
+    // number.
+    gmsh::option::setNumber("General.NumThreads", 1);
+    gmsh::option::setNumber("Mesh.MaxNumThreads3D", 1);
     gmsh::option::setNumber("Mesh.Algorithm3D", static_cast<int>(algorithm));
     gmsh::option::setNumber("Mesh.Renumber", 0);  // surface node i keeps the tag i + 1
     gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
@@ -57,6 +62,7 @@ struct Header {
 /// The child's work. Result: Header, then nodes (3 doubles, m), then tets (4 node numbers from 0). The surface's nodes
 /// come first, in their order.
 int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, int passes, int out) {
+    std::srand(1);  // whatever the parent drew before
     gmsh::initialize(0, nullptr, false);
     set_options(algorithm, mm_per_m * edge_length_m);
     add_surface(surface);
@@ -89,6 +95,10 @@ int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm 
     if (!written) std::fprintf(stderr, "Error   : the temporary folder is full\n");
     return written ? 0 : 1;
 }
+
+/// Runs `work` on a thread of its own, whose memory glibc takes from an arena of its own: Gmsh's HXT lets the order of
+/// addresses into its mesh, and the heap inherited from the parent is another one for every call.
+int on_fresh_heap(const std::function<int()>& work) { return std::async(std::launch::async, work).get(); }
 
 TetMesh read_result(const std::vector<char>& bytes) {
     static_assert(sizeof(Vector3) == 3 * sizeof(double) && sizeof(Tet) == 4 * sizeof(std::int32_t));
@@ -183,7 +193,8 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
     double time_left = options.time_limit_s;
     for (const Algorithm algorithm : {Algorithm::hxt, Algorithm::delaunay}) {
         const auto work = [&](int out) {
-            return mesh_and_write(surface, edge_length_m, algorithm, options.optimise_passes, out);
+            return on_fresh_heap(
+                [&] { return mesh_and_write(surface, edge_length_m, algorithm, options.optimise_passes, out); });
         };
         const ChildResult child = options.run(work, time_left);
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
