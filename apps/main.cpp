@@ -1,11 +1,11 @@
 #include <fmt/format.h>
-#include <mpi.h>
 #include <unistd.h>
 
 #include <cstdio>
 
 #include "apps/commands.hpp"
 #include "base/error.hpp"
+#include "base/petsc.hpp"
 
 namespace {
 
