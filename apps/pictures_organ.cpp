@@ -4,6 +4,7 @@
 #include <vtkColorTransferFunction.h>
 #include <vtkFloatArray.h>
 #include <vtkGlyph3DMapper.h>
+#include <vtkLightKit.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -78,17 +79,25 @@ vtkSmartPointer<vtkActor> coloured(vtkPolyData* data, vtkColorTransferFunction* 
     return actor;
 }
 
-/// The far side of the shape at rest as lines: seen only where the organ has left its place.
-vtkSmartPointer<vtkActor> veil(vtkPolyData* data) {
+/// The shape at rest as lines, but only where the organ has left it by a tenth of the largest motion or more.
+vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> displacement, vtkPolyData* rest,
+                               double largest_mm) {
+    vtkNew<vtkCellArray> left;
+    for (const auto& [a, b, c] : boundary_triangles(mesh.tets)) {
+        const double moved = std::max({displacement[a].norm(), displacement[b].norm(), displacement[c].norm()});
+        const vtkIdType ids[3] = {a, b, c};
+        if (1e3 * moved > 0.1 * largest_mm) left->InsertNextCell(3, ids);
+    }
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(rest->GetPoints());
+    data->SetPolys(left);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(data);
-    mapper->ScalarVisibilityOff();
     auto actor = vtkSmartPointer<vtkActor>::New();
     actor->SetMapper(mapper);
     actor->GetProperty()->SetRepresentationToWireframe();
     actor->GetProperty()->SetColor(look::grey[0], look::grey[1], look::grey[2]);
     actor->GetProperty()->SetOpacity(0.5);
-    actor->GetProperty()->FrontfaceCullingOn();
     actor->GetProperty()->LightingOff();
     return actor;
 }
@@ -163,17 +172,14 @@ void add_text(vtkRenderer* renderer, const std::string& text, double x, double y
 void add_scalar_bar(vtkRenderer* renderer, vtkColorTransferFunction* map) {
     vtkNew<vtkScalarBarActor> bar;
     bar->SetLookupTable(map);
-    bar->SetTitle("displacement [mm]");
     bar->SetNumberOfLabels(6);
     bar->SetLabelFormat("%.1f");
     bar->UnconstrainedFontSizeOn();
     bar->SetOrientationToHorizontal();
     bar->SetPosition(0.1, 0.05);
     bar->SetWidth(0.8);
-    bar->SetHeight(0.9);
-    bar->SetBarRatio(0.25);
-    bar->SetVerticalTitleSeparation(18);
-    set_text(bar->GetTitleTextProperty(), look::label_size);
+    bar->SetHeight(0.5);
+    bar->SetBarRatio(0.45);
     set_text(bar->GetLabelTextProperty(), look::tick_size);
     renderer->AddViewProp(bar);
 }
@@ -212,7 +218,11 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
         renderer->AddActor(balls(data, fixed, 0.8 * radius, fixed_colour));
         renderer->AddActor(balls(data, patch, radius, patch_colour));
     }
-    right->AddActor(veil(rest));
+    vtkNew<vtkLightKit> lights;  // from above, and some from all sides
+    lights->SetKeyLightIntensity(0.85);
+    lights->AddLightsToRenderer(left);
+    lights->AddLightsToRenderer(right);
+    right->AddActor(veil(mesh, displacement, rest, largest_mm));
     add_text(left, "At rest", 0.5, 0.93, look::title_size, look::ink, true);
     add_text(right, fmt::format("Deformed, at {:.2f} s: {:.1f} mm at most", time_s, largest_mm), 0.5, 0.93,
              look::title_size, look::ink, true);
@@ -220,6 +230,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
         add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size, look::red);
     if (!fixed.empty()) add_text(key, "dark balls: fixed nodes", 0.5, 0.38, look::tick_size, look::ink);
     add_text(key, "grey lines, right: the shape at rest", 0.5, 0.14, look::tick_size, look::grey);
+    add_text(bar, "displacement [mm]", 0.5, 0.68, look::label_size, look::ink);
     add_scalar_bar(bar, map);
 
     const View view = choose_view(mesh, displacement);
