@@ -291,9 +291,10 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 8000};
     const auto names = write_phantom(folder / "one", options);
     (void)write_phantom(folder / "two", options);
-    for (const fs::path& name : names)
+    for (const fs::path& name : names) {
         if (name != "truth/truth.json")  // Gmsh does not make the same mesh twice
             EXPECT_EQ(read_text_file(folder / "one" / name), read_text_file(folder / "two" / name)) << name;
+    }
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder / "one")) files += entry.is_regular_file();
     EXPECT_EQ(files, names.size()) << "nothing is left lying about";
@@ -309,7 +310,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
         resting += u < 1;
         EXPECT_LT(u, 15.5) << t.name;
         const TruthTarget& same = again.targets.at(&t - truth.targets.data());
-        EXPECT_LT((t.displacement.back() - same.displacement.back()).norm(), 0.6e-3) << t.name;
+        EXPECT_LT((t.displacement.back() - same.displacement.back()).norm(), 1.5e-3) << t.name;
     }
     EXPECT_GE(moved, 10);
     EXPECT_GE(resting, 5);
