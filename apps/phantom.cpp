@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
+#include <numbers>
 #include <system_error>
 
 #include "apps/phantom_shape.hpp"
@@ -139,6 +140,9 @@ Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press
     truth.tip_in_tool = tracker.tool_from_tip.translation;
     truth.pivot_in_tracker = tracker.pivot_in_tracker;
     truth.sensor_rest = tracker.image_from_sensor_at_rest.translation;
+    truth.reference_rest = tracker.image_from_reference.translation;
+    truth.position_noise = tracker.position_rms_mm / 1e3;
+    truth.rotation_noise = tracker.rotation_rms_deg * std::numbers::pi / 180;
     truth.press_direction = tracker.press_direction.normalized();
     constexpr int steps = 5;
     for (int k = 1; k <= steps; ++k) truth.depths.push_back(tracker.press_depth * k / steps);

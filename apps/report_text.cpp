@@ -113,9 +113,7 @@ std::string truth_section(const TargetErrors& t) {
         "turned {:.0f} degrees\n",
         r.frames, r.organ_travel_mm, r.organ_turn_deg);
     out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
-    out += line("noise expected", fmt::format("{:.2f} mm RMS, {}", r.expected_rms_mm,
-                                              r.expected_from_tracker ? "from the tracker's noise and the FRE"
-                                                                      : "the registration error measured above"));
+    out += line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
     return out + line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
 }
 
@@ -182,7 +180,6 @@ json truth_json(const TargetErrors& t) {
               {"registration_mm", to_json(r.registration_mm)},
               {"registration_lag_ms", r.registration_lag_ms},
               {"expected_rms_mm", r.expected_rms_mm},
-              {"expected_from_tracker_noise", r.expected_from_tracker},
               {"explained_by_noise", r.explained()}}},
             {"series", series}};
 }

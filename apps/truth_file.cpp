@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <set>
 
 #include "base/error.hpp"
@@ -109,6 +110,10 @@ json to_json(const Truth& truth) {
               {"direction", list_of(truth.press_direction)},
               {"patch_radius_mm", 1e3 * truth.patch_radius},
               {"depths_mm", depths}}},
+            {"tracker",
+             {{"reference_rest_mm", list_mm(truth.reference_rest)},
+              {"position_noise_rms_mm", 1e3 * truth.position_noise},
+              {"rotation_noise_rms_deg", 180 / std::numbers::pi * truth.rotation_noise}}},
             {"targets", targets},
             {"samples", samples}};
 }
@@ -147,8 +152,12 @@ void check_truth(const Truth& truth, const std::string& where) {
     if (!(truth.patch_radius > 0)) fail("{}: press.patch_radius_mm = {} must be > 0", where, 1e3 * truth.patch_radius);
     if (!(std::abs(truth.press_direction.norm() - 1) < 1e-6))
         fail("{}: press.direction has length {}, expected 1", where, truth.press_direction.norm());
-    if (!truth.tip_in_tool.allFinite() || !truth.pivot_in_tracker.allFinite() || !truth.sensor_rest.allFinite())
-        fail("{}: tool and press.sensor_rest_mm must be finite", where);
+    if (!truth.tip_in_tool.allFinite() || !truth.pivot_in_tracker.allFinite() || !truth.sensor_rest.allFinite() ||
+        !truth.reference_rest.allFinite())
+        fail("{}: tool, press.sensor_rest_mm and tracker.reference_rest_mm must be finite", where);
+    if (!(truth.position_noise >= 0 && truth.rotation_noise >= 0))
+        fail("{}: tracker: noise of {} mm and {} rad, expected at least 0", where, 1e3 * truth.position_noise,
+             truth.rotation_noise);
     std::set<std::string> names;
     for (const TruthTarget& t : truth.targets) {
         if (!names.insert(t.name).second) fail("{}: target {} is there twice", where, t.name);
@@ -187,6 +196,10 @@ Truth read_truth(const std::filesystem::path& path) {
     truth.sensor_rest = press.at("sensor_rest_mm").vector_mm();
     truth.press_direction = press.at("direction").vector();
     truth.patch_radius = press.at("patch_radius_mm").number() / 1e3;
+    const Entry tracker = root.at("tracker");
+    truth.reference_rest = tracker.at("reference_rest_mm").vector_mm();
+    truth.position_noise = tracker.at("position_noise_rms_mm").number() / 1e3;
+    truth.rotation_noise = tracker.at("rotation_noise_rms_deg").number() * std::numbers::pi / 180;
     const Entry depths = press.at("depths_mm"), targets = root.at("targets"), samples = root.at("samples");
     for (std::size_t k = 0; k < depths.size(); ++k) truth.depths.push_back(depths.at(k).number() / 1e3);
     for (std::size_t i = 0; i < targets.size(); ++i) truth.targets.push_back(target_of(targets.at(i)));

@@ -31,6 +31,9 @@ struct Truth {
     Eigen::Vector3d sensor_rest = Eigen::Vector3d::Zero();        ///< in the image
     Eigen::Vector3d press_direction = -Eigen::Vector3d::UnitZ();  ///< in the image, unit length
     double patch_radius = 0.015;
+    Eigen::Vector3d reference_rest = Eigen::Vector3d::Zero();  ///< the reference sensor's place in the image
+    double position_noise = 0;                                 ///< of each tracked pose, RMS length, metres
+    double rotation_noise = 0;                                 ///< of each tracked pose, RMS angle, radians
     std::vector<double> depths;  ///< metres, rising, above 0: where the displacements were solved
     std::vector<TruthTarget> targets;
     std::vector<TruthSample> samples;

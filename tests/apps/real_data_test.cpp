@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "geometry/umeyama.hpp"
+#include "io/fiducial_file.hpp"
+#include "io/registration_file.hpp"
+#include "io/sequence_file.hpp"
+#include "support/program.hpp"
+#include "tracking/dwell.hpp"
+#include "tracking/live_registration.hpp"
+
+namespace livetet {
+namespace {
+
+using nlohmann::json;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+/// Inputs that nobody here made; see the README of the folder that LIVETET_DATA names.
+#define LIVETET_NEEDS_DATA()                                                                                     \
+    const char* data_folder = std::getenv("LIVETET_DATA");                                                       \
+    if (!data_folder) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs";                    \
+    const std::string data = data_folder
+
+/// Meshes a real liver, and presses its mesh by 10 mm from above with its lowest tenth held.
+void mesh_and_solve(const std::string& input, const std::string& options, double volume_ml) {
+    const Folder folder;
+    const auto meshed = livetet(folder, "mesh '" + input + "' -o liver.h5 --tets 20000 --json mesh.json " + options);
+    ASSERT_EQ(meshed.status, 0) << meshed.err;
+    const json finest = json::parse(text_of(folder / "mesh.json"))["levels"][0];
+    EXPECT_NEAR(finest["volume_ml"].get<double>(), volume_ml, 0.01 * volume_ml);
+    EXPECT_NEAR(finest["tets"].get<double>(), 20000, 4000);
+    EXPECT_GT(finest["min_dihedral_deg"].get<double>(), 5);
+    EXPECT_GT(finest["min_radius_ratio"].get<double>(), 0.05);
+
+    // What is low and what is high, the mesh says itself where a box selects nothing.
+    write_text(folder / "where.yaml", "mesh: {file: liver.h5}\nfix: [{box_mm: [9e5, 9e5, 9e5, 9.1e5, 9.1e5, 9.1e5]}]\n");
+    const std::string span = livetet(folder, "solve where.yaml").err;
+    double low[3], high[3];
+    ASSERT_EQ(std::sscanf(span.substr(span.find("spans (")).c_str(), "spans (%lf, %lf, %lf) to (%lf, %lf, %lf)", low, low + 1, low + 2, high, high + 1, high + 2), 6) << span;
+    const double height = high[2] - low[2];
+    write_text(folder / "press.yaml", fmt::format("mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
+                                                  "drive: [{{half_space_mm: [0, 0, {}, 0, 0, -1], displacement_mm: [0, 0, -10]}}]\n",
+                                                  low[2] + 0.1 * height, high[2] - 0.05 * height));
+    const auto solved = livetet(folder, "solve press.yaml --json solve.json");
+    ASSERT_EQ(solved.status, 0) << solved.err << solved.out;
+    const json report = json::parse(text_of(folder / "solve.json"));
+    EXPECT_TRUE(report["converged"].get<bool>());
+    EXPECT_GE(report["largest_displacement_mm"].get<double>(), 10 - 1e-9);
+    EXPECT_LT(report["largest_displacement_mm"].get<double>(), 20);
+}
+
+TEST(RealData, AHumanLiversSurfaceGoesThroughMeshAndSolve) {
+    LIVETET_NEEDS_DATA();
+    mesh_and_solve(data + "/liver/OpenHELP_Liver.stl", "", 1817.7);
+}
+
+TEST(RealData, ALiversLabelMapGoesThroughMeshAndSolve) {
+    LIVETET_NEEDS_DATA();
+    mesh_and_solve(data + "/liver/cgal_liver_labels.nii.gz", "--labels 1", 1605.2);
+}
+
+/// Known answers: FRE 0.341 mm, leave-one-out 0.407 mm RMS; registered on landmarks 1 to 4 and tested on 5 to 8, after
+/// the phantom was turned over: 138 to 165 mm wrong in the tracker's frame, 1.02 to 1.24 mm by the reference sensor.
+TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
+    LIVETET_NEEDS_DATA();
+    const std::string recording = data + "/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha";
+    const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
+    const Folder folder;
+    std::vector<NamedPoint> landmarks;
+    std::string windows;
+    std::vector<FrameWindow> frames;
+    for (int i = 1; i <= 8; ++i) {
+        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
+        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
+        const auto w = known["dwell_frames"][std::to_string(i)].get<std::vector<std::size_t>>();
+        windows += fmt::format("{}{}:{}", i == 1 ? "" : ",", w[0], w[1]);
+        frames.push_back({w[0], w[1]});
+    }
+    write_fiducials(folder / "landmarks.mrk.json", landmarks);
+    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
+    const auto outcome = livetet(folder, fmt::format("register --tracker '{}' --reference Reference --tip-mm {} {} {} --dwells {} --image landmarks.mrk.json -o registration.json", recording, tip[0], tip[1], tip[2], windows));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const FiducialRegistration registration = read_registration(folder / "registration.json");
+    EXPECT_NEAR(1e3 * registration.fre, 0.341, 0.005);
+    double squares = 0;
+    for (const RegisteredFiducial& f : registration.fiducials) squares += f.leave_one_out * f.leave_one_out / 8;
+    EXPECT_NEAR(1e3 * std::sqrt(squares), 0.407, 0.005);
+
+    // 1 to 4 before, 5 to 8 after the phantom was turned over.
+    RigidTransform<Tool, Tip> tool_from_tip;
+    tool_from_tip.translation = Vector3(tip[0], tip[1], tip[2]) / 1e3;
+    DwellOptions options;
+    options.reference = "Reference";
+    const auto dwells = dwells_in_windows(read_sequence(recording), tool_from_tip, frames, options);
+    std::vector<Vector3> in_tracker, in_reference, in_image;
+    for (int i = 0; i < 4; ++i) {
+        in_tracker.push_back(dwells[i].tip_in_tracker);
+        in_reference.push_back(*dwells[i].tip_in_reference);
+        in_image.push_back(landmarks[i].position);
+    }
+    const PointFit by_tracker = fit_points(in_tracker, in_image, Scaling::rigid), by_reference = fit_points(in_reference, in_image, Scaling::rigid);
+    for (int i = 4; i < 8; ++i) {
+        EXPECT_NEAR(1e3 * (by_tracker * dwells[i].tip_in_tracker - landmarks[i].position).norm(), 151.5, 14.5);
+        EXPECT_NEAR(1e3 * (by_reference * *dwells[i].tip_in_reference - landmarks[i].position).norm(), 1.13, 0.13);
+    }
+}
+
+TEST(RealData, ARealTrackersDwellsAreFoundWithoutBeingNamed) {
+    LIVETET_NEEDS_DATA();
+    const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
+    const Folder folder;
+    std::vector<NamedPoint> landmarks;
+    for (int i = 1; i <= 8; ++i) {
+        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
+        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
+    }
+    write_fiducials(folder / "landmarks.mrk.json", landmarks);
+    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
+    const auto outcome = livetet(folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' --reference Reference --tip-mm {} {} {} --image landmarks.mrk.json -o registration.json", data, tip[0], tip[1], tip[2]));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_LT(1e3 * read_registration(folder / "registration.json").fre, 0.4);
+}
+
+/// 152 border edges, 25 non-manifold ones: repaired or refused, within seconds, never a hang.
+TEST(RealData, ASurfaceThatIsNotManifoldEndsWithAMeshOrAClearRefusal) {
+    LIVETET_NEEDS_DATA();
+    const Folder folder;
+    const auto outcome = livetet(folder, "mesh '" + data + "/surfaces/sofaenv_liver_visual_NONMANIFOLD.stl' -o liver.h5 --tets 10000");
+    EXPECT_TRUE(outcome.status == 0 || outcome.status == 2) << outcome.err;
+    EXPECT_EQ(outcome.status == 0, std::filesystem::exists(folder / "liver.h5"));
+}
+
+}  // namespace
+}  // namespace livetet
