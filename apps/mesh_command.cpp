@@ -6,11 +6,11 @@
 #include "apps/scene_body.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
+#include "mesh/node_selection.hpp"
 #include "meshing/quality.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
-#include "io/image_file.hpp"
-#include "mesh/node_selection.hpp"
 #endif
 
 namespace livetet {
@@ -41,9 +41,8 @@ MeshHierarchy make_mesh(MeshArguments& a) {
     return load_mesh(a.source, progress.callback());
 }
 
-void fix_nodes([[maybe_unused]] MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
+void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
     if (mask.empty()) return;
-#ifdef LIVETET_IMAGES
     const LabelImage image = read_label_image(mask);
     for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
         TetMesh& mesh = hierarchy.levels[l];
@@ -52,9 +51,6 @@ void fix_nodes([[maybe_unused]] MeshHierarchy& hierarchy, const std::filesystem:
         fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(), mask.filename().string());
         mesh.node_sets["fixed"] = std::move(nodes);
     }
-#else
-    fail("--fix {}: this build of livetet reads no images", mask.string());
-#endif
 }
 
 void run(MeshArguments& a) {

@@ -8,11 +8,11 @@
 #include "base/file.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
 #include "mesh/node_selection.hpp"
 #include "meshing/partition.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
-#include "io/image_file.hpp"
 #endif
 
 namespace livetet {
@@ -25,18 +25,9 @@ std::uint8_t component_bits(const std::string& components) {
     return bits;
 }
 
-LabelImage read_mask(const std::filesystem::path& path, const std::string& key) {
-#ifdef LIVETET_IMAGES
-    (void)key;
-    return read_label_image(path);
-#else
-    fail("{}.mask = {}: this build of livetet reads no images, expected another selection", key, path.string());
-#endif
-}
-
 std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
     const auto mm = [](double x, double y, double z) { return Vector3(x, y, z) / 1e3; };
-    if (s.mask) return nodes_in_mask(mesh, read_mask(*s.mask, key));
+    if (s.mask) return nodes_in_mask(mesh, read_label_image(*s.mask));
     if (s.group) {
         const auto found = mesh.node_sets.find(*s.group);
         if (found != mesh.node_sets.end()) return found->second;

@@ -1,6 +1,17 @@
 #!/usr/bin/env bash
 # All tests. Real inputs are used where LIVETET_DATA names their folder; tests that want them skip, saying so, without.
 source "$(dirname "$0")/../apps/setup.sh"
+
+say "the variant without VTK and CGAL, for machines that only solve"
+cmake -S "$root" -B "$build-lean" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLIVETET_IMAGES=OFF -DLIVETET_BENCHMARKS=OFF \
+    -DBUILD_TESTING=OFF >/dev/null
+cmake --build "$build-lean"
+"$build-lean/apps/livetet" scene >/dev/null
+if ldd "$build-lean/apps/livetet" | grep -q libvtk; then
+    echo "the variant without images links VTK" >&2
+    exit 1
+fi
+
 say "testing"
 [ -n "${LIVETET_DATA:-}" ] || echo "LIVETET_DATA is not set: tests on real inputs will be skipped"
 ctest --test-dir "$build" --output-on-failure

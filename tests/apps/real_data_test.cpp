@@ -9,6 +9,7 @@
 #include "io/fiducial_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/sequence_file.hpp"
+#include "mesh/tet_mesh.hpp"
 #include "support/program.hpp"
 #include "tracking/dwell.hpp"
 #include "tracking/live_registration.hpp"
