@@ -1,6 +1,7 @@
 #include "apps/phantom_truth.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "mesh/node_selection.hpp"
@@ -13,28 +14,40 @@ namespace livetet {
 
 namespace {
 
-/// Brings the patch from one depth to the next. Newton's method can go round in circles where elements at the patch's
-/// rim are flattened: then it goes back and comes again in smaller steps. Returns the force left out of balance,
-/// relative to the forces at work.
+/// Elastic force at the free nodes relative to that at the constrained ones: zero in equilibrium.
+double force_out_of_balance(DeformableBody& body, const Constraints& constraints) {
+    double free = 0, constrained = 0;
+    const std::vector<Vector3> force = body.elastic_force();
+    for (std::size_t n = 0; n < force.size(); ++n)
+        (constraints.components[n] ? constrained : free) += force[n].squaredNorm();
+    return std::sqrt(free / constrained);
+}
+
+/// Brings the patch from one depth to the next and lets the body come to rest; returns the force left out of balance.
+/// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static equations then
+/// leaves 1e-4 to 2e-2 out of balance after 30 linearisations, as the mesh will have it. Implicit Euler's inertia
+/// carries it on to 1e-4, in about half the time; on three meshes where the static solve ended near 1e-4 the targets
+/// agreed within a micrometre.
 double press(DeformableBody& body, std::span<const std::int32_t> patch, std::span<const std::int32_t> fixed,
              const Truth& truth, std::size_t k) {
-    constexpr StepEffort effort{.linearisations = 30, .tolerance = 1e-4, .linear_tolerance = 1e-3};
-    // Measured: a body left at 5e-3 differs at the targets by what one mesh differs from the next.
-    constexpr double acceptable = 1e-2;
+    constexpr int steps = 3, most_steps_at_rest = 120;
+    constexpr double moving_s = 0.05, resting_s = 0.1, tolerance = 1e-4;
     const double from = k > 0 ? truth.depths[k - 1] : 0, to = truth.depths[k];
     Constraints constraints(body.displacement().size());
-    double imbalance = 0;
-    for (int steps = 1; steps <= 2; ++steps) {
-        for (int i = steps == 1 ? 1 : 0; i <= steps; ++i) {
-            constraints.prescribe(patch, (from + (to - from) * i / steps) * truth.press_direction);
-            constraints.prescribe(fixed, Vector3::Zero());
-            body.set_constraints(constraints);
-            imbalance = body.step(0, effort).imbalance;
-        }
-        if (imbalance <= (steps == 1 ? effort.tolerance : acceptable)) return imbalance;
+    for (int i = 1; i <= steps; ++i) {
+        constraints.prescribe(patch, (from + (to - from) * i / steps) * truth.press_direction);
+        constraints.prescribe(fixed, Vector3::Zero());
+        body.set_constraints(constraints);
+        (void)body.step(moving_s, {.linearisations = 2, .linear_tolerance = 1e-2});
     }
-    fail("phantom: the truth at {:.1f} mm did not converge: force out of balance {:.1e}, expected {:.0e}", 1e3 * to,
-         imbalance, acceptable);
+    double imbalance = 1;
+    for (int i = 0; i < most_steps_at_rest; ++i) {
+        (void)body.step(resting_s, {.linearisations = 1, .linear_tolerance = 1e-2});
+        imbalance = force_out_of_balance(body, constraints);
+        if (imbalance <= tolerance) return imbalance;
+    }
+    fail("phantom: the truth at {:.1f} mm did not come to rest: force out of balance {:.1e}, expected {:.0e}", 1e3 * to,
+         imbalance, tolerance);
 }
 
 }  // namespace
@@ -57,7 +70,8 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                  const ProgressCallback& progress) {
     const TetMesh& mesh = hierarchy.levels.front();
     const Material material;
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, std::span(&material, 1), StrainModel::corotated, {}, {});
+    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, std::span(&material, 1), StrainModel::corotated,
+                        {.scheme = TimeScheme::implicit_euler}, {});
     const SurfacePatch patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius);
     const auto fixed = mesh.node_sets.find("fixed");
     if (fixed == mesh.node_sets.end() || fixed->second.empty()) fail("phantom: the truth's mesh has no fixed nodes");
@@ -80,7 +94,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
         for (std::size_t i = 0; i < places.size(); ++i) truth.targets[i].displacement.push_back(interpolate(map, i, u));
     }
     truth.provenance = fmt::format(
-        "static corotated equilibrium, E = {} Pa, nu = {}, {} tets, {} nodes, {} of them held, {} pressed, "
+        "corotated equilibrium, E = {} Pa, nu = {}, {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
         material.young_Pa, material.poisson, mesh.tets.size(), mesh.nodes.size(), fixed->second.size(),
         patch.nodes.size(), worst);

@@ -18,7 +18,7 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
 
 /// The targets' displacements at each of `truth.depths`: corotated equilibrium of a scene's default material, the set
 /// "fixed" of the hierarchy held, the surface patch about `truth.sensor_rest` moved along `truth.press_direction`, from
-/// one depth to the next. Fills truth.targets. Needs a PetscSession. Throws Error where a solve does not converge.
+/// one depth to the next. Fills truth.targets. Needs a PetscSession. Throws Error where the body does not come to rest.
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
                  const ProgressCallback& progress = {});
 

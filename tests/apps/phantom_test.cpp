@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -286,14 +287,14 @@ TEST(Phantom, ImpossibleOptionsAreRefusedByName) {
 }
 
 TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
-    const PetscSession session("phantom_test", {});
+    const PetscSession session("phantom_test", {});  // MPI starts once in a process: all that solves is in this test
     const fs::path folder = fresh_folder();
     const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 8000};
     const auto names = write_phantom(folder / "one", options);
     (void)write_phantom(folder / "two", options);
     for (const fs::path& name : names) {
-        if (name != "truth/truth.json")  // Gmsh does not make the same mesh twice
-            EXPECT_EQ(read_text_file(folder / "one" / name), read_text_file(folder / "two" / name)) << name;
+        if (name == "truth/truth.json") continue;  // Gmsh does not make the same mesh twice
+        EXPECT_EQ(read_text_file(folder / "one" / name), read_text_file(folder / "two" / name)) << name;
     }
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder / "one")) files += entry.is_regular_file();
@@ -302,20 +303,25 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
 
     // The truth: under the patch things move, far away they hardly do, and never more than the patch.
     const Truth truth = read_truth(folder / "one" / "truth" / "truth.json");
-    const Truth again = read_truth(folder / "two" / "truth" / "truth.json");
     int moved = 0, resting = 0;
     for (const TruthTarget& t : truth.targets) {
         const double u = 1e3 * displacement_of(truth, t, 0.015).norm();
         moved += u > 3;
         resting += u < 1;
         EXPECT_LT(u, 15.5) << t.name;
-        const TruthTarget& same = again.targets.at(&t - truth.targets.data());
-        EXPECT_LT((t.displacement.back() - same.displacement.back()).norm(), 1.5e-3) << t.name;
     }
     EXPECT_GE(moved, 10);
     EXPECT_GE(resting, 5);
     EXPECT_GT(displacement_of(truth, truth.targets.front(), 0.015).dot(truth.press_direction), 0.009);
     EXPECT_EQ(read_sequence(folder / "one" / "press.igs.mha").samples.size(), truth.samples.size());
+
+    // On one mesh the truth is the same twice.
+    const MeshHierarchy hierarchy = mesh_for_truth(images().labels, images().fixed_mask, 5000);
+    Truth once = a_truth(), twice = a_truth();
+    solve_truth(hierarchy, phantom::targets(), once);
+    solve_truth(hierarchy, phantom::targets(), twice);
+    for (std::size_t i = 0; i < once.targets.size(); ++i)
+        EXPECT_EQ(once.targets[i].displacement, twice.targets[i].displacement) << once.targets[i].name;
 
     // The scenes are scenes.
     const Scene track = load_scene(folder / "one" / "scene.yaml"), solve = load_scene(folder / "one" / "solve.yaml");
