@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The whole chain on a phantom: image -> meshes -> calibration -> registration -> tracked, deforming organ -> report.
 #     apps/demo.sh [FOLDER]      (default: demo)
-source "$(dirname "$0")/setup.sh"
+source "$(dirname "$0")/setup.sh" -DBUILD_TESTING=OFF -DLIVETET_BENCHMARKS=OFF
 demo=${1:-$root/demo}
 
 say "1. what a user would have brought: an MR-like image, labels, fiducials, tracker recordings"

@@ -6,6 +6,7 @@
 #include "apps/commands.hpp"
 #include "base/error.hpp"
 #include "base/petsc.hpp"
+#include "config/yaml.hpp"
 
 namespace {
 
@@ -49,6 +50,12 @@ int main(int argc, char** argv) {
     add_explain_command(app);
     add_scene_command(app);
     try {
+        if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1])) {
+            std::vector<std::string> names;
+            for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+            const std::string nearest = nearest_name(argv[1], names);
+            fail("unknown command {}, {}", argv[1], nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", ")) : fmt::format("did you mean {}?", nearest));
+        }
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", e.what()), 2);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # All tests. Real inputs are used where LIVETET_DATA names their folder; tests that want them skip, saying so, without.
-source "$(dirname "$0")/../apps/setup.sh"
+source "$(dirname "$0")/../apps/setup.sh" -DBUILD_TESTING=ON -DLIVETET_BENCHMARKS=ON
 
 say "the variant without VTK and CGAL, for machines that only solve"
 cmake -S "$root" -B "$build-lean" -G Ninja -DCMAKE_BUILD_TYPE=Release -DLIVETET_IMAGES=OFF -DLIVETET_BENCHMARKS=OFF \

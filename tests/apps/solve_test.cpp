@@ -53,8 +53,9 @@ TEST(Solve, OneAndTwoRanksAgreeTo1em8) {
         difference = std::max(difference, (u1[i] - u2[i]).norm());
         largest = std::max(largest, u1[i].norm());
     }
-    EXPECT_NEAR(largest, std::hypot(0.012, 0.002), 0.003);
-    EXPECT_LT(difference, 1e-7 * largest);  // the file keeps single precision
+    EXPECT_GE(largest, std::hypot(0.012, 0.002) - 1e-12);
+    EXPECT_LT(largest, 0.02);
+    EXPECT_LT(difference, 1e-8 * largest);
     EXPECT_EQ(probes1.substr(0, 40), text_of(folder / "moved.csv").substr(0, 40));
 }
 
@@ -63,7 +64,7 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
     prepare(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const auto reference = last_displacement(folder / "result.h5");
-    for (const char* solver : {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}", "{kind: petsc, petsc_options: \"-ksp_type minres -pc_type jacobi -ksp_max_it 5000\", max_iterations: 5000}"}) {
+    for (const char* solver : {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}", "{kind: petsc, petsc_options: \"-ksp_type cg -pc_type jacobi\", max_iterations: 5000}"}) {
         std::string scene = press;
         scene.replace(scene.find("solver: {"), 9, std::string("solver: ") + std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
         write_text(folder / "scene.yaml", scene);

@@ -67,8 +67,9 @@ TEST(Track, MovingTheWholeOrganDeformsNothingAndTheSensorIsFollowed) {
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k], depth = true_press_depth(t.tracker, time);
         travelled = std::max(travelled, (true_tracker_from_image(t.tracker, time).translation - true_tracker_from_image(t.tracker, 0).translation).norm());
-        if (time < t.tracker.rest_s)
+        if (time < t.tracker.rest_s) {
             ASSERT_LT(largest(result.displacement(k)), 1e-7) << "at " << time << " s nothing pressed yet";
+        }
         deepest = std::max(deepest, result.values("press_mm", k, 1)[0]);
         ASSERT_NEAR(result.values("press_mm", k, 1)[0], 1e3 * depth, 4) << "at " << time << " s";
     }
