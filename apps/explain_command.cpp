@@ -14,7 +14,9 @@ class Explanation {
     void leaves_out(std::string_view part, const std::string& why) { row("leaves out", part, why); }
 
   private:
-    static void row(std::string_view verdict, std::string_view part, const std::string& why) { fmt::print("{:<11} {:<22} {}\n", verdict, part, why); }
+    static void row(std::string_view verdict, std::string_view part, const std::string& why) {
+        fmt::print("{:<11} {:<22} {}\n", verdict, part, why);
+    }
 };
 
 /// Blocks of 3x3 in the operator of a mesh: a node couples with itself and along each edge.
@@ -32,8 +34,10 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
     fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns", "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
         const TetMesh& mesh = hierarchy.levels[l];
-        const double bytes = 76.0 * block_count(mesh) + (sizeof(TetElement) + 72 + 128 + 20) * mesh.tets.size() + 400.0 * mesh.nodes.size();
-        fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(), 3 * mesh.nodes.size(), bytes / 1e6);
+        const double bytes = 76.0 * block_count(mesh) + (sizeof(TetElement) + 72 + 128 + 20) * mesh.tets.size() +
+                             400.0 * mesh.nodes.size();
+        fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
+                   3 * mesh.nodes.size(), bytes / 1e6);
     }
 }
 
@@ -60,17 +64,24 @@ void explain(const std::filesystem::path& path) {
     if (is_static || (scene.time.rayleigh_alpha == 0 && scene.time.rayleigh_beta == 0))
         e.leaves_out("damping", is_static ? "time.scheme: static" : "rayleigh_alpha and rayleigh_beta are 0");
     else
-        e.uses("damping", fmt::format("Rayleigh, alpha {} 1/s, beta {} s", scene.time.rayleigh_alpha, scene.time.rayleigh_beta));
+        e.uses("damping",
+               fmt::format("Rayleigh, alpha {} 1/s, beta {} s", scene.time.rayleigh_alpha, scene.time.rayleigh_beta));
     if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty())
         e.leaves_out("forces", "no gravity, no loads");
     else
-        e.uses("forces", fmt::format("{}{} load(s)", scene.gravity_m_per_s2 == Vector3::Zero() ? "" : "gravity, ", scene.loads.size()));
+        e.uses("forces", fmt::format("{}{} load(s)", scene.gravity_m_per_s2 == Vector3::Zero() ? "" : "gravity, ",
+                                     scene.loads.size()));
     if (multigrid)
-        e.uses("coarse levels", fmt::format("{} of them, {}", hierarchy.levels.size() - 1, scene.solver.coarse == CoarseOperator::galerkin ? "P^T A P each linearisation" : "assembled with their own rotations"));
+        e.uses("coarse levels",
+               fmt::format("{} of them, {}", hierarchy.levels.size() - 1,
+                           scene.solver.coarse == CoarseOperator::galerkin ? "P^T A P each linearisation"
+                                                                           : "assembled with their own rotations"));
     else
-        e.leaves_out("coarse levels", hierarchy.levels.size() > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
+        e.leaves_out("coarse levels",
+                     hierarchy.levels.size() > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
     if (scene.track) {
-        e.uses("tracker", fmt::format("`track` only: a player and a recorder thread; patch of {} mm", scene.track->patch_radius_mm));
+        e.uses("tracker", fmt::format("`track` only: a player and a recorder thread; patch of {} mm",
+                                      scene.track->patch_radius_mm));
         if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
     } else {
         e.leaves_out("tracker", "no track section: no thread, no filter");
@@ -86,13 +97,18 @@ void explain(const std::filesystem::path& path) {
 
     explain_levels(hierarchy, multigrid);
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
-    fmt::print("\nEach linearisation, with about {} iterations to {:.0e}: {:.0f} ms (measured on one core of a 2.4 GHz EPYC; yours will differ)\n", multigrid ? fmt::format("{}", iterations) : "an unknown number of", scene.solver.relative_tolerance, (6e-4 + 1.2e-4 * iterations) * tets);
+    fmt::print(
+        "\nEach linearisation, with about {} iterations to {:.0e}: {:.0f} ms (measured on one core of a 2.4 GHz EPYC; "
+        "yours will differ)\n",
+        multigrid ? fmt::format("{}", iterations) : "an unknown number of", scene.solver.relative_tolerance,
+        (6e-4 + 1.2e-4 * iterations) * tets);
 }
 
 }  // namespace
 
 void add_explain_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("explain", "Says what a scene builds, what it leaves out and why, and what that takes");
+    CLI::App* command =
+        app.add_subcommand("explain", "Says what a scene builds, what it leaves out and why, and what that takes");
     auto scene = std::make_shared<std::filesystem::path>();
     command->add_option("scene", *scene, "scene file (YAML)")->required();
     command->callback([scene] { explain(*scene); });

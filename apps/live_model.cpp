@@ -30,7 +30,8 @@ std::vector<Vector3> in_image(const std::vector<RegisteredFiducial>& fiducials) 
 
 }  // namespace
 
-LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools, const std::vector<RegisteredFiducial>& fiducials)
+LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
+                     const std::vector<RegisteredFiducial>& fiducials)
     : scene_(scene),
       body_(body),
       reference_(tool_index({tools, {}}, scene.track->reference_tool)),
@@ -52,12 +53,14 @@ void LiveModel::follow(const TrackerSample& sample) {
     frame_.registration = registration_.update(sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
     if (registration_.image_from_tracker()) frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
 
-    // The sensor in the image, by the unfiltered poses of one moment: in their product the organ's own motion cancels, so
-    // that the filter, which follows, sees the press alone and does not lag behind a moving patient.
+    // The sensor in the image, by the unfiltered poses of one moment: in their product the organ's own motion cancels,
+    // so that the filter, which follows, sees the press alone and does not lag behind a moving patient.
     std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
     if (reference.verdict == GateVerdict::accepted && sensor.verdict == GateVerdict::accepted) {
-        const auto raw = registration_.image_from_reference() * tracker_from<Reference>(reference.pose).inverse() * tracker_from<Sensor>(sensor.pose);
-        const TrackedPose smooth = sensor_filter_.update(sample.time_s, {raw.rotation, raw.translation, PoseStatus::ok});
+        const auto raw = registration_.image_from_reference() * tracker_from<Reference>(reference.pose).inverse() *
+                         tracker_from<Sensor>(sensor.pose);
+        const TrackedPose smooth =
+            sensor_filter_.update(sample.time_s, {raw.rotation, raw.translation, PoseStatus::ok});
         image_from_sensor = {smooth.rotation, smooth.translation};
     }
     frame_.drive = drive_.update(sample.time_s, image_from_sensor);
@@ -67,8 +70,10 @@ void LiveModel::place_patch() {
     const Vector3 place = drive_.base()->translation;
     patch_ = surface_patch(body_.mesh(), place, scene_.track->patch_radius_mm / 1e3);
     if (patch_.distance > 0.02)
-        fail("track.sensor_tool = {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm off the organ's surface, expected at most 20 mm: is the registration of this recording?",
-             scene_.track->sensor_tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * patch_.distance);
+        fail(
+            "track.sensor_tool = {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm "
+            "off the organ's surface, expected at most 20 mm: is the registration of this recording?",
+            scene_.track->sensor_tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * patch_.distance);
 }
 
 const Frame& LiveModel::advance(const TrackerSample& sample) {
@@ -78,14 +83,16 @@ const Frame& LiveModel::advance(const TrackerSample& sample) {
         if (patch_.nodes.empty()) place_patch();
         constraints_ = fixed_;
         for (const std::int32_t n : patch_.nodes)
-            if (fixed_.components[n] == 0) constraints_.prescribe(std::span(&n, 1), drive_.displacement(body_.mesh().nodes[n]));
+            if (fixed_.components[n] == 0)
+                constraints_.prescribe(std::span(&n, 1), drive_.displacement(body_.mesh().nodes[n]));
         body_.body->set_constraints(constraints_);
         frame_.press = drive_.displacement(body_.mesh().nodes[patch_.centre]).norm();
     }
     const double dt = last_time_s_ ? sample.time_s - *last_time_s_ : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (dt > 0) {
-        frame_.step = body_.body->step(dt, {.linearisations = scene_.track->linearisations, .linear_tolerance = scene_.solver.relative_tolerance});
+        frame_.step = body_.body->step(
+            dt, {.linearisations = scene_.track->linearisations, .linear_tolerance = scene_.solver.relative_tolerance});
         frame_.displacement = body_.body->displacement();
     }
     return frame_;

@@ -18,7 +18,7 @@ struct Frame {
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
     DriveStatus drive = DriveStatus::placing;
-    double press = 0;   ///< length of the patch's displacement, m
+    double press = 0;  ///< length of the patch's displacement, m
     StepReport step;
     std::vector<Vector3> displacement;  ///< m, each node of the finest mesh
 };
@@ -29,7 +29,8 @@ class LiveModel {
   public:
     /// `tools`: the names behind the samples' poses. Throws Error where a tool of the scene is not among them, or the
     /// registration was not made in the reference sensor's frame.
-    LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools, const std::vector<RegisteredFiducial>& fiducials);
+    LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
+              const std::vector<RegisteredFiducial>& fiducials);
 
     /// One frame. Throws Error where the deformation sensor, when placed, is not on the organ.
     const Frame& advance(const TrackerSample& sample);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/commands.hpp"
@@ -32,11 +33,14 @@ int give_up(const std::string& message, int status) {
 
 int main(int argc, char** argv) {
     using namespace livetet;
-    CLI::App app{"Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
-                 "sensors move, each frame."};
+    CLI::App app{
+        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
+        "sensors move, each frame."};
     app.set_version_flag("--version", LIVETET_VERSION);
     app.require_subcommand(1);
-    app.footer("Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 our fault, 2 bad input, 3 not converged.");
+    app.footer(
+        "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 our fault, 2 bad input, 3 not "
+        "converged.");
     ExitStatus status;
 #ifdef LIVETET_IMAGES
     add_phantom_command(app);
@@ -50,11 +54,13 @@ int main(int argc, char** argv) {
     add_explain_command(app);
     add_scene_command(app);
     try {
-        if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1])) {
-            std::vector<std::string> names;
-            for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+        std::vector<std::string> names;
+        for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+        if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
             const std::string nearest = nearest_name(argv[1], names);
-            fail("unknown command {}, {}", argv[1], nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", ")) : fmt::format("did you mean {}?", nearest));
+            fail("unknown command {}, {}", argv[1],
+                 nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
+                                 : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

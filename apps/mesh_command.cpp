@@ -33,7 +33,10 @@ MeshHierarchy make_mesh(MeshArguments& a) {
     if (format != ".h5" && format != ".msh") {
         MeshedInput meshed = mesh_input(a.source, progress.callback());
         progress.update(1, "done");
-        if (meshed.image) fmt::print("labels       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml\n", 1e6 * meshed.image->label_volume_m3, 1e6 * meshed.image->body_volume_m3, 1e6 * meshed.image->surface_volume_m3);
+        if (meshed.image)
+            fmt::print("labels       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml\n",
+                       1e6 * meshed.image->label_volume_m3, 1e6 * meshed.image->body_volume_m3,
+                       1e6 * meshed.image->surface_volume_m3);
         for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
         return std::move(meshed.result.hierarchy);
     }
@@ -47,8 +50,10 @@ void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
     for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
         TetMesh& mesh = hierarchy.levels[l];
         auto nodes = nodes_in_mask(mesh, image);
-        if (nodes.empty() && l == 0) fail("{}: the mask covers no node of the mesh; are both in the same world?", mask.string());
-        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(), mask.filename().string());
+        if (nodes.empty() && l == 0)
+            fail("{}: the mask covers no node of the mesh; are both in the same world?", mask.string());
+        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(),
+                   mask.filename().string());
         mesh.node_sets["fixed"] = std::move(nodes);
     }
 }
@@ -65,23 +70,44 @@ void run(MeshArguments& a) {
     if (a.json.empty()) return;
     nlohmann::json levels = nlohmann::json::array();
     for (const MeshQuality& q : qualities)
-        levels.push_back({{"tets", q.tets}, {"nodes", q.nodes}, {"volume_ml", 1e6 * q.volume_m3}, {"mean_edge_mm", 1e3 * q.mean_edge_m}, {"min_dihedral_deg", q.min_dihedral_deg}, {"max_dihedral_deg", q.max_dihedral_deg}, {"min_radius_ratio", q.min_radius_ratio}});
+        levels.push_back({{"tets", q.tets},
+                          {"nodes", q.nodes},
+                          {"volume_ml", 1e6 * q.volume_m3},
+                          {"mean_edge_mm", 1e3 * q.mean_edge_m},
+                          {"min_dihedral_deg", q.min_dihedral_deg},
+                          {"max_dihedral_deg", q.max_dihedral_deg},
+                          {"min_radius_ratio", q.min_radius_ratio}});
     write_text_file(a.json, nlohmann::json{{"levels", levels}}.dump(2) + "\n");
 }
 
 }  // namespace
 
 void add_mesh_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("mesh", "Meshes a label map or surface: a hierarchy of tetrahedral meshes, with its quality");
+    CLI::App* command = app.add_subcommand(
+        "mesh", "Meshes a label map or surface: a hierarchy of tetrahedral meshes, with its quality");
     auto a = std::make_shared<MeshArguments>();
-    command->add_option("input", a->source.file, "label map (.nii, .nii.gz), surface (.stl, .obj, .ply, .vtk, .off), .msh, .h5, or a scene (.yaml)")->required();
+    command
+        ->add_option("input", a->source.file,
+                     "label map (.nii, .nii.gz), surface (.stl, .obj, .ply, .vtk, .off), .msh, .h5, or a scene (.yaml)")
+        ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
-    command->add_option("--labels", a->source.labels, "labels of the body, together (default: all but 0)")->delimiter(',');
-    command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")->capture_default_str()->check(CLI::Range(100, 20'000'000));
-    command->add_option("--levels", a->source.levels, "how many levels")->capture_default_str()->check(CLI::Range(1, 8));
-    command->add_option("--edge-lengths-mm", a->source.edge_lengths_mm, "edge length of each level, finest first; instead of --tets and --levels")->delimiter(',')->check(CLI::PositiveNumber);
+    command->add_option("--labels", a->source.labels, "labels of the body, together (default: all but 0)")
+        ->delimiter(',');
+    command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
+        ->capture_default_str()
+        ->check(CLI::Range(100, 20'000'000));
+    command->add_option("--levels", a->source.levels, "how many levels")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 8));
+    command
+        ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
+                     "edge length of each level, finest first; instead of --tets and --levels")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber);
     command->add_flag("--metres", a->metres, "a .msh is in metres, not millimetres");
-    command->add_option("--space", a->source.space, "which way a surface's axes point: ras, or lps as Slicer's models since 2020")
+    command
+        ->add_option("--space", a->source.space,
+                     "which way a surface's axes point: ras, or lps as Slicer's models since 2020")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
     command->add_option("--fix", a->fixed_mask, "mask image: nodes under it become the set \"fixed\"");

@@ -113,7 +113,8 @@ std::string truth_section(const TargetErrors& t) {
         "turned {:.0f} degrees\n",
         r.frames, r.organ_travel_mm, r.organ_turn_deg);
     out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
-    out += line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
+    out +=
+        line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
     return out + line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
 }
 

@@ -99,10 +99,12 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
     v.field("group", s.group, "", "nodes of this named set: a Gmsh physical group, or one kept in the hierarchy file");
     v.field("box_mm", s.box_mm, "mm", "nodes in the box [x0, y0, z0, x1, y1, z1]");
     v.field("sphere_mm", s.sphere_mm, "mm", "nodes in the sphere [x, y, z, radius]");
-    v.field("half_space_mm", s.half_space_mm, "mm", "nodes behind a plane, where its normal does not point: [point x, y, z, normal x, y, z]");
+    v.field("half_space_mm", s.half_space_mm, "mm",
+            "nodes behind a plane, where its normal does not point: [point x, y, z, normal x, y, z]");
     v.field("nodes", s.nodes, "", "these nodes of the finest mesh, counted from 0");
     v.choice("where", s.where, "of those nodes, which",
-             {{NodeScope::all, "all", "inside and surface"}, {NodeScope::surface_only, "surface", "only those on the surface"}});
+             {{NodeScope::all, "all", "inside and surface"},
+              {NodeScope::surface_only, "surface", "only those on the surface"}});
 }
 
 template <class Visitor>
@@ -113,7 +115,8 @@ void visit_fields(Visitor& v, MeshSource& m) {
     v.choice("unit", m.unit, "length unit of a .msh file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
     v.choice("space", m.space, "which way the axes of a surface file point, which it does not say",
-             {{Space::ras, "ras", "right, anterior, superior"}, {Space::lps, "lps", "left, posterior, superior: Slicer's models since 2020"}});
+             {{Space::ras, "ras", "right, anterior, superior"},
+              {Space::lps, "lps", "left, posterior, superior: Slicer's models since 2020"}});
     v.field("labels", m.labels, "", "labels of the label map that make up the body; empty: all but 0");
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, the finest first; empty: from tets and levels");

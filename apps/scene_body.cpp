@@ -101,14 +101,18 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh) : constraints_(mesh.nodes.size()) {
     for (std::size_t i = 0; i < scene.drive.size(); ++i) {
         const DriveOptions& d = scene.drive[i];
-        driven_.push_back({select_nodes(mesh, d, fmt::format("drive[{}]", i)), d.displacement_mm / 1e3, component_bits(d.components), d.ramp_s});
+        driven_.push_back({select_nodes(mesh, d, fmt::format("drive[{}]", i)), d.displacement_mm / 1e3,
+                           component_bits(d.components), d.ramp_s});
     }
     for (std::size_t i = 0; i < scene.fix.size(); ++i)
-        fixed_.push_back({select_nodes(mesh, scene.fix[i], fmt::format("fix[{}]", i)), component_bits(scene.fix[i].components)});
+        fixed_.push_back(
+            {select_nodes(mesh, scene.fix[i], fmt::format("fix[{}]", i)), component_bits(scene.fix[i].components)});
 }
 
 const Constraints& SceneConstraints::at(double time_s) {
-    for (const Driven& d : driven_) constraints_.prescribe(d.nodes, (d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0) * d.displacement, d.components);
+    for (const Driven& d : driven_)
+        constraints_.prescribe(d.nodes, (d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0) * d.displacement,
+                               d.components);
     for (const Fixed& f : fixed_) constraints_.prescribe(f.nodes, Vector3::Zero(), f.components);
     return constraints_;
 }

@@ -10,8 +10,10 @@ std::vector<std::string> petsc_arguments(const CLI::App& command) {
     const std::vector<std::string> extras = command.remaining();
     for (std::size_t i = 0; i < extras.size(); ++i) {
         const bool option = extras[i].size() > 1 && extras[i][0] == '-';
-        if (extras[i].starts_with("--")) fail("unknown option {} (livetet {} --help lists them)", extras[i], command.get_name());
-        if (i == 0 && !option) fail("unexpected argument {} (livetet {} --help explains)", extras[i], command.get_name());
+        if (extras[i].starts_with("--"))
+            fail("unknown option {} (livetet {} --help lists them)", extras[i], command.get_name());
+        if (i == 0 && !option)
+            fail("unexpected argument {} (livetet {} --help explains)", extras[i], command.get_name());
     }
     return extras;
 }
@@ -19,9 +21,10 @@ std::vector<std::string> petsc_arguments(const CLI::App& command) {
 void add_scene_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("scene", "Prints every key of a scene file: default, unit, meaning, limits");
     command->callback([] {
-        fmt::print("# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in mm, RAS; all else SI.\n"
-                   "# Files are looked for relative to the scene file.\n{}",
-                   reference_of<Scene>());
+        fmt::print(
+            "# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in mm, RAS; all else SI.\n"
+            "# Files are looked for relative to the scene file.\n{}",
+            reference_of<Scene>());
     });
 }
 

@@ -23,7 +23,9 @@ struct SolveArguments {
     std::filesystem::path scene, json;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 double largest_norm(const std::vector<Vector3>& values) {
     double largest = 0;
@@ -41,7 +43,10 @@ struct Probes {
         for (const NamedPoint& p : points) places.push_back(p.position);
         map = map_into(mesh, places);
         for (std::size_t i = 0; i < points.size(); ++i)
-            if (map.distance[i] > 1e-3) fmt::print(stderr, "probe {} lies {:.1f} mm outside the mesh; its nearest surface point stands for it\n", points[i].name, 1e3 * map.distance[i]);
+            if (map.distance[i] > 1e-3)
+                fmt::print(stderr,
+                           "probe {} lies {:.1f} mm outside the mesh; its nearest surface point stands for it\n",
+                           points[i].name, 1e3 * map.distance[i]);
     }
     std::vector<Eigen::Vector3d> displacements(const std::vector<Vector3>& u) const {
         std::vector<Eigen::Vector3d> values;
@@ -55,7 +60,8 @@ template <class Keep>
 json run_steps(const Scene& scene, SceneBody& scene_body, ProgressLine* progress, Keep&& keep) {
     DeformableBody& body = *scene_body.body;
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
-    const int steps = is_static ? scene.time.load_steps : std::max(1, static_cast<int>(std::lround(scene.time.duration_s / scene.time.step_s)));
+    const int steps = is_static ? scene.time.load_steps
+                                : std::max(1, static_cast<int>(std::lround(scene.time.duration_s / scene.time.step_s)));
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
     std::vector<Vector3> scaled = force;
     SceneConstraints scene_constraints(scene, scene_body.mesh());
@@ -76,8 +82,16 @@ json run_steps(const Scene& scene, SceneBody& scene_body, ProgressLine* progress
         body.set_constraints(constraints);
         body.set_external_force(scaled);
         const StepReport report = body.step(scene.time.step_s, batch_effort(scene));
-        history.push_back({{"time_s", time}, {"converged", report.converged}, {"linearisations", report.linearisations}, {"iterations", report.iterations}, {"imbalance", report.imbalance}, {"seconds", report.forces_s + report.operator_s + report.solve_s}});
-        if (progress) progress->update(fraction, fmt::format("step {} of {}: {} linearisations, {} iterations, imbalance {:.1e}", step, steps, report.linearisations, report.iterations, report.imbalance));
+        history.push_back({{"time_s", time},
+                           {"converged", report.converged},
+                           {"linearisations", report.linearisations},
+                           {"iterations", report.iterations},
+                           {"imbalance", report.imbalance},
+                           {"seconds", report.forces_s + report.operator_s + report.solve_s}});
+        if (progress)
+            progress->update(
+                fraction, fmt::format("step {} of {}: {} linearisations, {} iterations, imbalance {:.1e}", step, steps,
+                                      report.linearisations, report.iterations, report.imbalance));
         if (step % scene.output.every == 0 || step == steps) keep(time, body.displacement());
     }
     return history;
@@ -105,12 +119,14 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     std::optional<ResultWriter> writer;
     if (first) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene));
     std::vector<Vector3> last;
-    const json history = run_steps(scene, scene_body, progress ? &*progress : nullptr, [&](double time, std::vector<Vector3> u) {
-        last = std::move(u);
-        if (writer) writer->append(time, last);
-    });
+    const json history =
+        run_steps(scene, scene_body, progress ? &*progress : nullptr, [&](double time, std::vector<Vector3> u) {
+            last = std::move(u);
+            if (writer) writer->append(time, last);
+        });
     progress.reset();
-    const bool converged = std::all_of(history.begin(), history.end(), [](const json& h) { return h["converged"].get<bool>(); });
+    const bool converged =
+        std::all_of(history.begin(), history.end(), [](const json& h) { return h["converged"].get<bool>(); });
     if (!first) return converged ? 0 : 3;
 
     // 4. results
@@ -123,15 +139,31 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         linearisations += h["linearisations"].get<int>();
         solve_s += h["seconds"].get<double>();
     }
-    fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(), scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
+    fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
+               scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last));
-    fmt::print("solver           {} step(s), {} linearisations, {} iterations, {}\n", history.size(), linearisations, iterations, converged ? "converged" : "NOT converged");
+    fmt::print("solver           {} step(s), {} linearisations, {} iterations, {}\n", history.size(), linearisations,
+               iterations, converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.back()["imbalance"].get<double>());
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, solve_s);
-    fmt::print("written          {}{}\n", scene.output.file.string(), probes ? ", " + scene.probes->displacements.string() : "");
+    fmt::print("written          {}{}\n", scene.output.file.string(),
+               probes ? ", " + scene.probes->displacements.string() : "");
     if (!arguments.json.empty())
-        write_text_file(arguments.json, json{{"tets", scene_body.mesh().tets.size()}, {"nodes", scene_body.mesh().nodes.size()}, {"levels", scene_body.hierarchy.levels.size()}, {"ranks", session.ranks()}, {"largest_displacement_mm", 1e3 * largest_norm(last)}, {"converged", converged}, {"iterations", iterations}, {"linearisations", linearisations}, {"mesh_s", mesh_s}, {"setup_s", setup_s}, {"solve_s", solve_s}, {"steps", history}}.dump(2) + "\n");
+        write_text_file(arguments.json, json{{"tets", scene_body.mesh().tets.size()},
+                                             {"nodes", scene_body.mesh().nodes.size()},
+                                             {"levels", scene_body.hierarchy.levels.size()},
+                                             {"ranks", session.ranks()},
+                                             {"largest_displacement_mm", 1e3 * largest_norm(last)},
+                                             {"converged", converged},
+                                             {"iterations", iterations},
+                                             {"linearisations", linearisations},
+                                             {"mesh_s", mesh_s},
+                                             {"setup_s", setup_s},
+                                             {"solve_s", solve_s},
+                                             {"steps", history}}
+                                                .dump(2) +
+                                            "\n");
     return converged ? 0 : 3;
 }
 
@@ -139,7 +171,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
 
 void add_solve_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("solve", "Solves a scene, static or dynamic, on one rank or under mpirun");
-    command->footer("Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet scene.");
+    command->footer(
+        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet "
+        "scene.");
     auto arguments = std::make_shared<SolveArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
     command->add_option("--json", arguments->json, "write the figures to this file too");

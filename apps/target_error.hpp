@@ -23,9 +23,9 @@ struct RestErrors {
     double organ_travel_mm = 0;  ///< the furthest that any target came from where it was first, in the tracker's frame
     double organ_turn_deg = 0;   ///< the furthest that the organ turned from how it was first
     Distribution moved_mm;       ///< |u_est| at all targets: what the model moved that did not move
-    Distribution registration_mm;        ///< |T_est x - T_true x|
-    double registration_lag_ms = 0;      ///< by how much the registration runs behind the organ, least squares
-    double expected_rms_mm = 0;          ///< what the tracker's noise alone moves targets by, see registration_noise_mm
+    Distribution registration_mm;    ///< |T_est x - T_true x|
+    double registration_lag_ms = 0;  ///< by how much the registration runs behind the organ, least squares
+    double expected_rms_mm = 0;      ///< what the tracker's noise alone moves targets by, see registration_noise_mm
 
     /// The model moved targets by no more than noise explains: RMS within what is expected, worst within 3 times that.
     bool explained() const { return moved_mm.rms <= expected_rms_mm && moved_mm.worst <= 3 * expected_rms_mm; }

@@ -9,8 +9,8 @@
 #include "apps/commands.hpp"
 #include "apps/live_model.hpp"
 #include "apps/report.hpp"
-#include "base/ring.hpp"
 #include "base/file.hpp"
+#include "base/ring.hpp"
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
@@ -54,7 +54,9 @@ class Player {
         const auto start = Clock::now();
         const double first = recording_.samples.front().time_s;
         for (std::size_t i = 0; i < recording_.samples.size() && !stop.stop_requested(); ++i) {
-            std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(recording_.samples[i].time_s - first)));
+            std::this_thread::sleep_until(start +
+                                          std::chrono::duration_cast<Clock::duration>(
+                                              std::chrono::duration<double>(recording_.samples[i].time_s - first)));
             post(static_cast<int>(i));
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the last sample is still a frame
@@ -164,7 +166,10 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (counts.frames % scene.output.every == 0 && !recorder.keep(frame, seconds)) ++counts.not_kept;
         ++counts.frames;
-        progress.update(static_cast<double>(index + 1) / samples, fmt::format("frame {:5} {:6.1f} ms, {:2} iterations, residual {:.0e}, press {:4.1f} mm", counts.frames, 1e3 * seconds, frame.step.iterations, frame.step.linear_residual, 1e3 * frame.press));
+        progress.update(
+            static_cast<double>(index + 1) / samples,
+            fmt::format("frame {:5} {:6.1f} ms, {:2} iterations, residual {:.0e}, press {:4.1f} mm", counts.frames,
+                        1e3 * seconds, frame.step.iterations, frame.step.linear_residual, 1e3 * frame.press));
     };
     if (scene.track->pace == Pace::every_sample) {
         for (int i = 0; i < samples; ++i) one_frame(i);
@@ -182,27 +187,47 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
 /// The typical time between samples, s: what a frame may take.
 double sample_interval(const Recording& recording) {
     std::vector<double> gaps;
-    for (std::size_t i = 1; i < recording.samples.size(); ++i) gaps.push_back(recording.samples[i].time_s - recording.samples[i - 1].time_s);
+    for (std::size_t i = 1; i < recording.samples.size(); ++i)
+        gaps.push_back(recording.samples[i].time_s - recording.samples[i - 1].time_s);
     if (gaps.empty()) return 0;
     std::nth_element(gaps.begin(), gaps.begin() + gaps.size() / 2, gaps.end());
     return gaps[gaps.size() / 2];
 }
 
-json describe_run(const Recording& recording, const FiducialRegistration& registration, const SceneBody& body, const Counts& counts) {
+json describe_run(const Recording& recording, const FiducialRegistration& registration, const SceneBody& body,
+                  const Counts& counts) {
     json fiducials = json::array();
-    for (const RegisteredFiducial& f : registration.fiducials) fiducials.push_back({{"name", f.name}, {"residual_mm", 1e3 * f.residual}, {"leave_one_out_mm", 1e3 * f.leave_one_out}});
-    return {{"samples", recording.samples.size()}, {"frames", counts.frames}, {"missed", counts.missed}, {"not_kept", counts.not_kept}, {"budget_ms", 1e3 * sample_interval(recording)}, {"fre_mm", 1e3 * registration.fre}, {"fiducials", fiducials}, {"tets", body.mesh().tets.size()}, {"nodes", body.mesh().nodes.size()}, {"levels", body.hierarchy.levels.size()}, {"solver", body.body->elastic_operator().name()}, {"version", LIVETET_VERSION}};
+    for (const RegisteredFiducial& f : registration.fiducials)
+        fiducials.push_back(
+            {{"name", f.name}, {"residual_mm", 1e3 * f.residual}, {"leave_one_out_mm", 1e3 * f.leave_one_out}});
+    return {{"samples", recording.samples.size()},
+            {"frames", counts.frames},
+            {"missed", counts.missed},
+            {"not_kept", counts.not_kept},
+            {"budget_ms", 1e3 * sample_interval(recording)},
+            {"fre_mm", 1e3 * registration.fre},
+            {"fiducials", fiducials},
+            {"tets", body.mesh().tets.size()},
+            {"nodes", body.mesh().nodes.size()},
+            {"levels", body.hierarchy.levels.size()},
+            {"solver", body.body->elastic_operator().name()},
+            {"version", LIVETET_VERSION}};
 }
 
 void track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked: everything is read and checked before anything runs
     Scene scene = load_scene(arguments.scene);
-    if (!scene.track) fail("{}: track is missing, expected the tracker's recording and registration (livetet scene lists its keys)", arguments.scene.string());
+    if (!scene.track)
+        fail("{}: track is missing, expected the tracker's recording and registration (livetet scene lists its keys)",
+             arguments.scene.string());
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     const Recording recording = read_sequence(scene.track->recording);
     const FiducialRegistration registration = read_registration(scene.track->registration);
     if (registration.reference_tool != scene.track->reference_tool)
-        fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})", scene.track->registration.string(), registration.reference_tool.empty() ? "the tracker" : registration.reference_tool, scene.track->reference_tool, scene.track->reference_tool);
+        fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})",
+             scene.track->registration.string(),
+             registration.reference_tool.empty() ? "the tracker" : registration.reference_tool,
+             scene.track->reference_tool, scene.track->reference_tool);
 
     // 2. mesh, body, model
     PetscSession session("livetet", petsc);
@@ -230,11 +255,15 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
 }  // namespace
 
 void add_track_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand("track", "Follows a tracker in real time: registration, deformation, results, report");
-    command->footer("Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet scene.");
+    CLI::App* command =
+        app.add_subcommand("track", "Follows a tracker in real time: registration, deformation, results, report");
+    command->footer(
+        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet "
+        "scene.");
     auto arguments = std::make_shared<TrackArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML) with a track section")->required();
-    command->add_flag("--every-sample", arguments->every_sample, "every sample of the recording, however long it takes, instead of its own pace");
+    command->add_flag("--every-sample", arguments->every_sample,
+                      "every sample of the recording, however long it takes, instead of its own pace");
     command->add_option("--json", arguments->json, "write the report to this file too");
     command->allow_extras();
     command->callback([command, arguments, &status] {

@@ -43,9 +43,9 @@ std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t
                             data_item(h5, "mesh/tets", "Int", 4, fmt::format("{} 4", tets)));
         text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
                             data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes)));
-        text +=
-            fmt::format("<Attribute Name=\"displacement\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
-                        data_item(h5, frame_table(k), "Float", precision == Precision::full ? 8 : 4, fmt::format("{} 3", nodes)));
+        text += fmt::format(
+            "<Attribute Name=\"displacement\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
+            data_item(h5, frame_table(k), "Float", precision == Precision::full ? 8 : 4, fmt::format("{} 3", nodes)));
         if (regions)
             text += fmt::format("<Attribute Name=\"region\" AttributeType=\"Scalar\" Center=\"Cell\">{}</Attribute>\n",
                                 data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets)));
@@ -56,8 +56,13 @@ std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t
 
 }  // namespace
 
-ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text, Precision precision)
-    : path_(path), nodes_(mesh.nodes.size()), tets_(mesh.tets.size()), regions_(!mesh.regions.empty()), precision_(precision) {
+ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
+                           Precision precision)
+    : path_(path),
+      nodes_(mesh.nodes.size()),
+      tets_(mesh.tets.size()),
+      regions_(!mesh.regions.empty()),
+      precision_(precision) {
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
@@ -104,7 +109,9 @@ void ResultWriter::append_values(const std::string& name, std::span<const double
     file_->append<double>(table, values);
 }
 
-void ResultWriter::write_text(const std::string& name, const std::string& text) { file_->write_text("texts/" + name, text); }
+void ResultWriter::write_text(const std::string& name, const std::string& text) {
+    file_->write_text("texts/" + name, text);
+}
 
 void ResultWriter::close() {
     if (!file_) return;

@@ -33,7 +33,8 @@ ToolTip read_tip(const std::filesystem::path& path) {
     ToolTip tip;
     try {
         const json j = json::parse(text);
-        if (j.value("format", "") != format_name) fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), format_name);
+        if (j.value("format", "") != format_name)
+            fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), format_name);
         tip.tool = j.at("tool").get<std::string>();
         const auto mm = j.at("tip_mm").get<std::vector<double>>();
         if (mm.size() != 3) fail("{}: tip_mm has {} numbers, expected 3", path.string(), mm.size());

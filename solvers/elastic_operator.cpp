@@ -264,7 +264,8 @@ std::string ElasticOperator::name() const {
     LIVETET_PETSC(PCGetType(pc, &preconditioner));
     std::string text = fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");
     if (kind_ == SolverKind::multigrid)
-        text += fmt::format(", {} levels, {}", level_count(), options_.coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+        text += fmt::format(", {} levels, {}", level_count(),
+                            options_.coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
     return text;
 }
 

@@ -25,11 +25,14 @@ LabelImage ball() {
     image.values.assign(24 * 24 * 24, 0);
     for (int k = 0; k < 24; ++k)
         for (int j = 0; j < 24; ++j)
-            for (int i = 0; i < 24; ++i) image.at(i, j, k) = (Vector3(i, j, k) - Vector3::Constant(11.5)).norm() < 9 ? 3 : 0;
+            for (int i = 0; i < 24; ++i)
+                image.at(i, j, k) = (Vector3(i, j, k) - Vector3::Constant(11.5)).norm() < 9 ? 3 : 0;
     return image;
 }
 
-void write_block(const std::filesystem::path& path) { write_hierarchy(path, make_hierarchy({test::block({4, 3, 3}, {0.1, 0.08, 0.06})}, "a block")); }
+void write_block(const std::filesystem::path& path) {
+    write_hierarchy(path, make_hierarchy({test::block({4, 3, 3}, {0.1, 0.08, 0.06})}, "a block"));
+}
 
 const std::string held_scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n";
 
@@ -53,12 +56,15 @@ TEST(BadInput, AnAbsentLabelNamesThoseThatAreThere) {
 
 TEST(BadInput, AMeshWithoutTetsOrWithInvertedOnes) {
     const Folder folder;
-    const std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n";
+    const std::string head =
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 "
+        "1\n$EndNodes\n$Elements\n1\n";
     write_text(folder / "flat.msh", head + "1 2 2 1 1 1 2 3\n$EndElements\n");
     write_text(folder / "inverted.msh", head + "1 4 2 1 1 1 3 2 4\n$EndElements\n");
     for (const char* name : {"flat", "inverted"}) {
         write_text(folder / "scene.yaml", std::string("mesh: {file: ") + name + ".msh}\n");
-        expect_refused(livetet(folder, "solve scene.yaml"), {std::string(name) + ".msh", std::string(name) == "flat" ? "no tet" : "inverted"});
+        expect_refused(livetet(folder, "solve scene.yaml"),
+                       {std::string(name) + ".msh", std::string(name) == "flat" ? "no tet" : "inverted"});
         EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
     }
 }
@@ -70,7 +76,8 @@ TEST(BadInput, ASceneWithAMistake) {
     expect_refused(livetet(folder, "solve scene.yaml"), {"yuong_Pa", "young_Pa", "scene.yaml:3"});
     write_text(folder / "scene.yaml", held_scene + "materials: [{poisson: 0.5}]\n");
     expect_refused(livetet(folder, "solve scene.yaml"), {"poisson", "0.5", "scene.yaml:3"});
-    write_text(folder / "scene.yaml", held_scene + "drive: [{sphere_mm: [500, 0, 0, 3], displacement_mm: [0, 0, 1]}]\n");
+    write_text(folder / "scene.yaml",
+               held_scene + "drive: [{sphere_mm: [500, 0, 0, 3], displacement_mm: [0, 0, 1]}]\n");
     expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0]", "no node", "100.0"});
     write_text(folder / "scene.yaml", held_scene + "drive: [{group: top, displacement_mm: [0, 0, 1]}]\n");
     expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0].group", "top"});
@@ -83,7 +90,8 @@ struct Touched {
     Folder folder;
     std::vector<NamedPoint> image, tracker;
     Touched() {
-        const Vector3 places[] = {{0.1, 0, 0}, {0, 0.12, 0.01}, {-0.09, 0.01, 0.05}, {0.02, -0.11, 0.03}, {0.05, 0.04, 0.1}};
+        const Vector3 places[] = {
+            {0.1, 0, 0}, {0, 0.12, 0.01}, {-0.09, 0.01, 0.05}, {0.02, -0.11, 0.03}, {0.05, 0.04, 0.1}};
         const Eigen::Matrix3d R = Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
         for (int i = 0; i < 5; ++i) {
             image.push_back({"F" + std::to_string(i + 1), places[i]});

@@ -24,9 +24,9 @@ using test::text_of;
 using test::write_text;
 
 /// Inputs that nobody here made; see the README of the folder that LIVETET_DATA names.
-#define LIVETET_NEEDS_DATA()                                                                                     \
-    const char* data_folder = std::getenv("LIVETET_DATA");                                                       \
-    if (!data_folder) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs";                    \
+#define LIVETET_NEEDS_DATA()                                                                  \
+    const char* data_folder = std::getenv("LIVETET_DATA");                                    \
+    if (!data_folder) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs"; \
     const std::string data = data_folder
 
 /// Meshes a real liver, and presses its mesh by 10 mm from above with its lowest tenth held.
@@ -41,14 +41,19 @@ void mesh_and_solve(const std::string& input, const std::string& options, double
     EXPECT_GT(finest["min_radius_ratio"].get<double>(), 0.05);
 
     // What is low and what is high, the mesh says itself where a box selects nothing.
-    write_text(folder / "where.yaml", "mesh: {file: liver.h5}\nfix: [{box_mm: [9e5, 9e5, 9e5, 9.1e5, 9.1e5, 9.1e5]}]\n");
+    write_text(folder / "where.yaml",
+               "mesh: {file: liver.h5}\nfix: [{box_mm: [9e5, 9e5, 9e5, 9.1e5, 9.1e5, 9.1e5]}]\n");
     const std::string span = livetet(folder, "solve where.yaml").err;
     double low[3], high[3];
-    ASSERT_EQ(std::sscanf(span.substr(span.find("spans (")).c_str(), "spans (%lf, %lf, %lf) to (%lf, %lf, %lf)", low, low + 1, low + 2, high, high + 1, high + 2), 6) << span;
+    ASSERT_EQ(std::sscanf(span.substr(span.find("spans (")).c_str(), "spans (%lf, %lf, %lf) to (%lf, %lf, %lf)", low,
+                          low + 1, low + 2, high, high + 1, high + 2),
+              6)
+        << span;
     const double height = high[2] - low[2];
-    write_text(folder / "press.yaml", fmt::format("mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
-                                                  "drive: [{{half_space_mm: [0, 0, {}, 0, 0, -1], displacement_mm: [0, 0, -10]}}]\n",
-                                                  low[2] + 0.1 * height, high[2] - 0.05 * height));
+    write_text(folder / "press.yaml",
+               fmt::format("mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
+                           "drive: [{{half_space_mm: [0, 0, {}, 0, 0, -1], displacement_mm: [0, 0, -10]}}]\n",
+                           low[2] + 0.1 * height, high[2] - 0.05 * height));
     const auto solved = livetet(folder, "solve press.yaml --json solve.json");
     ASSERT_EQ(solved.status, 0) << solved.err << solved.out;
     const json report = json::parse(text_of(folder / "solve.json"));
@@ -86,7 +91,9 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
     }
     write_fiducials(folder / "landmarks.mrk.json", landmarks);
     const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = livetet(folder, fmt::format("register --tracker '{}' --reference Reference --tip-mm {} {} {} --dwells {} --image landmarks.mrk.json -o registration.json", recording, tip[0], tip[1], tip[2], windows));
+    const auto outcome = livetet(folder, fmt::format("register --tracker '{}' --reference Reference --tip-mm {} {} {} "
+                                                     "--dwells {} --image landmarks.mrk.json -o registration.json",
+                                                     recording, tip[0], tip[1], tip[2], windows));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const FiducialRegistration registration = read_registration(folder / "registration.json");
     EXPECT_NEAR(1e3 * registration.fre, 0.341, 0.005);
@@ -106,7 +113,8 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
         in_reference.push_back(*dwells[i].tip_in_reference);
         in_image.push_back(landmarks[i].position);
     }
-    const PointFit by_tracker = fit_points(in_tracker, in_image, Scaling::rigid), by_reference = fit_points(in_reference, in_image, Scaling::rigid);
+    const PointFit by_tracker = fit_points(in_tracker, in_image, Scaling::rigid),
+                   by_reference = fit_points(in_reference, in_image, Scaling::rigid);
     for (int i = 4; i < 8; ++i) {
         EXPECT_NEAR(1e3 * (by_tracker * dwells[i].tip_in_tracker - landmarks[i].position).norm(), 151.5, 14.5);
         EXPECT_NEAR(1e3 * (by_reference * *dwells[i].tip_in_reference - landmarks[i].position).norm(), 1.13, 0.13);
@@ -124,7 +132,10 @@ TEST(RealData, ARealTrackersDwellsAreFoundWithoutBeingNamed) {
     }
     write_fiducials(folder / "landmarks.mrk.json", landmarks);
     const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = livetet(folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' --reference Reference --tip-mm {} {} {} --image landmarks.mrk.json -o registration.json", data, tip[0], tip[1], tip[2]));
+    const auto outcome = livetet(
+        folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
+                            "--reference Reference --tip-mm {} {} {} --image landmarks.mrk.json -o registration.json",
+                            data, tip[0], tip[1], tip[2]));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_LT(1e3 * read_registration(folder / "registration.json").fre, 0.4);
 }
@@ -133,7 +144,8 @@ TEST(RealData, ARealTrackersDwellsAreFoundWithoutBeingNamed) {
 TEST(RealData, ASurfaceThatIsNotManifoldEndsWithAMeshOrAClearRefusal) {
     LIVETET_NEEDS_DATA();
     const Folder folder;
-    const auto outcome = livetet(folder, "mesh '" + data + "/surfaces/sofaenv_liver_visual_NONMANIFOLD.stl' -o liver.h5 --tets 10000");
+    const auto outcome =
+        livetet(folder, "mesh '" + data + "/surfaces/sofaenv_liver_visual_NONMANIFOLD.stl' -o liver.h5 --tets 10000");
     EXPECT_TRUE(outcome.status == 0 || outcome.status == 2) << outcome.err;
     EXPECT_EQ(outcome.status == 0, std::filesystem::exists(folder / "liver.h5"));
 }

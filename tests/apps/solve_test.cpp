@@ -27,7 +27,10 @@ probes: {points: points.csv, displacements: moved.csv}
 )";
 
 void prepare(const Folder& folder) {
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
+                                    test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                   "a block"));
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
     write_text(folder / "scene.yaml", press);
 }
@@ -64,9 +67,12 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
     prepare(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const auto reference = last_displacement(folder / "result.h5");
-    for (const char* solver : {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}", "{kind: petsc, petsc_options: \"-ksp_type cg -pc_type jacobi\", max_iterations: 5000}"}) {
+    for (const char* solver :
+         {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}",
+          "{kind: petsc, petsc_options: \"-ksp_type cg -pc_type jacobi\", max_iterations: 5000}"}) {
         std::string scene = press;
-        scene.replace(scene.find("solver: {"), 9, std::string("solver: ") + std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
+        scene.replace(scene.find("solver: {"), 9,
+                      std::string("solver: ") + std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
         write_text(folder / "scene.yaml", scene);
         const auto outcome = livetet(folder, "solve scene.yaml");
         ASSERT_EQ(outcome.status, 0) << solver << outcome.err;
@@ -79,8 +85,11 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
     prepare(folder);
-    write_text(folder / "swing.yaml", "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
-                                      "gravity_m_per_s2: [0, 0, -9.81]\ntime: {scheme: newmark, step_s: 0.005, duration_s: 0.1}\nsolver: {newton_tolerance: 1e-6}\noutput: {file: swing.h5}\n");
+    write_text(folder / "swing.yaml",
+               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
+               "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+               "gravity_m_per_s2: [0, 0, -9.81]\ntime: {scheme: newmark, step_s: 0.005, duration_s: 0.1}\nsolver: "
+               "{newton_tolerance: 1e-6}\noutput: {file: swing.h5}\n");
     const auto outcome = livetet(folder, "solve swing.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const ResultReader result(folder / "swing.h5");
@@ -90,7 +99,9 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     double least = 0;
     for (std::size_t k = 0; k < 20; ++k)
         for (const Vector3& u : result.displacement(k)) least = std::min(least, u.z());
-    write_text(folder / "droop.yaml", "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -9.81]\noutput: {file: droop.h5}\n");
+    write_text(folder / "droop.yaml",
+               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
+               "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -9.81]\noutput: {file: droop.h5}\n");
     ASSERT_EQ(livetet(folder, "solve droop.yaml").status, 0);
     double droop = 0;
     for (const Vector3& u : last_displacement(folder / "droop.h5")) droop = std::min(droop, u.z());
@@ -116,7 +127,9 @@ TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
     prepare(folder);
     const auto outcome = livetet(folder, "explain scene.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    for (const char* part : {"leaves out  mass, velocities", "leaves out  tracker", "builds      rotations", "builds      coarse levels"}) EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+    for (const char* part :
+         {"leaves out  mass, velocities", "leaves out  tracker", "builds      rotations", "builds      coarse levels"})
+        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
 }
 
 }  // namespace

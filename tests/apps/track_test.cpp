@@ -30,16 +30,20 @@ struct Tracked {
         tracker.image_from_reference.translation = {0.02, 0.1, 0.05};
         tracker.image_from_sensor_at_rest.translation = {0.1, 0.05, 0.1};
         tracker.press_direction = {0, 0, -1};
-        write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+        write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
+                                                             test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
+                                                             test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                                            "a block"));
         FiducialRegistration registration;
         registration.reference_tool = "Reference";
         const auto reference_from_image = tracker.image_from_reference.inverse();
         for (const Vector3& x : {Vector3(0, 0, 0), Vector3(0.2, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)})
             registration.fiducials.push_back({"F", x, x, reference_from_image * x, 0, 0});
         write_registration(folder / "registration.json", registration);
-        write_text(folder / "scene.yaml", "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
-                                          "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
-                                          "track: {recording: press.igs.mha, registration: registration.json}\n");
+        write_text(folder / "scene.yaml",
+                   "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
+                   "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
+                   "track: {recording: press.igs.mha, registration: registration.json}\n");
     }
     ResultReader run(const std::string& options = "--every-sample") {
         write_sequence(folder / "press.igs.mha", recording);
@@ -66,7 +70,9 @@ TEST(Track, MovingTheWholeOrganDeformsNothingAndTheSensorIsFollowed) {
     double travelled = 0, deepest = 0;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k], depth = true_press_depth(t.tracker, time);
-        travelled = std::max(travelled, (true_tracker_from_image(t.tracker, time).translation - true_tracker_from_image(t.tracker, 0).translation).norm());
+        travelled = std::max(travelled, (true_tracker_from_image(t.tracker, time).translation -
+                                         true_tracker_from_image(t.tracker, 0).translation)
+                                            .norm());
         if (time < t.tracker.rest_s) {
             ASSERT_LT(largest(result.displacement(k)), 1e-7) << "at " << time << " s nothing pressed yet";
         }
@@ -83,8 +89,10 @@ TEST(Track, WithATrackersNoiseAndNothingPressedItMovesNoMoreThanTheNoise) {
     t.tracker.press_depth = 0;
     t.record();
     const ResultReader result = t.run();
-    // The sensor in the image by two noisy poses: position errors of both, and the reference's turn over their distance.
-    const double lever = (t.tracker.image_from_sensor_at_rest.translation - t.tracker.image_from_reference.translation).norm();
+    // The sensor in the image by two noisy poses: position errors of both, and the reference's turn over their
+    // distance.
+    const double lever =
+        (t.tracker.image_from_sensor_at_rest.translation - t.tracker.image_from_reference.translation).norm();
     const double noise = std::sqrt(2 * std::pow(1.4e-3, 2) + 2.0 / 3 * std::pow(0.5 * M_PI / 180 * lever, 2));
     double squares = 0;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
@@ -101,9 +109,11 @@ TEST(Track, ALostOrMadSensorNeverMakesTheModelExplode) {
     t.record();
     const std::size_t sensor = tool_index(t.recording, "Sensor"), reference = tool_index(t.recording, "Reference");
     const std::size_t samples = t.recording.samples.size();
-    for (std::size_t k = samples / 3; k < samples / 3 + 12; ++k) t.recording.samples[k].poses[sensor].status = PoseStatus::missing;
-    t.recording.samples[samples / 2].poses[sensor].translation += Vector3(0.3, 0, 0);       // one jump of 300 mm
-    for (std::size_t k = samples / 2 + 5; k < samples / 2 + 8; ++k) t.recording.samples[k].poses[reference].status = PoseStatus::invalid;
+    for (std::size_t k = samples / 3; k < samples / 3 + 12; ++k)
+        t.recording.samples[k].poses[sensor].status = PoseStatus::missing;
+    t.recording.samples[samples / 2].poses[sensor].translation += Vector3(0.3, 0, 0);  // one jump of 300 mm
+    for (std::size_t k = samples / 2 + 5; k < samples / 2 + 8; ++k)
+        t.recording.samples[k].poses[reference].status = PoseStatus::invalid;
     const ResultReader result = t.run();
     for (std::size_t k = 0; k < result.frame_count(); ++k) ASSERT_LT(largest(result.displacement(k)), 0.03);
 }

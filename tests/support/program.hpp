@@ -14,7 +14,10 @@ namespace livetet::test {
 /// A folder of a test's own, empty at first, gone with the guard.
 class Folder {
   public:
-    Folder() : path_(std::filesystem::path(testing::TempDir()) / ("livetet_" + std::to_string(::getpid()) + "_" + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    Folder()
+        : path_(std::filesystem::path(testing::TempDir()) /
+                ("livetet_" + std::to_string(::getpid()) + "_" +
+                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
         std::filesystem::remove_all(path_);
         std::filesystem::create_directories(path_);
     }
@@ -33,7 +36,9 @@ inline std::string text_of(const std::filesystem::path& path) {
     return text.str();
 }
 
-inline void write_text(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+inline void write_text(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
 
 struct Outcome {
     int status = -1;
@@ -42,9 +47,11 @@ struct Outcome {
 
 /// Runs the shipped program, from within `folder`; `before`: what stands in front of it ("mpirun -n 2").
 inline Outcome livetet(const Folder& folder, const std::string& arguments, const std::string& before = "") {
-    const std::string command = "cd '" + folder.path().string() + "' && " + before + " '" LIVETET_PROGRAM "' " + arguments + " >stdout.txt 2>stderr.txt </dev/null";
+    const std::string command = "cd '" + folder.path().string() + "' && " + before + " '" LIVETET_PROGRAM "' " +
+                                arguments + " >stdout.txt 2>stderr.txt </dev/null";
     const int raw = std::system(command.c_str());
-    return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(folder / "stdout.txt"), text_of(folder / "stderr.txt")};
+    return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(folder / "stdout.txt"),
+            text_of(folder / "stderr.txt")};
 }
 
 /// Bad input: exit status 2 and one line on stderr that begins with the program's name and holds each of `parts`.
@@ -58,7 +65,8 @@ inline void expect_refused(const Outcome& outcome, std::initializer_list<std::st
             last = line;
         }
     EXPECT_EQ(last.rfind("livetet: ", 0), 0u) << outcome.err;
-    for (const std::string& part : parts) EXPECT_NE(last.find(part), std::string::npos) << "no \"" << part << "\" in: " << last;
+    for (const std::string& part : parts)
+        EXPECT_NE(last.find(part), std::string::npos) << "no \"" << part << "\" in: " << last;
 }
 
 }  // namespace livetet::test

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "mesh/surface_patch.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
-#include "mesh/surface_patch.hpp"
 #include "solvers/deformable_body.hpp"
 #include "solvers/petsc_session.hpp"
 
@@ -15,7 +15,9 @@ LabelImage organ() {
     image.size = {85, 65, 50};
     image.ras_from_voxel.diagonal() << 2e-3, 2e-3, 2e-3, 1;
     image.values.assign(static_cast<std::size_t>(85) * 65 * 50, 0);
-    const auto inside = [](const Vector3& x, const Vector3& centre, const Vector3& radii) { return (x - centre).cwiseQuotient(radii).squaredNorm() < 1; };
+    const auto inside = [](const Vector3& x, const Vector3& centre, const Vector3& radii) {
+        return (x - centre).cwiseQuotient(radii).squaredNorm() < 1;
+    };
     for (int k = 0; k < 50; ++k)
         for (int j = 0; j < 65; ++j)
             for (int i = 0; i < 85; ++i) {
@@ -25,7 +27,8 @@ LabelImage organ() {
     return image;
 }
 
-/// Iterations to a relative 1e-8 of the first linear solve of a static press by 15 mm, over a hierarchy of about `tets`.
+/// Iterations to a relative 1e-8 of the first linear solve of a static press by 15 mm, over a hierarchy of about
+/// `tets`.
 int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator coarse) {
     MeshingOptions meshing;
     meshing.target_tets = tets;
@@ -33,7 +36,8 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
     const MeshHierarchy hierarchy = build_hierarchy(surface, meshing).hierarchy;
     const TetMesh& mesh = hierarchy.levels.front();
     const std::vector<Material> material{Material{}};
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, material, StrainModel::corotated, {}, {.kind = SolverKind::multigrid, .coarse = coarse});
+    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, material, StrainModel::corotated, {},
+                        {.kind = SolverKind::multigrid, .coarse = coarse});
     Constraints constraints(mesh.nodes.size());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         if (mesh.nodes[n].z() < 0.03) constraints.prescribe(std::array{static_cast<std::int32_t>(n)}, Vector3::Zero());
@@ -41,7 +45,8 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
     body.set_constraints(constraints);
     const StepReport report = body.step(0, {.linearisations = 1, .linear_tolerance = 1e-8});
     EXPECT_TRUE(report.converged);
-    std::printf("%8zu tets %7zu nodes, %zu levels: %2d iterations to 1e-8\n", mesh.tets.size(), mesh.nodes.size(), hierarchy.levels.size(), report.iterations);
+    std::printf("%8zu tets %7zu nodes, %zu levels: %2d iterations to 1e-8\n", mesh.tets.size(), mesh.nodes.size(),
+                hierarchy.levels.size(), report.iterations);
     return report.iterations;
 }
 
@@ -51,7 +56,8 @@ TEST(MeshIndependence, IterationsStayWithinThreeFrom8000To350000Tets) {
     const TriangleMesh surface = surface_of_labels(organ(), {}).surface;
     for (const CoarseOperator coarse : {CoarseOperator::rediscretised, CoarseOperator::galerkin}) {
         std::printf("%s\n", coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
-        const int counts[] = {iterations(surface, 8000, 2, coarse), iterations(surface, 60000, 3, coarse), iterations(surface, 350000, 4, coarse)};
+        const int counts[] = {iterations(surface, 8000, 2, coarse), iterations(surface, 60000, 3, coarse),
+                              iterations(surface, 350000, 4, coarse)};
         EXPECT_LE(*std::max_element(counts, counts + 3) - *std::min_element(counts, counts + 3), 3);
         EXPECT_LE(*std::max_element(counts, counts + 3), 20);
     }
