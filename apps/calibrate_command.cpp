@@ -17,14 +17,10 @@ struct PivotArguments {
 
 void calibrate(const PivotArguments& arguments) {
     const Recording recording = read_sequence(arguments.recording);
-    const auto poses = usable_poses(recording, arguments.tool);
-    const PivotCalibration c = [&] {
-        try {
-            return calibrate_pivot(poses);
-        } catch (const Error& e) {
-            fail("{}, tool {}: {}", arguments.recording.string(), arguments.tool, e.what());
-        }
-    }();
+    const PivotCalibration c = naming(arguments.recording.string(), [&] {
+        const auto poses = usable_poses(recording, arguments.tool);
+        return naming(arguments.tool, [&] { return calibrate_pivot(poses); });
+    });
     const Eigen::Vector3d tip = 1e3 * c.tool_from_tip.translation, pivot = 1e3 * c.pivot_in_tracker;
     fmt::print("tip of {:<12} ({:.3f}, {:.3f}, {:.3f}) mm from its sensor\n", arguments.tool, tip.x(), tip.y(),
                tip.z());

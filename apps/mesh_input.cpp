@@ -27,20 +27,12 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
         const LabelImage labels = read_label_image(source.file);
         if (progress) progress(0, "surface of the labels");
-        try {
-            meshed.image = surface_of_labels(labels, options);
-        } catch (const Error& e) {
-            fail("{}: {}", source.file.string(), e.what());
-        }
+        meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
     } else {
         surface = read_surface(source.file, source.space);
     }
-    try {
-        meshed.result = build_hierarchy(surface, options, progress);
-    } catch (const Error& e) {
-        fail("{}: {}", source.file.string(), e.what());
-    }
+    meshed.result = naming(source.file.string(), [&] { return build_hierarchy(surface, options, progress); });
     meshed.result.hierarchy.provenance = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
     return meshed;
 }

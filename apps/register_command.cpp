@@ -55,9 +55,10 @@ std::vector<Dwell> collect_dwells(const RegisterArguments& a, const Recording& r
     DwellOptions options;
     options.tool = a.tool;
     if (!a.reference.empty()) options.reference = a.reference;
-    std::vector<Dwell> dwells = a.dwells.empty()
-                                    ? find_dwells(recording, tool_from_tip, options)
-                                    : dwells_in_windows(recording, tool_from_tip, parse_windows(a.dwells), options);
+    const std::vector<Dwell> dwells = naming(a.tracker.string(), [&] {
+        return a.dwells.empty() ? find_dwells(recording, tool_from_tip, options)
+                                : dwells_in_windows(recording, tool_from_tip, parse_windows(a.dwells), options);
+    });
     if (dwells.size() == expected) return dwells;
     std::string found;
     for (const Dwell& d : dwells) found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
@@ -111,13 +112,8 @@ void register_fiducials(const RegisterArguments& a) {
     FiducialRegistration r = collect(a);
     const auto from = points_of(r, false), to = points_of(r, true);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
-    const PointFit fit = [&] {
-        try {
-            return fit_points(from, to, scaling);
-        } catch (const Error& e) {
-            fail("{}, {}: {}", a.tracker.string(), a.image.string(), e.what());
-        }
-    }();
+    const PointFit fit = naming(fmt::format("{}, {}", a.tracker.string(), a.image.string()),
+                                [&] { return fit_points(from, to, scaling); });
     refuse_wrong_order(a, r);
     const auto left_out = leave_one_out(from, to, scaling);
     r.fre = fit.fre;

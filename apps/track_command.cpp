@@ -16,6 +16,7 @@
 #include "io/sequence_file.hpp"
 #include "solvers/petsc_session.hpp"
 #include "tracking/mailbox.hpp"
+#include "tracking/poses.hpp"
 
 namespace livetet {
 
@@ -222,6 +223,8 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
              arguments.scene.string());
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     const Recording recording = read_sequence(scene.track->recording);
+    for (const std::string& tool : {scene.track->reference_tool, scene.track->sensor_tool})
+        naming(scene.track->recording.string(), [&] { return tool_index(recording, tool); });
     const FiducialRegistration registration = read_registration(scene.track->registration);
     if (registration.reference_tool != scene.track->reference_tool)
         fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})",

@@ -174,20 +174,6 @@ void check_frames(const Header& header, const std::string& where) {
          expected, header.frames.size(), *header.frame_count);
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), 0);
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t above = row[j + 1];
-            row[j + 1] = std::min({above + 1, row[j] + 1, diagonal + (a[i] != b[j])});
-            diagonal = above;
-        }
-    }
-    return row.back();
-}
-
 std::string matrix_text(const TrackedPose& pose) {
     std::string text;
     for (int i = 0; i < 3; ++i)
@@ -263,17 +249,6 @@ void write_sequence(const fs::path& path, const Recording& recording) {
         text += fmt::format("{0}Timestamp = {1}\n{0}ImageStatus = INVALID\n", frame, sample.time_s);
     }
     write_text_file(path, text + "ElementDataFile = LOCAL\n");
-}
-
-std::size_t tool_index(const Recording& recording, std::string_view name, const fs::path& path) {
-    const auto& tools = recording.tools;
-    if (const auto found = std::find(tools.begin(), tools.end(), name); found != tools.end())
-        return static_cast<std::size_t>(found - tools.begin());
-    if (tools.empty()) fail("{}: holds no tool '{}', nor any other", path.string(), name);
-    const auto nearest = std::min_element(tools.begin(), tools.end(), [&](const auto& a, const auto& b) {
-        return edit_distance(a, name) < edit_distance(b, name);
-    });
-    fail("{}: holds no tool '{}'; found {}; did you mean {}?", path.string(), name, fmt::join(tools, ", "), *nearest);
 }
 
 }  // namespace livetet

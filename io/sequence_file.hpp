@@ -19,8 +19,4 @@ Recording read_sequence(const std::filesystem::path& path);
 /// Error where the name does not end in .mha, or the recording is one that `read_sequence` would refuse.
 void write_sequence(const std::filesystem::path& path, const Recording& recording);
 
-/// The place of tool `name` in the recording. Throws Error, naming `path`, the tools that the recording does hold and
-/// the one whose name is nearest.
-std::size_t tool_index(const Recording& recording, std::string_view name, const std::filesystem::path& path);
-
 }  // namespace livetet

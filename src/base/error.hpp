@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace livetet {
@@ -19,6 +20,16 @@ class Error : public std::runtime_error {
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
     throw Error(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// f(), where an Error that it throws gets `where` (a file) in front of its message.
+template <class F>
+decltype(auto) naming(std::string_view where, F&& f) {
+    try {
+        return f();
+    } catch (const Error& e) {
+        fail("{}: {}", where, e.what());
+    }
 }
 
 }  // namespace livetet

@@ -160,13 +160,6 @@ TEST(SequenceFile, WrongNamesAndFoldersAreErrors) {
     EXPECT_TRUE(says(error_of([&] { read_sequence(folder / "s.nrrd"); }), {"s.nrrd:3", "Slicer"}));
 }
 
-TEST(SequenceFile, AToolThatIsNotThereIsAnsweredWithThoseThatAre) {
-    const Recording r{{"Stylus", "Reference"}, {}};
-    EXPECT_EQ(tool_index(r, "Reference", "a.mha"), 1u);
-    EXPECT_TRUE(says(error_of([&] { tool_index(r, "Refrence", "a.mha"); }),
-                     {"a.mha", "'Refrence'", "Stylus, Reference", "did you mean Reference?"}));
-}
-
 TEST(SequenceFile, RealRecordingOfAnElectromagneticTracker) {
     LIVETET_DATA_OR_SKIP(data);
     const auto path = data / "tracker" / "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha";
