@@ -1,6 +1,7 @@
 #include "apps/live_model.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "tracking/poses.hpp"
@@ -44,6 +45,9 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std:
       constraints_(fixed_) {
     body_.body->set_constraints(constraints_);
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
+    // Not a number until the reference sensor was first seen.
+    frame_.tracker_from_image.rotation.setConstant(std::nan(""));
+    frame_.tracker_from_image.translation.setConstant(std::nan(""));
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
 }
 

@@ -145,8 +145,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
 }
 
 StepEffort batch_effort(const Scene& scene) {
-    return {.linearisations =
-                scene.strain == StrainModel::linear ? std::min(scene.solver.max_newton, 3) : scene.solver.max_newton,
+    return {.linearisations = scene.solver.max_newton,
             .tolerance = scene.solver.newton_tolerance,
             .linear_tolerance = scene.solver.relative_tolerance};
 }

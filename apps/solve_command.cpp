@@ -69,8 +69,8 @@ json run_steps(const Scene& scene, SceneBody& scene_body, ProgressLine* progress
     const std::vector<Eigen::Vector3d> full = constraints.values;
     json history = json::array();
     for (int step = 1; step <= steps; ++step) {
-        const double time = is_static ? 0 : step * scene.time.step_s;
         const double fraction = static_cast<double>(step) / steps;
+        const double time = is_static ? fraction : step * scene.time.step_s;  // static: the share of the load
         if (is_static) {
             for (std::size_t n = 0; n < full.size(); ++n) {
                 constraints.values[n] = fraction * full[n];

@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <exception>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -45,22 +47,30 @@ class Player {
     }
     /// Sleeps until there is a sample that was not taken yet; its index, or -1 at the recording's end.
     int next() {
-        while (!mailbox_.take()) mailbox_.wait_beyond(seen_);
-        seen_ = mailbox_.posted();
-        return mailbox_.incoming();
+        for (;;) {
+            const auto seen = mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+            if (mailbox_.take()) return mailbox_.incoming();
+            mailbox_.wait_beyond(seen);
+        }
     }
 
   private:
     void play(const std::stop_token& stop) {
+        std::mutex mutex;
+        std::unique_lock lock(mutex);
+        std::condition_variable_any sleep;
         const auto start = Clock::now();
+        const auto until = [&](double seconds) {  // wakes at once where the run ends early
+            sleep.wait_until(
+                lock, stop, start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)),
+                [] { return false; });
+        };
         const double first = recording_.samples.front().time_s;
         for (std::size_t i = 0; i < recording_.samples.size() && !stop.stop_requested(); ++i) {
-            std::this_thread::sleep_until(start +
-                                          std::chrono::duration_cast<Clock::duration>(
-                                              std::chrono::duration<double>(recording_.samples[i].time_s - first)));
+            until(recording_.samples[i].time_s - first);
             post(static_cast<int>(i));
         }
-        std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the last sample is still a frame
+        until(recording_.samples.back().time_s - first + 0.2);  // the last sample is still a frame
         post(-1);
     }
     void post(int index) {
@@ -70,7 +80,6 @@ class Player {
 
     const Recording& recording_;
     Mailbox<int> mailbox_;
-    std::uint64_t seen_ = 0;
     std::jthread thread_;
 };
 
@@ -93,6 +102,8 @@ class Recorder {
         ring_.push();
         return true;
     }
+    /// Whether writing has failed: `close` will throw why.
+    bool failed() const { return failed_.load(std::memory_order_acquire); }
     /// Waits until all is written. Throws what the writing thread met.
     void close() {
         finish();
@@ -119,6 +130,7 @@ class Recorder {
                 if (!failure_) write(*kept);
             } catch (...) {
                 failure_ = std::current_exception();
+                failed_.store(true, std::memory_order_release);
             }
             ring_.pop();
         }
@@ -149,11 +161,12 @@ class Recorder {
     ResultWriter& writer_;
     Ring<KeptFrame> ring_;
     std::exception_ptr failure_;
+    std::atomic<bool> failed_{false};
     std::thread thread_;
 };
 
 struct Counts {
-    std::size_t frames = 0, missed = 0, not_kept = 0;
+    std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;
 };
 
 /// Frame after frame to the recording's end.
@@ -165,7 +178,15 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
         const auto start = Clock::now();
         const Frame& frame = model.advance(recording.samples[index]);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        if (counts.frames % scene.output.every == 0 && !recorder.keep(frame, seconds)) ++counts.not_kept;
+        if (counts.frames % scene.output.every == 0) {
+            bool kept = recorder.keep(frame, seconds);
+            while (!kept && scene.track->pace == Pace::every_sample) {  // nothing is real time: wait for the disk
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                kept = recorder.keep(frame, seconds);
+            }
+            counts.not_kept += !kept;
+        }
+        counts.not_converged += !frame.step.converged;
         ++counts.frames;
         progress.update(
             static_cast<double>(index + 1) / samples,
@@ -173,15 +194,16 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
                         1e3 * seconds, frame.step.iterations, frame.step.linear_residual, 1e3 * frame.press));
     };
     if (scene.track->pace == Pace::every_sample) {
-        for (int i = 0; i < samples; ++i) one_frame(i);
+        for (int i = 0; i < samples && !recorder.failed(); ++i) one_frame(i);
         return counts;
     }
     Player player(recording);
     int last = -1;
-    for (int index; (index = player.next()) >= 0; last = index) {
+    for (int index; !recorder.failed() && (index = player.next()) >= 0; last = index) {
         counts.missed += index - last - 1;
         one_frame(index);
     }
+    counts.missed += recorder.failed() ? 0 : samples - 1 - last;
     return counts;
 }
 
@@ -215,7 +237,7 @@ json describe_run(const Recording& recording, const FiducialRegistration& regist
             {"version", LIVETET_VERSION}};
 }
 
-void track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
+int track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked: everything is read and checked before anything runs
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
@@ -226,6 +248,9 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
     for (const std::string& tool : {scene.track->reference_tool, scene.track->sensor_tool})
         naming(scene.track->recording.string(), [&] { return tool_index(recording, tool); });
     const FiducialRegistration registration = read_registration(scene.track->registration);
+    if (std::abs(registration.image_from_tracker.scale - 1) > 1e-9)
+        fail("{}: has a scale of {:.5f}, expected a rigid registration (livetet register without --scale)",
+             scene.track->registration.string(), registration.image_from_tracker.scale);
     if (registration.reference_tool != scene.track->reference_tool)
         fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})",
              scene.track->registration.string(),
@@ -253,6 +278,7 @@ void track(const TrackArguments& arguments, const std::vector<std::string>& pets
 
     // 4. report
     report_result(scene.output.file, arguments.json);
+    return counts.not_converged == 0 ? 0 : 3;
 }
 
 }  // namespace
@@ -269,10 +295,7 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
                       "every sample of the recording, however long it takes, instead of its own pace");
     command->add_option("--json", arguments->json, "write the report to this file too");
     command->allow_extras();
-    command->callback([command, arguments, &status] {
-        track(*arguments, petsc_arguments(*command));
-        status.value = 0;
-    });
+    command->callback([command, arguments, &status] { status.value = track(*arguments, petsc_arguments(*command)); });
 }
 
 }  // namespace livetet

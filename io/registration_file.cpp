@@ -1,5 +1,6 @@
 #include "io/registration_file.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
@@ -44,6 +45,9 @@ SimilarityTransform<ImageFrame, Tracker> from_matrix_mm(const json& j) {
     return t;
 }
 
+/// JSON has no NaN: null stands for a number that could not be determined.
+double number_or_nan_mm(const json& j) { return j.is_null() ? std::nan("") : j.get<double>() / 1e3; }
+
 }  // namespace
 
 void write_registration(const std::filesystem::path& path, const FiducialRegistration& registration) {
@@ -84,7 +88,7 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
                                         from_mm(f.at("tracker_mm")),
                                         {},
                                         f.at("residual_mm").get<double>() / 1e3,
-                                        f.at("leave_one_out_mm").get<double>() / 1e3};
+                                        number_or_nan_mm(f.at("leave_one_out_mm"))};
             if (!r.reference_tool.empty()) fiducial.in_reference = from_mm(f.at("reference_mm"));
             r.fiducials.push_back(fiducial);
         }

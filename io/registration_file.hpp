@@ -15,7 +15,7 @@ struct RegisteredFiducial {
     Eigen::Vector3d in_tracker = Eigen::Vector3d::Zero();
     Eigen::Vector3d in_reference = Eigen::Vector3d::Zero();  ///< only where a reference sensor was given
     double residual = 0;
-    double leave_one_out = 0;
+    double leave_one_out = 0;  ///< NaN where the others do not determine a fit
 };
 
 /// A fiducial registration as it is kept between `livetet register` and `livetet track`.

@@ -13,8 +13,9 @@ namespace livetet {
 struct [[nodiscard]] StepReport {
     bool converged = true;  ///< every linear solve met its tolerance, and Newton too where it was asked to
     int linearisations = 0;
-    int iterations = 0;          ///< of all linear solves
-    double imbalance = 0;        ///< force out of balance relative to the forces at work, before the last linear solve
+    int iterations = 0;    ///< of all linear solves
+    double imbalance = 0;  ///< force out of balance relative to the forces at work: at the end where a tolerance was
+                           ///< asked for, else before the last linear solve
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
     double forces_s = 0, operator_s = 0, solve_s = 0;
 };
@@ -59,6 +60,7 @@ class DeformableBody {
     PetscHandle<Vec> vector() const { return make_vector(operator_.fine().share()); }
     bool is_dynamic() const { return time_.scheme != TimeScheme::static_equilibrium; }
     void take_rotations();
+    void start_acceleration();
     void prescribe_values();
     /// Fills residual_ = f_ext - f_int - C v1 - M a1, zero at constrained components; returns its norm and sets scale_.
     double evaluate_residual(const TimeCoefficients& c);
@@ -71,6 +73,7 @@ class DeformableBody {
     ElasticOperator operator_;
     Constraints constraints_;
     PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_;
+    bool started_ = false;
     double scale_ = 0;  ///< size of the forces at work, N
 };
 

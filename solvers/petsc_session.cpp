@@ -19,7 +19,11 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
 }
 
-PetscSession::~PetscSession() { PetscFinalize(); }
+PetscSession::~PetscSession() {
+    // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for ranks that do not come.
+    if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
+    PetscFinalize();
+}
 
 void PetscSession::add_options(const std::string& options) {
     if (PetscOptionsInsertString(nullptr, options.c_str()))

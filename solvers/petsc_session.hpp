@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ class PetscSession {
   private:
     std::vector<std::string> arguments_;
     int rank_ = 0, ranks_ = 1;
+    int exceptions_ = std::uncaught_exceptions();
 };
 
 }  // namespace livetet

@@ -111,6 +111,25 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     EXPECT_GT(least, 2.3 * droop);
 }
 
+TEST(Solve, ARankThatFailsTakesTheOthersDownWithItsMessage) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "scene.yaml", press + "output: {file: nofolder/x.h5}\n");
+    const auto outcome = livetet(folder, "solve scene.yaml", "timeout 60 mpirun --oversubscribe -n 2");
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("no folder"), std::string::npos) << outcome.err;
+}
+
+TEST(Solve, ALinearSceneConvergesAtTheDefaults) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "linear.yaml",
+               "mesh: {file: block.h5}\nstrain: linear\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+               "gravity_m_per_s2: [0, 0, -9.81]\n");
+    const auto outcome = livetet(folder, "solve linear.yaml");
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+}
+
 TEST(Solve, NotConvergedIsSaidAndExitsWith3) {
     const Folder folder;
     prepare(folder);
