@@ -70,7 +70,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                  const ProgressCallback& progress) {
     const TetMesh& mesh = hierarchy.levels.front();
     const Material material;
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, std::span(&material, 1), StrainModel::corotated,
+    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), StrainModel::corotated},
                         {.scheme = TimeScheme::implicit_euler}, {});
     const SurfacePatch patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius);
     const auto fixed = mesh.node_sets.find("fixed");

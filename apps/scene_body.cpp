@@ -157,8 +157,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy) 
     if (ranks > 1)
         for (const TetMesh& level : scene_body.hierarchy.levels)
             scene_body.parts.push_back(partition_tets(level.tets, ranks));
-    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts, scene.materials,
-                                                       scene.strain, scene.time, scene.solver);
+    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts, {scene.materials, scene.strain}, scene.time, scene.solver);
     return scene_body;
 }
 

@@ -113,7 +113,7 @@ void memory_bandwidth(benchmark::State& state) {
 template <SolverKind kind, CoarseOperator coarse>
 void frame(benchmark::State& state) {
     const Setting& s = setting();
-    DeformableBody body(PETSC_COMM_SELF, s.hierarchy, {}, s.materials, StrainModel::corotated,
+    DeformableBody body(PETSC_COMM_SELF, s.hierarchy, {}, {s.materials, StrainModel::corotated},
                         {.scheme = TimeScheme::newmark, .rayleigh_alpha = 10, .rayleigh_beta = 0.01},
                         {.kind = kind, .coarse = coarse});
     Constraints constraints(s.mesh().nodes.size());

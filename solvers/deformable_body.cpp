@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 namespace livetet {
 
@@ -30,17 +31,18 @@ double norm(Vec v) {
 }  // namespace
 
 DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                               std::span<const std::vector<std::int32_t>> parts, std::span<const Material> materials,
-                               StrainModel strain, const TimeOptions& time, const SolverOptions& options)
+                               std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
+                               const TimeOptions& time, const SolverOptions& options)
     : time_(time),
       options_(options),
-      operator_(comm, hierarchy, parts, materials, strain, options),
+      operator_(comm, hierarchy, parts, model, options),
       constraints_(hierarchy.levels.front().nodes.size()) {
-    for (PetscHandle<Vec>* v : {&u_, &du_, &residual_, &force_, &external_}) *v = vector();
+    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &work_}) *v = vector();
     if (is_dynamic())
-        for (PetscHandle<Vec>* v : {&u0_, &v_, &a_, &velocity_}) *v = vector();
-    else
-        u0_ = vector();
+        for (PetscHandle<Vec>* v : {&v_, &a_, &velocity_}) *v = vector();
+    if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
+    if (operator_.is_mixed())
+        for (PetscHandle<Vec>* v : {&p_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
     operator_.set_constrained(constraints_.components);
 }
 
@@ -50,33 +52,95 @@ void DeformableBody::set_constraints(const Constraints& constraints) {
     if (!same) operator_.set_constrained(constraints_.components);
 }
 
+void DeformableBody::set_springs(const Springs& springs) {
+    const bool same = springs.stiffness == springs_.stiffness;
+    springs_ = springs;
+    if (!same) operator_.set_springs(springs_.stiffness);
+}
+
 void DeformableBody::set_external_force(std::span<const Vector3> force) {
     fill(operator_.fine().share(), force, external_.get());
 }
 
+void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
+    fill(operator_.fine().share(), displacement, u_.get());
+    started_ = false;
+}
+
 void DeformableBody::set_velocity(std::span<const Vector3> velocity) {
     fill(operator_.fine().share(), velocity, v_.get());
+    started_ = false;
+}
+
+std::vector<Vec> DeformableBody::state_vectors() const {
+    std::vector<Vec> vectors{u_.get()};
+    for (const PetscHandle<Vec>* v : {&v_, &a_, &net_, &p_})
+        if (*v) vectors.push_back(v->get());
+    return vectors;
+}
+
+void DeformableBody::keep_state() {
+    const std::vector<Vec> now = state_vectors();
+    kept_.resize(now.size());
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        if (!kept_[i]) LIVETET_PETSC(VecDuplicate(now[i], kept_[i].out()));
+        LIVETET_PETSC(VecCopy(now[i], kept_[i].get()));
+    }
+    kept_started_ = started_;
+}
+
+void DeformableBody::return_to_kept_state() {
+    const std::vector<Vec> now = state_vectors();
+    for (std::size_t i = 0; i < kept_.size(); ++i) LIVETET_PETSC(VecCopy(kept_[i].get(), now[i]));
+    started_ = kept_started_;
 }
 
 void DeformableBody::take_rotations() {
     update_ghosts(u_.get());
+    if (p_) update_ghosts(p_.get());
     operator_.update_rotations(u_.get());
 }
 
-void DeformableBody::prescribe_values() {
+bool DeformableBody::prescribe_values() {
     const MeshShare& share = operator_.fine().share();
     const auto constrained = operator_.fine().constrained();
-    WriteArray u(u_.get());
-    for (std::int32_t i = 0; i < share.owned; ++i)
-        for (int c = 0; c < 3; ++c)
-            if (constrained[i] >> c & 1) u[3 * i + c] = constraints_.values[share.nodes[i]][c];
+    int moved = 0;
+    {
+        WriteArray u(u_.get());
+        for (std::int32_t i = 0; i < share.owned; ++i)
+            for (int c = 0; c < 3; ++c)
+                if (constrained[i] >> c & 1) {
+                    const double value = constraints_.values[share.nodes[i]][c];
+                    moved |= u[3 * i + c] != value;
+                    u[3 * i + c] = value;
+                }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_LOR, share.comm);
+    return moved;
+}
+
+void DeformableBody::zero_constrained(Vec v) const {
+    const auto constrained = operator_.fine().constrained();
+    WriteArray values(v);
+    for (std::size_t i = 0; i < values.span().size(); ++i)
+        if (constrained[i / 3] >> (i % 3) & 1) values[i] = 0;
+}
+
+double DeformableBody::residual_norm() const {
+    return volume_ ? std::hypot(norm(residual_.get()), norm(volume_.get())) : norm(residual_.get());
 }
 
 double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
     const ElasticLevel& fine = operator_.fine();
-    update_ghosts(u_.get());
-    fine.elastic_force(u_.get(), force_.get());
-    scale_ = norm(force_.get()) + norm(external_.get());
+    fine.elastic_force(state(), force_.get());
+    if (const auto springs = fine.springs(); !springs.empty()) {
+        const ReadArray u(u_.get());
+        WriteArray f(force_.get());
+        for (std::size_t i = 0; i < f.span().size(); ++i)
+            if (springs[i / 3] > 0)
+                f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+    }
+    scale_ = std::max(scale_, norm(force_.get()) + norm(external_.get()));
     if (is_dynamic()) {
         // v1 = v_u (u - u0) + v_v v0 + v_a a0
         LIVETET_PETSC(VecWAXPY(velocity_.get(), -1, u0_.get(), u_.get()));
@@ -85,149 +149,266 @@ double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
         LIVETET_PETSC(VecAXPY(velocity_.get(), c.v_a, a_.get()));
         if (time_.rayleigh_beta > 0) {
             update_ghosts(velocity_.get());
-            fine.add_stiffness_times(time_.rayleigh_beta, velocity_.get(), force_.get());
+            fine.add_stiffness_times(time_.rayleigh_beta, state(), velocity_.get(), force_.get());
         }
         const ReadArray u(u_.get()), u0(u0_.get()), v0(v_.get()), a0(a_.get()), v1(velocity_.get());
         WriteArray f(force_.get());
         const auto mass = fine.node_mass();
+        const double part_m = (1 - c.alpha_m) / (1 - c.alpha_f), rest_m = c.alpha_m / (1 - c.alpha_f);
         for (std::size_t i = 0; i < f.span().size(); ++i) {
             const double a1 = c.a_u * (u[i] - u0[i]) - c.a_v * v0[i] - c.a_a * a0[i];
-            f[i] += mass[i / 3] * (a1 + time_.rayleigh_alpha * v1[i]);
+            f[i] += mass[i / 3] * (part_m * a1 + rest_m * a0[i] + time_.rayleigh_alpha * v1[i]);
         }
     }
     LIVETET_PETSC(VecWAXPY(residual_.get(), -1, force_.get(), external_.get()));
-    {
-        const auto constrained = fine.constrained();
-        WriteArray r(residual_.get());
-        for (std::size_t i = 0; i < r.span().size(); ++i)
-            if (constrained[i / 3] >> (i % 3) & 1) r[i] = 0;
+    if (net_) LIVETET_PETSC(VecAXPY(residual_.get(), c.alpha_f / (1 - c.alpha_f), net_.get()));
+    zero_constrained(residual_.get());
+    if (volume_) operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
+    return residual_norm();
+}
+
+double DeformableBody::subtract_prescribed(const TimeCoefficients& c) {
+    // residual(u0 + du) is about residual(u0) - A du: with the forces at u0 no layer of elements is torn.
+    const ElasticLevel& fine = operator_.fine();
+    LIVETET_PETSC(VecWAXPY(work_.get(), -1, u0_.get(), u_.get()));
+    update_ghosts(work_.get());
+    LIVETET_PETSC(VecCopy(u0_.get(), u_.get()));
+    update_ghosts(u_.get());
+    LIVETET_PETSC(VecSet(force_.get(), 0));
+    fine.add_stiffness_times(1 + time_.rayleigh_beta * c.v_u, state(), work_.get(), force_.get());
+    if (volume_) {
+        // The constraint's residual where the nodes have moved; the pressure's own part was in residual_ already.
+        LIVETET_PETSC(VecAXPY(u_.get(), 1, work_.get()));
+        update_ghosts(u_.get());
+        operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
+    } else {
+        LIVETET_PETSC(VecAXPY(u_.get(), 1, work_.get()));
     }
-    return norm(residual_.get());
+    zero_constrained(force_.get());
+    LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
+    scale_ = std::max(scale_, norm(force_.get()));
+    return residual_norm();
 }
 
 void DeformableBody::start_acceleration() {
     // M a0 = f_ext - f_int(u0) - C v0: with a0 = 0 under loads the scheme would be first order only.
     const ElasticLevel& fine = operator_.fine();
-    fine.elastic_force(u_.get(), force_.get());
+    fine.elastic_force(state(), force_.get());
     if (time_.rayleigh_beta > 0) {
         update_ghosts(v_.get());
-        fine.add_stiffness_times(time_.rayleigh_beta, v_.get(), force_.get());
+        fine.add_stiffness_times(time_.rayleigh_beta, state(), v_.get(), force_.get());
     }
     const ReadArray f(force_.get()), external(external_.get()), v(v_.get());
     WriteArray a(a_.get());
     const auto mass = fine.node_mass();
     const auto constrained = fine.constrained();
     for (std::size_t i = 0; i < a.span().size(); ++i)
-        if (!(constrained[i / 3] >> (i % 3) & 1))
-            a[i] = (external[i] - f[i]) / mass[i / 3] - time_.rayleigh_alpha * v[i];
+        a[i] = constrained[i / 3] >> (i % 3) & 1 ? 0
+                                                 : (external[i] - f[i]) / mass[i / 3] - time_.rayleigh_alpha * v[i];
+    if (net_) {
+        WriteArray h(net_.get());
+        for (std::size_t i = 0; i < h.span().size(); ++i) h[i] = mass[i / 3] * a[i];
+    }
     started_ = true;
+}
+
+void DeformableBody::assemble(const TimeCoefficients& c, Tangent tangent) {
+    if (is_dynamic())
+        operator_.assemble(state(), 1 + time_.rayleigh_beta * c.v_u,
+                           c.a_u * (1 - c.alpha_m) / (1 - c.alpha_f) + time_.rayleigh_alpha * c.v_u, tangent);
+    else
+        operator_.assemble(state(), 1, 0, tangent);
+}
+
+LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report) {
+    Stopwatch watch;
+    const bool exact = options_.tangent == TangentChoice::exact ||
+                       (options_.tangent == TangentChoice::automatic && effort.tolerance > 0);
+    Tangent tangent = !exact ? Tangent::held_rotation : positive_steps_ > 0 ? Tangent::positive : Tangent::exact;
+    positive_steps_ = std::max(0, positive_steps_ - 1);
+    for (;;) {
+        assemble(c, tangent);
+        report.operator_s += watch.lap();
+        const LinearReport linear =
+            operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), effort.linear_tolerance);
+        report.solve_s += watch.lap();
+        report.iterations += linear.iterations;
+        if (linear.converged || tangent != Tangent::exact) return linear;
+        tangent = Tangent::positive;
+        positive_steps_ = 2;
+        LIVETET_PETSC(VecSet(du_.get(), 0));
+        if (volume_) operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
+    }
 }
 
 StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     const TimeCoefficients c = time_coefficients(time_, dt);
-    const double s = 1 + time_.rayleigh_beta * c.v_u, m = c.a_u + time_.rayleigh_alpha * c.v_u;
     StepReport report;
     Stopwatch watch;
     LIVETET_PETSC(VecCopy(u_.get(), u0_.get()));
-    // The first linearisation keeps the rotations of the step's start: with them the forces that moved constraints
-    // cause are K_af u_f, not those of a torn layer of elements.
     take_rotations();
     if (is_dynamic() && !started_) start_acceleration();
-    operator_.assemble(u_.get(), is_dynamic() ? s : 1, is_dynamic() ? m : 0);
-    report.operator_s += watch.lap();
-    prescribe_values();
+    scale_ = 0;
+    positive_steps_ = 0;
     double imbalance = evaluate_residual(c);
+    const bool moved = prescribe_values();
+    if (moved) imbalance = subtract_prescribed(c);
     LIVETET_PETSC(VecSet(du_.get(), 0));
     if (is_dynamic()) {  // the body goes on as it went
         LIVETET_PETSC(VecAXPY(du_.get(), dt, v_.get()));
-        const auto constrained = operator_.fine().constrained();
-        WriteArray du(du_.get());
-        for (std::size_t i = 0; i < du.span().size(); ++i)
-            if (constrained[i / 3] >> (i % 3) & 1) du[i] = 0;
+        zero_constrained(du_.get());
     }
     report.forces_s += watch.lap();
-    bool kept_old = false;
     for (int k = 0; k < effort.linearisations; ++k) {
         if (k > 0) {
-            take_rotations();
-            imbalance = evaluate_residual(c);
-            report.forces_s += watch.lap();
             if (imbalance <= effort.tolerance * scale_) break;
-            operator_.assemble(u_.get(), is_dynamic() ? s : 1, is_dynamic() ? m : 0);
             LIVETET_PETSC(VecSet(du_.get(), 0));
-            report.operator_s += watch.lap();
         }
         if (imbalance == 0) break;
-        const LinearReport linear = operator_.solve(residual_.get(), du_.get(), effort.linear_tolerance);
+        const LinearReport linear = solve_linear(c, effort, report);
+        watch.lap();
         report.converged = report.converged && linear.converged;
-        report.iterations += linear.iterations;
         report.linear_residual = linear.residual / imbalance;
-        report.solve_s += watch.lap();
         ++report.linearisations;
-        if (k == 0)
-            LIVETET_PETSC(VecAXPY(u_.get(), 1, du_.get()));
-        else
-            search_line(c, imbalance);
+        if (k == 0 && (moved || effort.tolerance == 0)) {
+            move(1);
+            if (effort.tolerance > 0 || effort.linearisations > 1) {  // else a live frame, which does not ask
+                take_rotations();
+                imbalance = evaluate_residual(c);
+            }
+        } else {
+            imbalance = search_line(c, imbalance);
+        }
         report.forces_s += watch.lap();
-        if (!is_finite()) {
+        if (!is_finite() || !std::isfinite(imbalance)) {
             LIVETET_PETSC(VecCopy(u0_.get(), u_.get()));
+            if (p_) LIVETET_PETSC(VecSet(p_.get(), 0));
             report.converged = false;
-            kept_old = true;
+            report.kept_old = true;
             break;
         }
     }
-    if (effort.tolerance > 0 && !kept_old) {  // a live frame does not ask, and does not pay
-        take_rotations();
-        imbalance = evaluate_residual(c);
-    }
     report.imbalance = scale_ > 0 ? imbalance / scale_ : 0;
-    if (effort.tolerance > 0) report.converged = report.imbalance <= effort.tolerance && !kept_old;
-    finish_step(c, dt);
+    if (effort.tolerance > 0) report.converged = report.imbalance <= effort.tolerance && !report.kept_old;
+    finish_step(c, dt, report);
     return report;
 }
 
+void DeformableBody::move(double length) {
+    LIVETET_PETSC(VecAXPY(u_.get(), length, du_.get()));
+    if (p_) LIVETET_PETSC(VecAXPY(p_.get(), length, dp_.get()));
+}
+
 double DeformableBody::search_line(const TimeCoefficients& c, double norm_before) {
+    // Along d, the energy's slope is -residual . d: a step is long enough, and not too long, where the slope has come
+    // near zero (PETSc's "critical point" search). In the mixed form there is no energy to go down: the norm decides.
+    PetscScalar before = 0, after = 0;
+    LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &before));
     double length = 1, taken = 0;
-    for (int halvings = 0;; ++halvings) {
-        LIVETET_PETSC(VecAXPY(u_.get(), length - taken, du_.get()));
+    for (int trial = 0;; ++trial) {
+        move(length - taken);
         taken = length;
         take_rotations();
         const double norm_after = evaluate_residual(c);
-        if (norm_after <= (1 - 1e-4 * length) * norm_before || halvings == 6) return length;
-        length /= 2;
+        LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &after));
+        const bool good = volume_ || before <= 0 ? norm_after <= (1 - 1e-4 * length) * norm_before
+                                                 : after >= -0.9 * before || norm_after <= 0.5 * norm_before;
+        if ((good && std::isfinite(norm_after)) || trial == 6) return norm_after;
+        const double ideal = !volume_ && before > 0 && std::isfinite(after) ? before / (before - after) : 0.5;
+        length *= std::clamp(ideal, 0.1, 0.5);
     }
 }
 
-void DeformableBody::finish_step(const TimeCoefficients& c, double dt) {
+void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepReport& report) {
     update_ghosts(u_.get());
     if (!is_dynamic()) return;
     const auto constrained = operator_.fine().constrained();
-    const ReadArray u(u_.get()), u0(u0_.get());
-    WriteArray v(v_.get()), a(a_.get());
-    for (std::size_t i = 0; i < v.span().size(); ++i) {
-        const double du = u[i] - u0[i], v0 = v[i], a0 = a[i];
-        if (constrained[i / 3] >> (i % 3) & 1) {
-            // A prescribed motion has the velocity of its step: the scheme's own would ring on for ever.
-            v[i] = du / dt;
-            a[i] = 0;
-        } else {
-            v[i] = c.v_u * du + c.v_v * v0 + c.v_a * a0;
-            a[i] = c.a_u * du - c.a_v * v0 - c.a_a * a0;
+    const auto mass = operator_.fine().node_mass();
+    {
+        const ReadArray u(u_.get()), u0(u0_.get());
+        WriteArray v(v_.get()), a(a_.get());
+        std::optional<WriteArray> net;
+        if (net_) net.emplace(net_.get());
+        for (std::size_t i = 0; i < v.span().size(); ++i) {
+            const double du = u[i] - u0[i], v0 = v[i], a0 = a[i];
+            if (constrained[i / 3] >> (i % 3) & 1) {
+                // A prescribed motion has the velocity of its step: the scheme's own would ring on for ever.
+                v[i] = du / dt;
+                a[i] = 0;
+            } else {
+                v[i] = c.v_u * du + c.v_v * v0 + c.v_a * a0;
+                a[i] = c.a_u * du - c.a_v * v0 - c.a_a * a0;
+            }
+            report.time_error = std::max(report.time_error, c.error * std::abs(a[i] - a0));
+            if (net)
+                (*net)[i] = (mass[i / 3] * ((1 - c.alpha_m) * a[i] + c.alpha_m * a0) - c.alpha_f * (*net)[i]) /
+                            (1 - c.alpha_f);
         }
     }
+    MPI_Allreduce(MPI_IN_PLACE, &report.time_error, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
 }
 
-bool DeformableBody::is_finite() const { return std::isfinite(norm(u_.get())); }
+bool DeformableBody::is_finite() const {
+    return std::isfinite(norm(u_.get())) && (!p_ || std::isfinite(norm(p_.get())));
+}
 
 std::vector<Vector3> DeformableBody::elastic_force() {
     take_rotations();
-    operator_.fine().elastic_force(u_.get(), force_.get());
+    operator_.fine().elastic_force(state(), force_.get());
     return gather(operator_.fine().share(), force_.get());
+}
+
+std::vector<Vector3> DeformableBody::reactions() {
+    const ElasticLevel& fine = operator_.fine();
+    take_rotations();
+    fine.elastic_force(state(), force_.get());
+    if (is_dynamic() && time_.rayleigh_beta > 0) {
+        update_ghosts(v_.get());
+        fine.add_stiffness_times(time_.rayleigh_beta, state(), v_.get(), force_.get());
+    }
+    {
+        const auto constrained = fine.constrained();
+        const auto mass = fine.node_mass(), springs = fine.springs();
+        const ReadArray u(u_.get()), external(external_.get());
+        std::optional<ReadArray> v, a;
+        if (is_dynamic()) v.emplace(v_.get()), a.emplace(a_.get());
+        WriteArray f(force_.get());
+        for (std::size_t i = 0; i < f.span().size(); ++i) {
+            if (constrained[i / 3] >> (i % 3) & 1)
+                f[i] += (v ? mass[i / 3] * ((*a)[i] + time_.rayleigh_alpha * (*v)[i]) : 0) - external[i];
+            else
+                f[i] = springs.empty()
+                           ? 0
+                           : springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+        }
+    }
+    return gather(fine.share(), force_.get());
+}
+
+std::vector<TetFields> DeformableBody::tet_fields() {
+    take_rotations();
+    const ElasticLevel& fine = operator_.fine();
+    const MeshShare& share = fine.share();
+    // Each tet from the rank that owns its first corner.
+    constexpr int numbers = 11;
+    std::vector<double> packed(numbers * operator_.tet_count(), 0.0);
+    fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) {
+        if (share.tets[e][0] >= share.owned) return;
+        double* at = packed.data() + numbers * share.tet_ids[e];
+        Eigen::Map<Eigen::Matrix3d>{at} = fields.cauchy_stress_Pa;
+        at[9] = fields.volume_change;
+        at[10] = fields.strain_energy_J_per_m3;
+    });
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    std::vector<TetFields> fields;
+    for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
+        fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
+    return fields;
 }
 
 double DeformableBody::strain_energy() {
     take_rotations();
-    return operator_.fine().strain_energy(u_.get());
+    return operator_.fine().strain_energy(state());
 }
 
 double DeformableBody::kinetic_energy() {

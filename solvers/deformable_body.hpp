@@ -12,11 +12,13 @@ namespace livetet {
 /// What one step, or one static solve, came to. Times in seconds.
 struct [[nodiscard]] StepReport {
     bool converged = true;  ///< every linear solve met its tolerance, and Newton too where it was asked to
+    bool kept_old = false;  ///< the new state was not finite
     int linearisations = 0;
     int iterations = 0;    ///< of all linear solves
     double imbalance = 0;  ///< force out of balance relative to the forces at work: at the end where a tolerance was
                            ///< asked for, else before the last linear solve
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
+    double time_error = 0;       ///< the displacement's error that the time step made, m, about (largest of all nodes)
     double forces_s = 0, operator_s = 0, solve_s = 0;
 };
 
@@ -29,16 +31,18 @@ struct StepEffort {
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
-/// C = alpha M + beta K, stepped by Newmark or implicit Euler, or brought to equilibrium.
+/// C = alpha M + beta K, stepped by Newmark, generalized-alpha or implicit Euler, or brought to equilibrium. In the mixed
+/// form a pressure goes with the displacement, and C knows only the K of shear.
 class DeformableBody {
   public:
     /// Collective; see ElasticOperator.
     DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
-                   std::span<const Material> materials, StrainModel strain, const TimeOptions& time,
-                   const SolverOptions& options);
+                   const ElasticModel& model, const TimeOptions& time, const SolverOptions& options);
 
     /// Constraints of the finest mesh. What is constrained may change between steps; new values alone cost nothing.
     void set_constraints(const Constraints& constraints);
+    /// Soft constraints; new targets alone cost nothing.
+    void set_springs(const Springs& springs);
     /// External force at each node of the finest mesh, N.
     void set_external_force(std::span<const Vector3> force);
 
@@ -46,12 +50,21 @@ class DeformableBody {
     /// not, the old one is kept and the report says converged = false.
     StepReport step(double dt, const StepEffort& effort);
 
+    /// Remembers the state, or takes up the one remembered last (a step that is to be done again).
+    void keep_state();
+    void return_to_kept_state();
+
     /// Displacement, m, of every node of the finest mesh, on every rank.
     std::vector<Vector3> displacement() const { return gather(operator_.fine().share(), u_.get()); }
-    /// Elastic force at each node, N: at constrained nodes in equilibrium, the reaction.
+    /// Elastic force at each node, N.
     std::vector<Vector3> elastic_force();
+    /// Force that each constraint puts on its node, N: constrained components and springs; zero elsewhere.
+    std::vector<Vector3> reactions();
+    /// Of every tet of the finest mesh, on every rank.
+    std::vector<TetFields> tet_fields();
     double strain_energy();
     double kinetic_energy();
+    void set_displacement(std::span<const Vector3> displacement);
     void set_velocity(std::span<const Vector3> velocity);
 
     ElasticOperator& elastic_operator() { return operator_; }
@@ -59,22 +72,41 @@ class DeformableBody {
   private:
     PetscHandle<Vec> vector() const { return make_vector(operator_.fine().share()); }
     bool is_dynamic() const { return time_.scheme != TimeScheme::static_equilibrium; }
+    ElasticState state() const { return {u_.get(), p_.get()}; }
+    std::vector<Vec> state_vectors() const;
+    /// Ghosts of the state, and the rotations there.
     void take_rotations();
     void start_acceleration();
-    void prescribe_values();
-    /// Fills residual_ = f_ext - f_int - C v1 - M a1, zero at constrained components; returns its norm and sets scale_.
+    /// Moves the constrained nodes to their values; false where they were there already.
+    bool prescribe_values();
+    void zero_constrained(Vec v) const;
+    /// Fills residual_ = f_ext - f_int - C v1 - M a1 (as the scheme weighs them), zero at constrained components, and the
+    /// constraint's residual in the mixed form; returns their norm and sets scale_. Rotations must be those of u_.
     double evaluate_residual(const TimeCoefficients& c);
+    double residual_norm() const;
+    /// residual_ -= A du for the increment of the constrained nodes since u0_, A the operator at u0_.
+    double subtract_prescribed(const TimeCoefficients& c);
+    void assemble(const TimeCoefficients& c, Tangent tangent);
+    /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
+    LinearReport solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report);
+    /// Goes along du_ as far as is good; returns the norm of the residual there.
     double search_line(const TimeCoefficients& c, double norm);
-    void finish_step(const TimeCoefficients& c, double dt);
+    void move(double length);
+    void finish_step(const TimeCoefficients& c, double dt, StepReport& report);
     bool is_finite() const;
 
     TimeOptions time_;
     SolverOptions options_;
     ElasticOperator operator_;
     Constraints constraints_;
-    PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_;
-    bool started_ = false;
-    double scale_ = 0;  ///< size of the forces at work, N
+    Springs springs_;
+    PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, work_;
+    PetscHandle<Vec> net_;              ///< generalized-alpha: h0
+    PetscHandle<Vec> p_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
+    std::vector<PetscHandle<Vec>> kept_;
+    bool started_ = false, kept_started_ = false;
+    double scale_ = 0;        ///< size of the forces at work in this step, N
+    int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
 
 }  // namespace livetet

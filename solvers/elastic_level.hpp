@@ -1,29 +1,44 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "base/petsc.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/tet_kernels.hpp"
-#include "solvers/mesh_share.hpp"
+#include "solvers/block_matrix.hpp"
+#include "solvers/pressure_space.hpp"
 
 namespace livetet {
 
-/// How PETSc stores the operator: 3x3 blocks (fastest product), or scalars (what hypre, GAMG, factorisations and the
-/// Galerkin product take).
-enum class MatrixLayout { blocks, scalars };
+/// Where a body is: displacement and, in the mixed form, pressure (else null), their ghosts up to date.
+struct ElasticState {
+    Vec u = nullptr;
+    Vec p = nullptr;
+};
 
-/// The elements and the operator of one mesh level: A = s K(R) + m M, where K(R) is the stiffness with each element's
-/// rotation held and M the lumped mass; rows and columns of constrained components are those of the identity.
+/// Mean values over one tet.
+struct TetFields {
+    Eigen::Matrix3d cauchy_stress_Pa;
+    double volume_change;         ///< det F - 1
+    double strain_energy_J_per_m3;
+};
+
+/// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a tangent stiffness and
+/// M the lumped mass; rows and columns of constrained components are those of the identity. In the mixed form K is that
+/// of the displacements alone, psi_mu + p theta at a given p.
 class ElasticLevel {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does).
     ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
-                 MatrixLayout layout);
+                 Formulation formulation, MatrixLayout layout);
 
     const MeshShare& share() const { return share_; }
+    StrainModel strain() const { return strain_; }
+    std::span<const TetElement> elements() const { return elements_; }
     Mat matrix() const { return matrix_.get(); }
+    /// Where the pressures live; empty in the displacement form.
+    const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
     /// Lumped mass of each owned node, kg.
     std::span<const double> node_mass() const { return node_mass_; }
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
@@ -31,60 +46,147 @@ class ElasticLevel {
 
     /// `components`: for every node of the whole mesh.
     void set_constrained(std::span<const std::uint8_t> components);
+    /// Springs to ground, N/m, for every node of the whole mesh; empty: none.
+    void set_springs(std::span<const double> stiffness);
+    /// Of each owned node, N/m; empty: none.
+    std::span<const double> springs() const { return springs_; }
 
-    /// Takes every element's rotation from the displacement `u` (ghosts up to date). Linear strain: nothing to do.
+    /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Corotated strain only; else nothing.
     void update_rotations(Vec u);
 
-    /// Writes s K(R) + m M into the matrix.
-    void assemble(double s, double m);
+    /// Writes s K + m M and the springs into the matrix; `at`: where K is taken.
+    void assemble(double s, double m, Tangent tangent, const ElasticState& at);
 
-    /// f = elastic force of displacement `u`, in N, at all owned nodes, constrained ones too (where it is the
-    /// reaction).
-    void elastic_force(Vec u, Vec f) const;
+    /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the reaction).
+    void elastic_force(const ElasticState& at, Vec f) const;
 
-    /// f += factor K(R) v.
-    void add_stiffness_times(double factor, Vec v, Vec f) const;
+    /// f += factor K v, K at `at` with the rotations held.
+    void add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const;
 
-    /// Strain energy, J, of displacement `u` with the rotations held; collective.
-    double strain_energy(Vec u) const;
+    /// Strain energy, J; collective.
+    double strain_energy(const ElasticState& at) const;
+
+    /// What `visit(local tet, TetFields)` is given for each local tet.
+    template <class Visit>
+    void visit_fields(const ElasticState& at, Visit&& visit) const;
+
+    /// Mean stretch of theta and its derivative at each point: `visit(e, point, weight m^3, theta, n)` with n (3 x
+    /// nodes) the derivative of theta by the nodes' displacements.
+    template <class Visit>
+    void visit_volume_strain(Vec u, Visit&& visit) const;
 
   private:
-    void make_elements(const TetMesh& mesh, std::span<const Material> materials);
-    void make_pattern();
-    void make_matrix(const TetMesh& mesh, MatrixLayout layout);
-    void find_positions();
-    template <class StressOf>
-    void scatter_forces(const double* values, StressOf&& stress_of, Vec f) const;
+    template <int nodes>
+    using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-    /// Rows of 3x3 blocks: `start[i]` .. `start[i + 1]` are the blocks of owned node i; `columns` in ascending order.
-    struct BlockRows {
-        std::vector<std::int32_t> start{0};
-        std::vector<std::int32_t> columns;
-    };
-    /// Adds a block at `position` of `rows`, in either layout.
-    struct BlockAdder;
+    void make_elements(const TetMesh& mesh, std::span<const Material> materials);
+    void find_slots();
+    bool is_mixed() const { return pressure_.has_value(); }
+    /// visit(TetShape<n>{}) for the nodes a tet of this level has.
+    template <class Visitor>
+    decltype(auto) with_shape(Visitor&& visitor) const {
+        return share_.edge_nodes.empty() ? visitor(std::integral_constant<int, 4>{})
+                                         : visitor(std::integral_constant<int, 10>{});
+    }
+    template <int nodes>
+    Nodal<nodes> values_at(std::size_t e, const double* values) const {
+        Nodal<nodes> u;
+        for (int i = 0; i < nodes; ++i) u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
+        return u;
+    }
+    const Eigen::Matrix3d& rotation(std::size_t e, int point, int points) const {
+        static const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+        return rotations_.empty() ? identity : rotations_[e * points + point];
+    }
+    /// lambda theta, or the interpolated pressure.
+    template <class Energy, class Shape>
+    double pressure_at(const Energy&, const Shape&, std::size_t e, int point, const double* pressures,
+                       const Eigen::Matrix3d& F, const Eigen::Matrix3d& R) const {
+        if (!is_mixed()) return elements_[e].lambda * Energy::volume_strain(F, R);
+        double p = 0;
+        const Eigen::Vector4d L = Shape::coordinates(point);
+        for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
+        return p;
+    }
+    /// visit(energy, shape, e, point, weight, gradients, F, R, p) at every quadrature point of every local tet.
+    template <class Visit>
+    void visit_points(const ElasticState& at, Visit&& visit) const;
 
     MeshShare share_;
     StrainModel strain_;
-    MatrixLayout layout_;
     std::vector<TetElement> elements_;
-    std::vector<Eigen::Matrix3d> rotations_;
-    std::vector<double> node_mass_;
+    std::vector<Eigen::Matrix3d> rotations_;  ///< of each quadrature point; empty where the model has none
+    std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
-    BlockRows diagonal_, off_diagonal_;  ///< columns: local nodes; local nodes less owned
-    /// For element e, entry 4 i + j: the row of node i when owned (else -1) ...
-    struct Position {
-        std::int32_t row, block;  ///< block: k-th block in that row; < 0: -1 - k in the off-diagonal part
-    };
-    std::vector<std::array<Position, 16>> positions_;
-    struct MaskedBlock {
-        std::int32_t row, block;
-        std::uint8_t row_components, column_components;
-        bool on_diagonal;
-    };
-    std::vector<MaskedBlock> masked_;
-    PetscHandle<Mat> matrix_;
-    double identity_ = 1;  ///< what stands on the diagonal of constrained rows
+    BlockMatrix matrix_;
+    std::vector<BlockMatrix::Slot> slots_;  ///< of local tet e: nodes x nodes, row by row
+    std::optional<PressureSpace> pressure_;
 };
+
+template <class Visit>
+void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
+    const LocalValues u(at.u);
+    std::optional<LocalValues> pressures;
+    if (is_mixed()) pressures.emplace(at.p);
+    with_energy(strain_, [&](auto energy) {
+        with_shape([&](auto count) {
+            using Energy = decltype(energy);
+            constexpr int nodes = decltype(count)::value;
+            using Shape = TetShape<nodes>;
+            for (std::size_t e = 0; e < elements_.size(); ++e) {
+                const Nodal<nodes> values = values_at<nodes>(e, u.data());
+                for (int point = 0; point < Shape::points; ++point) {
+                    const auto g = Shape::gradients(elements_[e], point);
+                    const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + values * g.transpose();
+                    const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
+                    const double p = pressure_at(Energy{}, Shape{}, e, point, pressures ? pressures->data() : nullptr,
+                                                 F, R);
+                    visit(energy, Shape{}, e, point, elements_[e].volume / Shape::points, g, F, R, p);
+                }
+            }
+        });
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
+    TetFields fields;
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, int point, double, const auto&,
+                         const Eigen::Matrix3d& F, const Eigen::Matrix3d& R, double p) {
+        using Energy = decltype(energy);
+        constexpr int points = decltype(shape)::points;
+        if (point == 0) fields = {Eigen::Matrix3d::Zero(), 0, 0};
+        const double mu = elements_[e].mu, J = F.determinant(), lambda = elements_[e].lambda;
+        const Eigen::Matrix3d P = Energy::stress(mu, p, F, R);
+        const bool small = strain_ == StrainModel::linear;
+        // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
+        fields.cauchy_stress_Pa += (small ? P : Eigen::Matrix3d(P * F.transpose() / std::max(std::abs(J), 1e-12))) / points;
+        fields.volume_change += (small ? F.trace() - 3 : J - 1) / points;
+        fields.strain_energy_J_per_m3 += (Energy::shear_energy(mu, F, R) + p * p / (2 * lambda)) / points;
+        if (point + 1 == points) visit(e, fields);
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
+    const LocalValues values(u);
+    with_energy(strain_, [&](auto energy) {
+        with_shape([&](auto count) {
+            using Energy = decltype(energy);
+            constexpr int nodes = decltype(count)::value;
+            using Shape = TetShape<nodes>;
+            for (std::size_t e = 0; e < elements_.size(); ++e) {
+                const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
+                for (int point = 0; point < Shape::points; ++point) {
+                    const auto g = Shape::gradients(elements_[e], point);
+                    const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + nodal * g.transpose();
+                    const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
+                    visit(e, Shape::coordinates(point), elements_[e].volume / Shape::points,
+                          Energy::volume_strain(F, R), Nodal<nodes>(Energy::volume_strain_gradient(F, R) * g));
+                }
+            }
+        });
+    });
+}
 
 }  // namespace livetet

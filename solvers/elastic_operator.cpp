@@ -71,27 +71,48 @@ void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> c
 
 }  // namespace
 
+Formulation resolved_formulation(const ElasticModel& model) {
+    if (model.formulation != Formulation::automatic) return model.formulation;
+    const bool stiff = std::any_of(model.materials.begin(), model.materials.end(),
+                                   [](const Material& m) { return m.poisson >= 0.49; });
+    return stiff ? Formulation::mixed : Formulation::displacement;
+}
+
 ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                 std::span<const std::vector<std::int32_t>> parts, std::span<const Material> materials,
-                                 StrainModel strain, const SolverOptions& options)
-    : options_(options), kind_(resolved_kind(options.kind, hierarchy.levels.size())) {
-    make_levels(comm, hierarchy, parts, materials, strain);
-    make_krylov(comm);
+                                 std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
+                                 const SolverOptions& options)
+    : options_(options),
+      kind_(resolved_kind(options.kind, hierarchy.levels.size())),
+      tet_count_(hierarchy.levels.front().tets.size()) {
+    make_levels(comm, hierarchy, parts, model);
     work_ = make_vector(fine().share());
+    if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
+    make_krylov(comm);
+    if (coupling_) make_saddle_krylov(comm);
 }
 
 ElasticOperator::~ElasticOperator() = default;
 
 void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                  std::span<const std::vector<std::int32_t>> parts, std::span<const Material> materials,
-                                  StrainModel strain) {
+                                  std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model) {
     const std::size_t count = kind_ == SolverKind::multigrid ? hierarchy.levels.size() : 1;
+    const Formulation formulation = resolved_formulation(model);
+    // What the coarse levels precondition in the mixed form holds no volumetric stiffness: lambda = 0, the same mu.
+    std::vector<Material> coarse(model.materials.begin(), model.materials.end());
+    if (formulation == Formulation::mixed)
+        for (Material& m : coarse) {
+            if (m.poisson <= 0)
+                fail("materials: poisson = {} in the mixed form, expected above 0 (formulation: displacement)", m.poisson);
+            m.young_Pa = 2 * m.mu();
+            m.poisson = 0;
+        }
     for (std::size_t l = 0; l < count; ++l) {
         const MatrixLayout layout = layout_for(kind_, options_.coarse, l + 1 == count);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l]),
-            materials, strain, layout));
+            l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
+            l == 0 ? formulation : Formulation::displacement, layout));
         if (l == 0) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
@@ -102,9 +123,14 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
 void ElasticOperator::make_krylov(MPI_Comm comm) {
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
-    LIVETET_PETSC(KSPSetType(ksp, KSPCG));
-    LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-    LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+    if (coupling_) {
+        LIVETET_PETSC(KSPSetOptionsPrefix(ksp, "displacement_"));
+        LIVETET_PETSC(KSPSetType(ksp, KSPPREONLY));
+    } else {
+        LIVETET_PETSC(KSPSetType(ksp, KSPCG));
+        LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
+        LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+    }
     LIVETET_PETSC(KSPSetOperators(ksp, fine().matrix(), fine().matrix()));
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
@@ -120,13 +146,55 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             LIVETET_PETSC(PCSetType(pc, PCGAMG));
             break;
         case SolverKind::direct:
-            LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));
+            LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));  // L D L^T: an exact tangent need not be positive
             LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
             break;
         case SolverKind::petsc:
             break;
     }
     LIVETET_PETSC(KSPSetFromOptions(ksp));
+}
+
+void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
+    LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
+    Mat blocks[4] = {fine().matrix(), b_transposed_.get(), coupling_->b(), coupling_->minus_c()};
+    LIVETET_PETSC(MatCreateNest(comm, 2, nullptr, 2, nullptr, blocks, saddle_matrix_.out()));
+    LIVETET_PETSC(KSPCreate(comm, saddle_.out()));
+    KSP ksp = saddle_.get();
+    LIVETET_PETSC(KSPSetType(ksp, KSPFGMRES));
+    LIVETET_PETSC(KSPGMRESSetRestart(ksp, 60));
+    LIVETET_PETSC(KSPSetOperators(ksp, saddle_matrix_.get(), saddle_matrix_.get()));
+    PC pc = nullptr;
+    LIVETET_PETSC(KSPGetPC(ksp, &pc));
+    LIVETET_PETSC(PCSetType(pc, PCSHELL));
+    LIVETET_PETSC(PCShellSetName(pc, "block triangular: displacements, pressure mass"));
+    LIVETET_PETSC(PCShellSetContext(pc, this));
+    LIVETET_PETSC(PCShellSetApply(pc, [](PC shell, Vec r, Vec y) noexcept -> PetscErrorCode {
+        try {
+            void* self = nullptr;
+            LIVETET_PETSC(PCShellGetContext(shell, &self));
+            static_cast<ElasticOperator*>(self)->apply_saddle_preconditioner(r, y);
+            return 0;
+        } catch (const std::exception&) {
+            return PETSC_ERR_LIB;
+        }
+    }));
+    LIVETET_PETSC(KSPSetFromOptions(ksp));
+    saddle_work_ = make_vector(fine().share());
+}
+
+/// y_p = -S^-1 r_p, y_u = K^-1 (r_u - B^T y_p).
+void ElasticOperator::apply_saddle_preconditioner(Vec r, Vec y) {
+    Vec r_u = nullptr, r_p = nullptr, y_u = nullptr, y_p = nullptr;
+    LIVETET_PETSC(VecNestGetSubVec(r, 0, &r_u));
+    LIVETET_PETSC(VecNestGetSubVec(r, 1, &r_p));
+    LIVETET_PETSC(VecNestGetSubVec(y, 0, &y_u));
+    LIVETET_PETSC(VecNestGetSubVec(y, 1, &y_p));
+    coupling_->apply_schur_inverse(r_p, y_p);
+    LIVETET_PETSC(VecScale(y_p, -1));
+    LIVETET_PETSC(MatMultTranspose(coupling_->b(), y_p, saddle_work_.get()));
+    LIVETET_PETSC(VecAYPX(saddle_work_.get(), -1, r_u));
+    LIVETET_PETSC(KSPSolve(krylov_.get(), saddle_work_.get(), y_u));
 }
 
 void ElasticOperator::configure_multigrid(PC pc) {
@@ -169,25 +237,39 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     bounds_known_ = false;
 }
 
-void ElasticOperator::assemble(Vec u, double s, double m) {
-    if (kind_ == SolverKind::multigrid && !bounds_known_) {
-        // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
-        assemble_levels(u, s, 0);
-        set_smoother_bounds();
+void ElasticOperator::set_springs(std::span<const double> stiffness) {
+    std::vector<double> level(stiffness.begin(), stiffness.end());
+    fine().set_springs(level);
+    for (std::size_t l = 0; l < transfers_.size(); ++l) {
+        std::vector<double> lower(level.empty() ? 0 : levels_[l + 1]->share().number_of_node.size(), 0.0);
+        const BarycentricMap& map = transfers_[l]->map();
+        for (std::size_t i = 0; i < level.size(); ++i)
+            for (int k = 0; k < 4; ++k) lower[map.nodes[i][k]] += map.weights[i][k] * level[i];
+        levels_[l + 1]->set_springs(lower);
+        level = std::move(lower);
     }
-    assemble_levels(u, s, m);
 }
 
-void ElasticOperator::assemble_levels(Vec u, double s, double m) {
-    fine().assemble(s, m);
+void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent) {
+    if (kind_ == SolverKind::multigrid && !bounds_known_) {
+        // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
+        assemble_levels(at, s, 0, tangent);
+        set_smoother_bounds();
+    }
+    assemble_levels(at, s, m, tangent);
+    if (coupling_) coupling_->assemble(at.u);
+}
+
+void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {
+    fine().assemble(s, m, tangent, at);
     if (kind_ != SolverKind::multigrid) return;
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
         if (options_.coarse == CoarseOperator::rediscretised) {
             Vec coarse = displacements_[l].get();
-            transfers_[l]->restrict_displacement(l == 0 ? u : displacements_[l - 1].get(), coarse);
+            transfers_[l]->restrict_displacement(l == 0 ? at.u : displacements_[l - 1].get(), coarse);
             update_ghosts(coarse);
             levels_[l + 1]->update_rotations(coarse);
-            levels_[l + 1]->assemble(s, m);
+            levels_[l + 1]->assemble(s, m, Tangent::held_rotation, {.u = coarse});
         } else {
             const bool first = galerkin_.size() <= l;
             if (first) galerkin_.emplace_back();
@@ -232,17 +314,33 @@ void ElasticOperator::set_smoother_bounds() {
     bounds_known_ = true;
 }
 
-LinearReport ElasticOperator::solve(Vec b, Vec x, double relative_tolerance) {
-    KSP ksp = krylov_.get();
+LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, double relative_tolerance) {
+    KSP ksp = coupling_ ? saddle_.get() : krylov_.get();
+    Vec b = b_u, x = x_u;
+    PetscHandle<Vec> b_nest, x_nest;
+    if (coupling_) {
+        MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(ksp));
+        Vec b_parts[2] = {b_u, b_p}, x_parts[2] = {x_u, x_p};
+        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, b_parts, b_nest.out()));
+        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, x_parts, x_nest.out()));
+        LIVETET_PETSC(VecScale(b_p, -1));  // B du - C dp = -g
+        b = b_nest.get();
+        x = x_nest.get();
+    }
     LIVETET_PETSC(KSPSetTolerances(ksp, relative_tolerance, 1e-50, PETSC_DEFAULT, options_.max_iterations));
     // A guess that is worse than none is dropped: after a gap in time, where a body went says nothing of where it is.
-    PetscReal size = 0, residual = 0;
-    LIVETET_PETSC(MatMult(fine().matrix(), x, work_.get()));
-    LIVETET_PETSC(VecAYPX(work_.get(), -1, b));
-    LIVETET_PETSC(VecNorm(b, NORM_2, &size));
-    LIVETET_PETSC(VecNorm(work_.get(), NORM_2, &residual));
-    if (!(residual < size)) LIVETET_PETSC(VecSet(x, 0));
+    if (coupling_) {
+        LIVETET_PETSC(VecSet(x, 0));
+    } else {
+        PetscReal size = 0, residual = 0;
+        LIVETET_PETSC(MatMult(fine().matrix(), x, work_.get()));
+        LIVETET_PETSC(VecAYPX(work_.get(), -1, b));
+        LIVETET_PETSC(VecNorm(b, NORM_2, &size));
+        LIVETET_PETSC(VecNorm(work_.get(), NORM_2, &residual));
+        if (!(residual < size)) LIVETET_PETSC(VecSet(x, 0));
+    }
     LIVETET_PETSC(KSPSolve(ksp, b, x));
+    if (coupling_) LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
     LinearReport report;
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     PetscInt iterations = 0;
@@ -259,7 +357,7 @@ std::string ElasticOperator::name() const {
     KSPType krylov = nullptr;
     PCType preconditioner = nullptr;
     PC pc = nullptr;
-    LIVETET_PETSC(KSPGetType(krylov_.get(), &krylov));
+    LIVETET_PETSC(KSPGetType(coupling_ ? saddle_.get() : krylov_.get(), &krylov));
     LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
     LIVETET_PETSC(PCGetType(pc, &preconditioner));
     std::string text = fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");

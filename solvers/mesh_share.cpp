@@ -23,7 +23,8 @@ PetscHandle<DM> whole_plex(MPI_Comm comm, const TetMesh& mesh, int rank) {
     if (rank == 0) {
         for (const Tet& t : mesh.tets)
             cells.insert(cells.end(), {t[1], t[0], t[2], t[3]});  // DMPlex winds the other way
-        for (const Vector3& x : mesh.nodes) coordinates.insert(coordinates.end(), {x.x(), x.y(), x.z()});
+        for (std::int32_t n = 0; n < corner_count(mesh); ++n)
+            coordinates.insert(coordinates.end(), mesh.nodes[n].data(), mesh.nodes[n].data() + 3);
     }
     PetscHandle<DM> dm;
     const auto n_cells = static_cast<PetscInt>(cells.size() / 4),
@@ -83,17 +84,29 @@ Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::
     return d;
 }
 
-/// PETSc's number of every node of the whole mesh: consecutive on each rank.
-std::vector<PetscInt> number_nodes(MPI_Comm comm, std::size_t nodes, std::span<const std::int32_t> owned) {
-    PetscInt count = static_cast<PetscInt>(owned.size()), end = 0;
-    MPI_Scan(&count, &end, 1, MPIU_INT, MPI_SUM, comm);
-    std::vector<PetscInt> numbers(nodes, -1);
-    for (std::size_t i = 0; i < owned.size(); ++i) numbers[owned[i]] = end - count + static_cast<PetscInt>(i);
-    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(nodes), MPIU_INT, MPI_MAX, comm);
-    return numbers;
+/// Adds the edge nodes whose first corner (the lower number) is among `corners`.
+std::vector<std::int32_t> with_edge_nodes(const TetMesh& mesh, std::vector<std::int32_t> corners) {
+    std::vector<bool> mine(mesh.nodes.size(), false);
+    for (const std::int32_t n : corners) mine[n] = true;
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (int k = 0; k < 6; ++k)
+            if (mine[std::min(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]])])
+                corners.push_back(mesh.edge_nodes[e][k]);
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    return corners;
 }
 
 }  // namespace
+
+std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<const std::int32_t> owned) {
+    PetscInt here = static_cast<PetscInt>(owned.size()), end = 0;
+    MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, comm);
+    std::vector<PetscInt> numbers(count, -1);
+    for (std::size_t i = 0; i < owned.size(); ++i) numbers[owned[i]] = end - here + static_cast<PetscInt>(i);
+    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPIU_INT, MPI_MAX, comm);
+    return numbers;
+}
 
 MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts) {
     int rank = 0, ranks = 1;
@@ -108,14 +121,15 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
         share.numbers.assign(share.nodes.begin(), share.nodes.end());
         share.number_of_node = share.numbers;
         share.tets = mesh.tets;
+        share.edge_nodes = mesh.edge_nodes;
         share.tet_ids.resize(mesh.tets.size());
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
     const Distributed d = distribute(comm, mesh, parts, rank, ranks);
-    share.owned = static_cast<std::int32_t>(d.owned_nodes.size());
-    share.nodes = d.owned_nodes;
-    share.number_of_node = number_nodes(comm, mesh.nodes.size(), d.owned_nodes);
+    share.nodes = with_edge_nodes(mesh, d.owned_nodes);
+    share.owned = static_cast<std::int32_t>(share.nodes.size());
+    share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);
 
     std::vector<std::int32_t> local_of(mesh.nodes.size(), -1);
     for (std::int32_t i = 0; i < share.owned; ++i) local_of[share.nodes[i]] = i;
@@ -126,11 +140,14 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
                          [&](std::int32_t n) { return local_of[n] >= 0 && local_of[n] < share.owned; }))
             continue;
         share.tet_ids.push_back(e);
-        for (const std::int32_t n : t)
-            if (local_of[n] < 0) {
-                local_of[n] = share.owned;  // marks it; its place is given below
-                ghosts.push_back(n);
-            }
+        const auto mark = [&](std::int32_t n) {
+            if (local_of[n] >= 0) return;
+            local_of[n] = share.owned;  // its place is given below
+            ghosts.push_back(n);
+        };
+        for (const std::int32_t n : t) mark(n);
+        if (!mesh.edge_nodes.empty())
+            for (const std::int32_t n : mesh.edge_nodes[e]) mark(n);
     }
     std::sort(ghosts.begin(), ghosts.end(),
               [&](std::int32_t a, std::int32_t b) { return share.number_of_node[a] < share.number_of_node[b]; });
@@ -142,6 +159,9 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
     for (const std::int32_t e : share.tet_ids) {
         const Tet& t = mesh.tets[e];
         share.tets.push_back({local_of[t[0]], local_of[t[1]], local_of[t[2]], local_of[t[3]]});
+        if (mesh.edge_nodes.empty()) continue;
+        share.edge_nodes.push_back(mesh.edge_nodes[e]);
+        for (std::int32_t& n : share.edge_nodes.back()) n = local_of[n];
     }
     return share;
 }

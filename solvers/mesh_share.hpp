@@ -19,14 +19,23 @@ struct MeshShare {
     std::vector<PetscInt> numbers;         ///< local node -> PETSc's number
     std::vector<PetscInt> number_of_node;  ///< node of the whole mesh -> PETSc's number, on every rank
     std::vector<Tet> tets;                 ///< in local nodes
-    std::vector<std::int32_t> tet_ids;     ///< local tet -> tet of the whole mesh
+    std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
+    std::vector<std::int32_t> tet_ids;                    ///< local tet -> tet of the whole mesh
 
     std::size_t ghosts() const { return nodes.size() - owned; }
+    int nodes_per_tet() const { return edge_nodes.empty() ? 4 : 10; }
+    /// Local node i of local tet e: corners, then edge nodes.
+    std::int32_t node(std::size_t e, int i) const { return i < 4 ? tets[e][i] : edge_nodes[e][i - 4]; }
 };
 
 /// Distributes `mesh`, which every rank holds, by DMPlex with the tets' parts as given (METIS's, one part for each rank
-/// of `comm`); with one rank, nothing is distributed and `parts` may be empty.
+/// of `comm`); with one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the
+/// owner of the first of its two corners.
 MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts);
+
+/// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`: consecutive on each rank,
+/// -1 for things that nobody owns.
+std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<const std::int32_t> owned);
 
 /// A vector of three components a node, with room for the ghosts' values behind the owned ones.
 PetscHandle<Vec> make_vector(const MeshShare& share);

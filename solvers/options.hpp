@@ -6,6 +6,7 @@ namespace livetet {
 
 enum class SolverKind { automatic, multigrid, boomeramg, gamg, direct, petsc };
 enum class CoarseOperator { galerkin, rediscretised };
+enum class TangentChoice { automatic, held_rotation, exact };
 
 /// What `automatic` means for a mesh of so many levels.
 inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
@@ -22,6 +23,7 @@ struct SolverOptions {
     int max_iterations = 200;
     double newton_tolerance = 1e-8;
     int max_newton = 50;
+    TangentChoice tangent = TangentChoice::automatic;
     std::string petsc_options{};
 };
 
@@ -48,6 +50,12 @@ void visit_fields(Visitor& v, SolverOptions& s) {
             "of `solve`: force out of balance relative to the forces at work",
             Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
     v.field("max_newton", s.max_newton, "", "linearisations a step of `solve` may take", at_least<1, int>());
+    v.choice("tangent", s.tangent, "which derivative of the forces a linearisation takes",
+             {{TangentChoice::automatic, "automatic", "exact where `solve` goes to a tolerance, held-rotation live"},
+              {TangentChoice::held_rotation, "held-rotation",
+               "R K R^T: cheap, always positive; the other models take their positive part"},
+              {TangentChoice::exact, "exact",
+               "with the rotation's derivative; its positive part wherever the whole is not positive"}});
     v.field("petsc_options", s.petsc_options, "", "PETSc options as on its command line, which wins over them");
 }
 

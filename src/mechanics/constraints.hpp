@@ -25,4 +25,13 @@ struct Constraints {
     }
 };
 
+/// Soft constraints: a spring at each node that pulls it to a displacement. One entry for each node of the mesh, or
+/// empty: none.
+struct Springs {
+    std::vector<double> stiffness;  ///< N/m, 0: no spring
+    std::vector<Eigen::Vector3d> target;
+
+    bool empty() const { return stiffness.empty(); }
+};
+
 }  // namespace livetet

@@ -7,9 +7,14 @@
 
 namespace livetet {
 
-/// Which measure of strain the elements use. `linear`: small strain (Cauchy). `corotated`: small strain in a frame that
-/// turns with each element, for large rotations.
-enum class StrainModel { linear, corotated };
+/// Which measure of strain the elements use; the energies stand in strain_energy.hpp. `linear`: small strain (Cauchy).
+/// `corotated`: small strain in a frame that turns with each element. `green`: Green's strain (St Venant-Kirchhoff).
+/// `neohookean`: rubber and tissue at large strain, finite through inversion.
+enum class StrainModel { linear, corotated, green, neohookean };
+
+/// How the volumetric part of the energy is discretised. `displacement`: from the displacement alone, which locks as
+/// Poisson's ratio nears 1/2. `mixed`: by a pressure of its own at the corners of the tets.
+enum class Formulation { automatic, displacement, mixed };
 
 /// An isotropic elastic material.
 struct Material {
@@ -37,8 +42,9 @@ inline const Material& material_of(std::span<const Material> materials, int regi
 template <class Visitor>
 void visit_fields(Visitor& v, Material& m) {
     v.field("young_Pa", m.young_Pa, "Pa", "Young's modulus", greater_than<0>());
-    v.field("poisson", m.poisson, "", "Poisson's ratio; linear tetrahedra lock above about 0.49",
-            Check<double>{"at least 0 and below 0.5", [](const double& x) { return x >= 0 && x < 0.5; }});
+    v.field("poisson", m.poisson, "", "Poisson's ratio",
+            Check<double>{"above -1 and below 0.5, where the material is positive definite",
+                          [](const double& x) { return x > -1 && x < 0.5; }});
     v.field("density_kg_per_m3", m.density_kg_per_m3, "kg/m^3", "mass density", greater_than<0>());
     v.field("region", m.region, "",
             "region label of the mesh this material is for; 0: all that no other material names", at_least<0, int>());

@@ -1,5 +1,7 @@
 #include "mechanics/rotation.hpp"
 
+#include <Eigen/Dense>
+
 #include "geometry/transform.hpp"
 
 namespace livetet {
@@ -32,6 +34,17 @@ Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F) {
         if (change < 1e-16) break;  // quadratic: the next step would change R by about 1e-16
     }
     return R;
+}
+
+SignedSvd signed_svd(const Eigen::Matrix3d& F) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    SignedSvd s{svd.matrixU(), svd.matrixV(), svd.singularValues()};
+    for (Eigen::Matrix3d* turn : {&s.U, &s.V})
+        if (turn->determinant() < 0) {
+            turn->col(2) *= -1;
+            s.sigma[2] *= -1;
+        }
+    return s;
 }
 
 }  // namespace livetet

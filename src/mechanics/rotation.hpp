@@ -12,4 +12,11 @@ namespace livetet {
 /// reflection elsewhere; there, a singular value decomposition.
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F);
 
+/// F = U diag(sigma) V^T with rotations U and V: |sigma| falls, and only the last may be negative (where det F is).
+struct SignedSvd {
+    Eigen::Matrix3d U, V;
+    Eigen::Vector3d sigma;
+};
+SignedSvd signed_svd(const Eigen::Matrix3d& F);
+
 }  // namespace livetet

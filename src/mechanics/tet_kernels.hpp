@@ -4,10 +4,13 @@
 
 #include <array>
 
+#include "mechanics/strain_energy.hpp"
+#include "mesh/tet_mesh.hpp"
+
 namespace livetet {
 
-/// What a linear tetrahedron needs to know of its rest shape and material.
-/// gradients.col(i): gradient of shape function i (1/m); they sum to zero. volume in m^3; lambda, mu in Pa.
+/// What a tetrahedron with straight edges needs to know of its rest shape and material.
+/// gradients.col(i): gradient of barycentric coordinate L_i (1/m); they sum to zero. volume in m^3; lambda, mu in Pa.
 struct TetElement {
     Eigen::Matrix<double, 3, 4> gradients;
     double volume;
@@ -27,43 +30,86 @@ inline TetElement make_element(const std::array<Eigen::Vector3d, 4>& x, double l
     return e;
 }
 
-/// grad u = sum_i u_i g_i^T; u.col(i) is node i's value. F = I + grad u.
-inline Eigen::Matrix3d gradient_of(const TetElement& e, const Eigen::Matrix<double, 3, 4>& u) {
-    return u * e.gradients.transpose();
-}
+/// Shape functions and quadrature of a tet with `nodes` nodes: 4 (P1; one point, its gradients are constant) or 10 (P2;
+/// four points, exact to degree 2: the stiffness of a small strain, and a pressure's work).
+template <int nodes>
+struct TetShape;
 
-/// Derivative of the corotated stress in the direction H with the rotation R held:
-/// dP = mu (H + R H^T R) + lambda tr(R^T H) R, in Pa.
-inline Eigen::Matrix3d stress_increment(const TetElement& e, const Eigen::Matrix3d& R, const Eigen::Matrix3d& H) {
-    const double trace = (R.array() * H.array()).sum();
-    return e.mu * (H + R * H.transpose() * R) + e.lambda * trace * R;
-}
+template <>
+struct TetShape<4> {
+    static constexpr int points = 1;
+    using Gradients = Eigen::Matrix<double, 3, 4>;
+    static Gradients gradients(const TetElement& e, int) { return e.gradients; }
+    /// Barycentric coordinates of a point.
+    static Eigen::Vector4d coordinates(int) { return Eigen::Vector4d::Constant(0.25); }
+    /// A node's share of the mass and of a body force: a quarter each.
+    static constexpr double mass_share(int) { return 0.25; }
+    static constexpr double force_share(int) { return 0.25; }
+};
 
-/// First Piola-Kirchhoff stress of the corotated model, P = R (2 mu eps + lambda tr(eps) I) with
-/// eps = sym(R^T F) - I (Mueller and Gross 2004). Where R is F's own rotation this is the derivative of the energy
-/// density mu |F - R|^2 + lambda / 2 tr(R^T F - I)^2; with an R held from an earlier F it is linear in F. R = I is
-/// the linear model.
-inline Eigen::Matrix3d first_piola(const TetElement& e, const Eigen::Matrix3d& R, const Eigen::Matrix3d& F) {
-    return stress_increment(e, R, F) - (2 * e.mu + 3 * e.lambda) * R;
-}
+template <>
+struct TetShape<10> {
+    static constexpr int points = 4;
+    static constexpr double near = 0.58541019662496845446, far = 0.13819660112501051518;  // (5 + 3 sqrt 5) / 20, ...
+    using Gradients = Eigen::Matrix<double, 3, 10>;
+    static Eigen::Vector4d coordinates(int point) {
+        Eigen::Vector4d L = Eigen::Vector4d::Constant(far);
+        L[point] = near;
+        return L;
+    }
+    /// Of N_i = L_i (2 L_i - 1) at corners, 4 L_i L_j at edges, at barycentric coordinates L.
+    static Gradients gradients_at(const TetElement& e, const Eigen::Vector4d& L) {
+        Gradients g;
+        for (int i = 0; i < 4; ++i) g.col(i) = (4 * L[i] - 1) * e.gradients.col(i);
+        for (int k = 0; k < 6; ++k) {
+            const int i = tet_edges[k][0], j = tet_edges[k][1];
+            g.col(4 + k) = 4 * (L[i] * e.gradients.col(j) + L[j] * e.gradients.col(i));
+        }
+        return g;
+    }
+    static Gradients gradients(const TetElement& e, int point) { return gradients_at(e, coordinates(point)); }
+    /// Lumped in proportion to the consistent mass matrix's diagonal (Hinton, Rock, Zienkiewicz 1976): row sums would
+    /// be negative at corners.
+    static constexpr double mass_share(int node) { return node < 4 ? 1.0 / 36 : 4.0 / 27; }
+    /// The integral of N_i over the volume.
+    static constexpr double force_share(int node) { return node < 4 ? -0.05 : 0.2; }
+};
 
-/// Energy density mu |F - R|^2 + lambda / 2 tr(R^T F - I)^2, in J/m^3.
-inline double corotated_energy_density(const TetElement& e, const Eigen::Matrix3d& R, const Eigen::Matrix3d& F) {
-    const double trace = (R.array() * F.array()).sum() - 3;
-    return e.mu * (F - R).squaredNorm() + e.lambda / 2 * trace * trace;
-}
-
-/// Nodal forces of a stress: f.col(i) = V P g_i, in N.
-inline Eigen::Matrix<double, 3, 4> nodal_forces(const TetElement& e, const Eigen::Matrix3d& P) {
-    return e.volume * (P * e.gradients);
-}
-
-/// One 3x3 block of R K R^T for an isotropic tet, from rotated gradients h_i = R g_i:
-/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
-inline Eigen::Matrix3d stiffness_block(const TetElement& e, const Eigen::Vector3d& h_i, const Eigen::Vector3d& h_j) {
-    Eigen::Matrix3d K = e.volume * (e.lambda * h_i * h_j.transpose() + e.mu * h_j * h_i.transpose());
-    K.diagonal().array() += e.volume * e.mu * h_i.dot(h_j);
+/// One 3x3 block of the `held_rotation` tangent of an isotropic tet, from rotated gradients h_i = R g_i, without the
+/// volume strain's part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
+inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i, const Eigen::Vector3d& h_j) {
+    Eigen::Matrix3d K = volume_mu * h_j * h_i.transpose();
+    K.diagonal().array() += volume_mu * h_i.dot(h_j);
     return K;
+}
+
+/// The blocks of one quadrature point, visited as visit(i, j, K_ij): V times g_i . A . g_j, and lambda n_i n_j^T with
+/// n_i = (d theta / dF) g_i where `lambda` is not zero (displacement form: p = lambda theta).
+/// weight: V times the point's share, m^3; p in Pa.
+template <class Energy, class Gradients, class Visit>
+void visit_stiffness(const Energy&, Tangent tangent, double weight, double mu, double lambda, double p,
+                     const Eigen::Matrix3d& F, const Eigen::Matrix3d& R, const Gradients& g, Visit&& visit) {
+    constexpr int nodes = Gradients::ColsAtCompileTime;
+    const Gradients n = Energy::volume_strain_gradient(F, R) * g;
+    if (Energy::rotates && tangent == Tangent::held_rotation) {
+        for (int i = 0; i < nodes; ++i)
+            for (int j = 0; j < nodes; ++j)
+                visit(i, j,
+                      shear_block(weight * mu, n.col(i), n.col(j)) + (weight * lambda) * n.col(i) * n.col(j).transpose());
+        return;
+    }
+    const Matrix9 A = Energy::shear_tangent(mu, p, F, tangent);
+    for (int j = 0; j < nodes; ++j) {
+        const Eigen::Matrix<double, 9, 3> column =
+            weight * (g(0, j) * A.template leftCols<3>() + g(1, j) * A.template middleCols<3>(3) +
+                      g(2, j) * A.template rightCols<3>());
+        for (int i = 0; i < nodes; ++i) {
+            Eigen::Matrix3d K = g(0, i) * column.topRows<3>() + g(1, i) * column.middleRows<3>(3) +
+                                g(2, i) * column.bottomRows<3>();
+            K += (weight * lambda) * n.col(i) * n.col(j).transpose();
+            visit(i, j, K);
+        }
+    }
 }
 
 }  // namespace livetet

@@ -70,6 +70,14 @@ void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
             if (n < 0 || n >= count) fail("{}: tet {} names node {}, expected 0 to {}", where, e, n, count - 1);
             used[n] = true;
         }
+    if (!mesh.edge_nodes.empty() && mesh.edge_nodes.size() != mesh.tets.size())
+        fail("{}: {} sets of edge nodes for {} tets, expected one each", where, mesh.edge_nodes.size(),
+             mesh.tets.size());
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (const std::int32_t n : mesh.edge_nodes[e]) {
+            if (n < 0 || n >= count) fail("{}: tet {} names edge node {}, expected 0 to {}", where, e, n, count - 1);
+            used[n] = true;
+        }
     for (std::int32_t n = 0; n < count; ++n) {
         if (!mesh.nodes[n].allFinite()) fail("{}: node {} is not at a finite place", where, n);
         if (!used[n]) fail("{}: node {} belongs to no tet", where, n);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -15,21 +16,34 @@ using Vector3 = Eigen::Vector3d;
 using Triangle = std::array<std::int32_t, 3>;
 using Tet = std::array<std::int32_t, 4>;
 
+/// The edges of a tet, in the order of VTK, XDMF and CalculiX: edge k joins corners tet_edges[k][0] and [1].
+inline constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+
 /// A surface of triangles, wound so that normals point outwards. Positions in metres.
 struct TriangleMesh {
     std::vector<Vector3> nodes;
     std::vector<Triangle> triangles;
 };
 
-/// A mesh of four-node tetrahedra in its rest shape. Positions in metres, RAS. Each tet is positively oriented:
-/// det(x1 - x0, x2 - x0, x3 - x0) > 0. Plain data: `check_tet_mesh` says whether it holds together.
+/// A mesh of tetrahedra in its rest shape, of four nodes each (P1) or of ten (P2, see `quadratic_mesh`). Positions in
+/// metres, RAS. Each tet is positively oriented: det(x1 - x0, x2 - x0, x3 - x0) > 0. Plain data: `check_tet_mesh` says
+/// whether it holds together.
 struct TetMesh {
     std::vector<Vector3> nodes;
     std::vector<Tet> tets;
+    std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: the node in the middle of each of `tet_edges`
     std::vector<std::int32_t> regions;                           ///< material label of each tet; empty: all one body
     std::map<std::string, std::vector<std::int32_t>> node_sets;  ///< named nodes, sorted: masks, physical groups
     std::map<std::string, std::vector<Triangle>> triangle_sets;  ///< named pieces of surface: physical groups
 };
+
+/// How many nodes are corners of tets: all of a P1 mesh, the first ones of a P2 mesh.
+inline std::int32_t corner_count(const TetMesh& mesh) {
+    std::int32_t first = static_cast<std::int32_t>(mesh.nodes.size());
+    for (const auto& edges : mesh.edge_nodes)
+        for (const std::int32_t n : edges) first = std::min(first, n);
+    return first;
+}
 
 /// The signed volume of tet `t`, in m^3.
 double signed_volume(const TetMesh& mesh, const Tet& t);

@@ -2,109 +2,81 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <random>
-
-#include "mechanics/rotation.hpp"
 
 namespace livetet {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Nodal = Eigen::Matrix<double, 3, 4>;
+using Eigen::Vector4d;
 
 const std::array<Vector3d, 4> corners{Vector3d(0.1, 0, 0), Vector3d(1.1, 0.2, 0), Vector3d(0, 0.9, 0.1),
                                       Vector3d(0.2, 0.1, 1.2)};
 const TetElement element = make_element(corners, 2.0, 1.5);
 
-Nodal positions() {
-    Nodal x;
+template <int nodes>
+Eigen::Matrix<double, 3, nodes> positions() {
+    Eigen::Matrix<double, 3, nodes> x;
     for (int i = 0; i < 4; ++i) x.col(i) = corners[i];
+    for (int k = 4; k < nodes; ++k) x.col(k) = (corners[tet_edges[k - 4][0]] + corners[tet_edges[k - 4][1]]) / 2;
     return x;
 }
 
-Nodal some_displacement(double size) {
-    std::mt19937 generator(3);
-    std::normal_distribution<double> normal;
-    return Nodal::NullaryExpr([&] { return size * normal(generator); });
-}
-
-Nodal corotated_forces(const Nodal& u) {
-    const Matrix3d F = Matrix3d::Identity() + gradient_of(element, u);
-    return nodal_forces(element, first_piola(element, rotation_of(F), F));
-}
-
-double corotated_energy(const Nodal& u) {
-    const Matrix3d F = Matrix3d::Identity() + gradient_of(element, u);
-    return element.volume * corotated_energy_density(element, rotation_of(F), F);
-}
-
-TEST(TetKernels, GradientOfALinearFieldIsItsMatrix) {
+template <int nodes>
+void expect_gradient_of_linear_field() {
     Matrix3d A;
     A << 1, 2, 3, 4, 5, 6, 7, 8, 10;
-    EXPECT_LT((gradient_of(element, A * positions()) - A).norm(), 1e-12);
-}
-
-TEST(TetKernels, ARigidMotionMakesNoCorotatedForce) {
-    const Matrix3d R = Eigen::AngleAxisd(2.5, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
-    const Nodal u = (R * positions() - positions()).colwise() + Vector3d(3, 2, 1);
-    EXPECT_LT(corotated_forces(u).norm(), 1e-12);
-}
-
-TEST(TetKernels, ForceIsTheDerivativeOfTheEnergy) {
-    for (const double size : {0.05, 0.4, 1.5}) {  // the last inverts the element
-        const Nodal u = some_displacement(size), f = corotated_forces(u);
-        for (int i = 0; i < 4; ++i)
-            for (int c = 0; c < 3; ++c) {
-                const double h = 1e-6;
-                Nodal forward = u, back = u;
-                forward(c, i) += h;
-                back(c, i) -= h;
-                EXPECT_NEAR(f(c, i), (corotated_energy(forward) - corotated_energy(back)) / (2 * h), 1e-7) << size;
-            }
+    for (int q = 0; q < TetShape<nodes>::points; ++q) {
+        const auto g = TetShape<nodes>::gradients(element, q);
+        EXPECT_LT((A * positions<nodes>() * g.transpose() - A).norm(), 1e-12);
     }
 }
 
-TEST(TetKernels, BlocksAreTheDerivativeOfTheForceWithTheRotationHeld) {
-    const Nodal u = some_displacement(0.3);
-    const Matrix3d R = rotation_of(Matrix3d::Identity() + gradient_of(element, u));
-    const Nodal h = R * element.gradients;
-    for (int j = 0; j < 4; ++j)
-        for (int c = 0; c < 3; ++c) {
-            Nodal du = Nodal::Zero();
-            du(c, j) = 1;
-            const Nodal df = nodal_forces(element, stress_increment(element, R, gradient_of(element, du)));
-            for (int i = 0; i < 4; ++i)
-                EXPECT_LT((df.col(i) - stiffness_block(element, h.col(i), h.col(j)).col(c)).norm(), 1e-12);
-        }
+TEST(TetShape, GradientOfALinearFieldIsItsMatrix) {
+    expect_gradient_of_linear_field<4>();
+    expect_gradient_of_linear_field<10>();
 }
 
-/// Closed forms of `closed_forms.txt` (uniaxial with free sides, E = 1): P11 = stretch - 1 and lateral 1 - nu (stretch
-/// - 1).
-TEST(TetKernels, UniaxialStretchHasTheClosedForm) {
-    for (const double nu : {0.0, 0.3, 0.45})
-        for (const double stretch : {0.5, 0.8, 1.2, 2.0}) {
-            const double lambda = nu / ((1 + nu) * (1 - 2 * nu)), mu = 1 / (2 * (1 + nu));
-            const TetElement e = make_element(corners, lambda, mu);
-            const double side = 1 - nu * (stretch - 1);
-            const Matrix3d F = Vector3d(stretch, side, side).asDiagonal();
-            const Matrix3d P = first_piola(e, rotation_of(F), F);
-            EXPECT_NEAR(P(0, 0), stretch - 1, 1e-12);
-            EXPECT_NEAR(P(1, 1), 0, 1e-12);
-        }
+TEST(TetShape, TenNodesReproduceAQuadraticField) {
+    // v = x^2 + 2 yz: grad v = (2 x, 2 z, 2 y) at each point.
+    const auto x = positions<10>();
+    for (int q = 0; q < 4; ++q) {
+        const Vector4d L = TetShape<10>::coordinates(q);
+        Vector3d at = Vector3d::Zero(), gradient = Vector3d::Zero();
+        for (int i = 0; i < 4; ++i) at += L[i] * corners[i];
+        for (int k = 0; k < 10; ++k)
+            gradient += (x(0, k) * x(0, k) + 2 * x(1, k) * x(2, k)) * TetShape<10>::gradients(element, q).col(k);
+        EXPECT_LT((gradient - Vector3d(2 * at.x(), 2 * at.z(), 2 * at.y())).norm(), 1e-12);
+    }
 }
 
-/// Simple shear, E = 1, nu = 0.3, corotated column of the same table.
-TEST(TetKernels, SimpleShearHasTheClosedForm) {
-    const TetElement e = make_element(corners, 0.3 / (1.3 * 0.4), 1 / 2.6);
-    Matrix3d F = Matrix3d::Identity();
-    F(0, 1) = 1;
-    const Matrix3d P = first_piola(e, rotation_of(F), F);
-    EXPECT_NEAR(P(0, 1), 0.486128, 1e-6);
-    EXPECT_NEAR(P(1, 0), 0.283103, 1e-6);
-    EXPECT_NEAR(P(0, 0), 0.203025, 1e-6);
-    EXPECT_NEAR(P(2, 2), 0.136193, 1e-6);
+TEST(TetShape, SharesOfMassAndForceSumToOne) {
+    double mass = 0, force = 0;
+    for (int k = 0; k < 10; ++k) {
+        mass += TetShape<10>::mass_share(k);
+        force += TetShape<10>::force_share(k);
+    }
+    EXPECT_NEAR(mass, 1, 1e-14);
+    EXPECT_NEAR(force, 1, 1e-14);
+}
+
+TEST(VisitStiffness, HeldRotationBlocksAreTheDerivativeOfTheStressWithTheRotationHeld) {
+    using Energy = StrainEnergy<StrainModel::corotated>;
+    std::mt19937 generator(3);
+    std::normal_distribution<double> normal;
+    const Matrix3d F = Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
+    const Matrix3d R = rotation_of(F);
+    const auto g = element.gradients;
+    visit_stiffness(Energy{}, Tangent::held_rotation, element.volume, element.mu, element.lambda, 0, F, R, g,
+                    [&](int i, int j, const Matrix3d& K) {
+                        for (int c = 0; c < 3; ++c) {
+                            const Matrix3d H = Vector3d::Unit(c) * g.col(j).transpose();
+                            const Matrix3d dP = Energy::shear_stress_increment(element.mu, 0, F, R, H) +
+                                                element.lambda * R.cwiseProduct(H).sum() * R;
+                            EXPECT_LT((element.volume * dP * g.col(i) - K.col(c)).norm(), 1e-12);
+                        }
+                    });
 }
 
 }  // namespace

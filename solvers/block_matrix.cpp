@@ -1,0 +1,162 @@
+#include "solvers/block_matrix.hpp"
+
+#include <petscmat.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace livetet {
+
+BlockMatrix::Arrays::Arrays(Mat matrix, MatrixLayout layout) : layout_(layout) {
+    PetscBool parallel = PETSC_FALSE;
+    LIVETET_PETSC(
+        PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &parallel, MATMPIBAIJ, MATMPIAIJ, ""));
+    parts_[0] = matrix;
+    if (parallel && layout == MatrixLayout::blocks)
+        LIVETET_PETSC(MatMPIBAIJGetSeqBAIJ(matrix, &parts_[0], &parts_[1], nullptr));
+    else if (parallel)
+        LIVETET_PETSC(MatMPIAIJGetSeqAIJ(matrix, &parts_[0], &parts_[1], nullptr));
+    for (int p = 0; p < 2; ++p)
+        if (parts_[p])
+            LIVETET_PETSC(layout == MatrixLayout::blocks ? MatSeqBAIJGetArray(parts_[p], &data[p])
+                                                         : MatSeqAIJGetArray(parts_[p], &data[p]));
+}
+
+BlockMatrix::Arrays::~Arrays() {
+    for (int p = 0; p < 2; ++p)
+        if (parts_[p])
+            layout_ == MatrixLayout::blocks ? MatSeqBAIJRestoreArray(parts_[p], &data[p])
+                                            : MatSeqAIJRestoreArray(parts_[p], &data[p]);
+}
+
+BlockMatrix::BlockMatrix(const MeshShare& share, std::span<const Vector3> positions, MatrixLayout layout)
+    : owned_(share.owned), layout_(layout) {
+    make_pattern(share);
+    make_matrix(share, positions);
+    check_pattern();
+}
+
+void BlockMatrix::make_pattern(const MeshShare& share) {
+    const int n = share.nodes_per_tet();
+    std::vector<std::vector<std::int32_t>> neighbours(owned_);
+    for (std::size_t e = 0; e < share.tets.size(); ++e)
+        for (int i = 0; i < n; ++i)
+            if (const std::int32_t row = share.node(e, i); row < owned_)
+                for (int j = 0; j < n; ++j) neighbours[row].push_back(share.node(e, j));
+    for (std::int32_t i = 0; i < owned_; ++i) {
+        auto& row = neighbours[i];
+        std::sort(row.begin(), row.end());
+        row.erase(std::unique(row.begin(), row.end()), row.end());
+        diagonal_.push_back(static_cast<std::int32_t>(std::lower_bound(row.begin(), row.end(), i) - row.begin()));
+        for (const std::int32_t j : row) rows_[j >= owned_].columns.push_back(j < owned_ ? j : j - owned_);
+        for (BlockRows& part : rows_) part.start.push_back(static_cast<std::int32_t>(part.columns.size()));
+        std::vector<std::int32_t>().swap(row);
+    }
+}
+
+void BlockMatrix::make_matrix(const MeshShare& share, std::span<const Vector3> positions) {
+    int ranks = 1;
+    MPI_Comm_size(share.comm, &ranks);
+    const bool blocks = layout_ == MatrixLayout::blocks;
+    const int expand = blocks ? 1 : 3;  // scalar rows a block row
+    std::vector<PetscInt> nnz[2];
+    for (std::int32_t i = 0; i < owned_; ++i)
+        for (int a = 0; a < expand; ++a)
+            for (int p = 0; p < 2; ++p) nnz[p].push_back(expand * (rows_[p].start[i + 1] - rows_[p].start[i]));
+    LIVETET_PETSC(MatCreate(share.comm, matrix_.out()));
+    Mat A = matrix_.get();
+    LIVETET_PETSC(MatSetSizes(A, 3 * owned_, 3 * owned_, PETSC_DETERMINE, PETSC_DETERMINE));
+    LIVETET_PETSC(MatSetBlockSize(A, 3));
+    LIVETET_PETSC(MatSetType(A, ranks > 1 ? (blocks ? MATMPIBAIJ : MATMPIAIJ) : (blocks ? MATSEQBAIJ : MATSEQAIJ)));
+    LIVETET_PETSC(MatSeqBAIJSetPreallocation(A, 3, 0, nnz[0].data()));
+    LIVETET_PETSC(MatMPIBAIJSetPreallocation(A, 3, 0, nnz[0].data(), 0, nnz[1].data()));
+    LIVETET_PETSC(MatSeqAIJSetPreallocation(A, 0, nnz[0].data()));
+    LIVETET_PETSC(MatMPIAIJSetPreallocation(A, 0, nnz[0].data(), 0, nnz[1].data()));
+    std::vector<PetscInt> columns;
+    const std::vector<PetscScalar> zeros(static_cast<std::size_t>(9) * 512, 0.0);
+    for (std::int32_t i = 0; i < owned_; ++i) {
+        columns.clear();
+        for (int p = 0; p < 2; ++p)
+            for (std::int32_t k = rows_[p].start[i]; k < rows_[p].start[i + 1]; ++k)
+                columns.push_back(share.numbers[p * owned_ + rows_[p].columns[k]]);
+        for (std::size_t k = 0; k < columns.size(); k += 512)
+            LIVETET_PETSC(MatSetValuesBlocked(A, 1, &share.numbers[i],
+                                              static_cast<PetscInt>(std::min<std::size_t>(512, columns.size() - k)),
+                                              columns.data() + k, zeros.data(), INSERT_VALUES));
+    }
+    LIVETET_PETSC(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    LIVETET_PETSC(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    if (!blocks) {  // parallel BAIJ does not take the options
+        LIVETET_PETSC(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE));
+        LIVETET_PETSC(MatSetOption(A, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+    }
+    LIVETET_PETSC(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+
+    // Algebraic multigrid wants the six rigid motions.
+    const PetscHandle<Vec> x = make_vector(share);
+    {
+        WriteArray values(x.get());
+        for (std::int32_t i = 0; i < owned_; ++i)
+            for (int c = 0; c < 3; ++c) values[3 * i + c] = positions[share.nodes[i]][c];
+    }
+    LIVETET_PETSC(VecSetBlockSize(x.get(), 3));
+    PetscHandle<MatNullSpace> rigid;
+    LIVETET_PETSC(MatNullSpaceCreateRigidBody(x.get(), rigid.out()));
+    LIVETET_PETSC(MatSetNearNullSpace(A, rigid.get()));
+}
+
+void BlockMatrix::check_pattern() const {
+    // PETSc must hold the very rows that were counted here, else its arrays are not what Filling takes them for.
+    const Arrays arrays(matrix_.get(), layout_);
+    for (int p = 0; p < 2; ++p) {
+        if (!arrays.part(p)) continue;
+        MatInfo info;
+        LIVETET_PETSC(MatGetInfo(arrays.part(p), MAT_LOCAL, &info));
+        if (info.nz_used != 9.0 * static_cast<double>(rows_[p].columns.size()))
+            throw std::logic_error("BlockMatrix: PETSc's pattern differs from the mesh's");
+    }
+}
+
+BlockMatrix::Slot BlockMatrix::slot(std::int32_t row_node, std::int32_t column_node) const {
+    if (row_node >= owned_) return {};
+    const int p = column_node >= owned_;
+    const auto begin = rows_[p].columns.begin() + rows_[p].start[row_node],
+               end = rows_[p].columns.begin() + rows_[p].start[row_node + 1];
+    const auto k = static_cast<std::int32_t>(std::lower_bound(begin, end, column_node - p * owned_) - begin);
+    return {row_node, p ? -1 - k : k};
+}
+
+void BlockMatrix::set_constrained(std::span<const std::uint8_t> components) {
+    masked_.clear();
+    for (std::int32_t i = 0; i < owned_; ++i)
+        for (int p = 0; p < 2; ++p)
+            for (std::int32_t k = rows_[p].start[i]; k < rows_[p].start[i + 1]; ++k) {
+                const std::int32_t j = p * owned_ + rows_[p].columns[k], block = k - rows_[p].start[i];
+                if (components[i] | components[j])
+                    masked_.push_back({{i, p ? -1 - block : block}, components[i], components[j], i == j});
+            }
+}
+
+BlockMatrix::Filling::Filling(BlockMatrix& matrix) : matrix_(matrix), arrays_(matrix.get(), matrix.layout_) {
+    for (int p = 0; p < 2; ++p)
+        if (arrays_.data[p]) std::fill_n(arrays_.data[p], 9 * matrix_.rows_[p].columns.size(), 0.0);
+}
+
+void BlockMatrix::Filling::finish() {
+    double identity = 1;
+    if (matrix_.owned_) {
+        double sum = 0;
+        for (std::int32_t i = 0; i < matrix_.owned_; ++i)
+            for (int a = 0; a < 3; ++a) sum += at({i, matrix_.diagonal_[i]}, a, a);
+        identity = sum / (3 * matrix_.owned_);
+    }
+    for (const MaskedBlock& b : matrix_.masked_)
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if ((b.row_components >> i & 1) || (b.column_components >> j & 1))
+                    at(b.slot, i, j) = b.on_diagonal && i == j ? identity : 0;
+    LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
+    LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
+}
+
+}  // namespace livetet

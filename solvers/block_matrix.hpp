@@ -1,0 +1,117 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solvers/mesh_share.hpp"
+
+namespace livetet {
+
+/// How PETSc stores the operator: 3x3 blocks (fastest product), or scalars (what hypre, GAMG, factorisations and the
+/// Galerkin product take).
+enum class MatrixLayout { blocks, scalars };
+
+/// A PETSc matrix of 3x3 blocks between the nodes that share a tet, filled straight into PETSc's arrays. Rows and
+/// columns of constrained components are those of the identity.
+class BlockMatrix {
+  public:
+    /// Collective. `positions` of the local nodes (metres) give algebraic multigrid the rigid motions.
+    BlockMatrix(const MeshShare& share, std::span<const Vector3> positions, MatrixLayout layout);
+
+    Mat get() const { return matrix_.get(); }
+
+    /// Where a block stands: the row of an owned node, and the k-th block in it (in the off-diagonal part: -1 - k).
+    struct Slot {
+        std::int32_t row = -1, block = 0;
+    };
+    /// The slot between two local nodes of one tet; row -1 where `row_node` is not owned.
+    Slot slot(std::int32_t row_node, std::int32_t column_node) const;
+
+    /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
+    void set_constrained(std::span<const std::uint8_t> components);
+
+    /// Fills the matrix anew: zero at first, `add` what it is made of, then `finish`.
+    class Filling;
+
+  private:
+    /// Rows of 3x3 blocks: `start[i]` .. `start[i + 1]` are the blocks of owned node i; `columns` in ascending order.
+    struct BlockRows {
+        std::vector<std::int32_t> start{0};
+        std::vector<std::int32_t> columns;
+    };
+    struct MaskedBlock {
+        Slot slot;
+        std::uint8_t row_components, column_components;
+        bool on_diagonal;
+    };
+    /// The arrays behind a PETSc matrix of either layout: of its diagonal and its off-diagonal part.
+    class Arrays;
+
+    void make_pattern(const MeshShare& share);
+    void make_matrix(const MeshShare& share, std::span<const Vector3> positions);
+    void check_pattern() const;
+
+    std::int32_t owned_;
+    MatrixLayout layout_;
+    BlockRows rows_[2];                   ///< diagonal part: local nodes; off-diagonal: local nodes less owned
+    std::vector<std::int32_t> diagonal_;  ///< which block of an owned row stands on the diagonal
+    std::vector<MaskedBlock> masked_;
+    PetscHandle<Mat> matrix_;
+};
+
+class BlockMatrix::Arrays {
+  public:
+    Arrays(Mat matrix, MatrixLayout layout);
+    ~Arrays();
+    Arrays(const Arrays&) = delete;
+    Arrays& operator=(const Arrays&) = delete;
+    Mat part(int p) const { return parts_[p]; }
+
+    PetscScalar* data[2] = {nullptr, nullptr};
+
+  private:
+    MatrixLayout layout_;
+    Mat parts_[2] = {nullptr, nullptr};
+};
+
+class BlockMatrix::Filling {
+  public:
+    explicit Filling(BlockMatrix& matrix);
+
+    void add(Slot slot, const Eigen::Matrix3d& K) {
+        const int p = slot.block < 0;
+        const std::int32_t block = p ? -1 - slot.block : slot.block;
+        if (matrix_.layout_ == MatrixLayout::blocks) {
+            const std::size_t first = matrix_.rows_[p].start[slot.row];
+            Eigen::Map<Eigen::Matrix3d>(arrays_.data[p] + 9 * (first + static_cast<std::size_t>(block))) += K;
+            return;
+        }
+        for (int a = 0; a < 3; ++a)
+            for (int b = 0; b < 3; ++b) at(slot, a, b) += K(a, b);
+    }
+    /// Adds to the three diagonal entries of an owned node.
+    void add_diagonal(std::int32_t node, double value) {
+        for (int a = 0; a < 3; ++a) at({node, matrix_.diagonal_[node]}, a, a) += value;
+    }
+    /// Puts the identity, at the size of the mean of the diagonal, into constrained rows and columns. Collective.
+    void finish();
+
+  private:
+    /// Where entry (a, b) of a block stands. Both layouts hold the same rows of blocks. `blocks`: block k of row i
+    /// starts at 9 (start_i + k), column-major. `scalars`: scalar row a of node i starts at 9 start_i + 3 a (blocks in
+    /// the row), and block k is at + 3 k.
+    PetscScalar& at(Slot slot, int a, int b) {
+        const int p = slot.block < 0;
+        const std::int32_t block = p ? -1 - slot.block : slot.block;
+        const BlockRows& rows = matrix_.rows_[p];
+        const std::size_t start = rows.start[slot.row];
+        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[p][9 * (start + block) + 3 * b + a];
+        const std::size_t length = rows.start[slot.row + 1] - start;
+        return arrays_.data[p][9 * start + a * 3 * length + 3 * block + b];
+    }
+
+    BlockMatrix& matrix_;
+    Arrays arrays_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "mechanics/material.hpp"
+#include "mechanics/rotation.hpp"
+
+namespace livetet {
+
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+/// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive semi-definite
+/// (corotated; the other models have none and take `positive`). `exact`: the second derivative of the energy.
+/// `positive`: the exact one with its negative eigenvalues, of each quadrature point, set to zero.
+enum class Tangent { held_rotation, exact, positive };
+
+/// The energy density of a strain model (J/m^3), split into
+///     psi(F) = psi_mu(F) + lambda / 2 theta(F)^2
+/// so that one code serves the displacement form, where the pressure is p = lambda theta, and the mixed form, where p is
+/// a field of its own (psi_mu + p theta - p^2 / (2 lambda)). With J = det F, E = (F^T F - I) / 2:
+///     model        psi_mu                                            theta
+///     linear       mu |sym F - I|^2                                  tr F - 3
+///     corotated    mu |F - R|^2, R = rotation_of(F)                  tr R^T F - 3       (Mueller and Gross 2004)
+///     green        mu |E|^2                                          tr E               (St Venant-Kirchhoff)
+///     neohookean   mu/2 (|F|^2 - 3) - mu (J - 1) + mu/2 (J - 1)^2    J - 1
+/// The last is the form of Smith, de Goes and Kim (2018, "Stable neo-Hookean flesh simulation", without the barrier):
+/// it is finite for any F, has its minimum at rest, and agrees with Hooke's law there.
+/// `linear` and `corotated` are one formula in a rotation R that is given to each function (linear: the identity);
+/// the two others do not look at R.
+template <StrainModel model>
+struct StrainEnergy {
+    using Matrix3 = Eigen::Matrix3d;
+    static constexpr bool rotates = model == StrainModel::linear || model == StrainModel::corotated;
+
+    static Matrix3 cofactor(const Matrix3& F) {
+        Matrix3 c;
+        c << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
+        return c;
+    }
+
+    /// theta.
+    static double volume_strain(const Matrix3& F, const Matrix3& R) {
+        if constexpr (rotates) return R.cwiseProduct(F).sum() - 3;
+        if constexpr (model == StrainModel::green) return (F.squaredNorm() - 3) / 2;
+        return F.determinant() - 1;
+    }
+
+    /// d theta / dF.
+    static Matrix3 volume_strain_gradient(const Matrix3& F, const Matrix3& R) {
+        if constexpr (rotates) return R;
+        if constexpr (model == StrainModel::green) return F;
+        return cofactor(F);
+    }
+
+    /// psi_mu.
+    static double shear_energy(double mu, const Matrix3& F, const Matrix3& R) {
+        if constexpr (rotates) {
+            const Matrix3 S = R.transpose() * F;
+            return mu * (0.5 * (S + S.transpose()) - Matrix3::Identity()).squaredNorm();
+        }
+        if constexpr (model == StrainModel::green)
+            return mu / 4 * (F.transpose() * F - Matrix3::Identity()).squaredNorm();
+        const double dilation = F.determinant() - 1;
+        return mu / 2 * (F.squaredNorm() - 3 - 2 * dilation + dilation * dilation);
+    }
+
+    /// d psi_mu / dF: the first Piola-Kirchhoff stress without its volumetric part, Pa.
+    static Matrix3 shear_stress(double mu, const Matrix3& F, const Matrix3& R) {
+        if constexpr (rotates) return mu * (F + R * F.transpose() * R - 2 * R);
+        if constexpr (model == StrainModel::green) return mu * F * (F.transpose() * F - Matrix3::Identity());
+        return mu * (F + (F.determinant() - 2) * cofactor(F));
+    }
+
+    /// First Piola-Kirchhoff stress with a pressure p (positive in tension), Pa.
+    static Matrix3 stress(double mu, double p, const Matrix3& F, const Matrix3& R) {
+        return shear_stress(mu, F, R) + p * volume_strain_gradient(F, R);
+    }
+
+    /// (d^2 psi_mu / dF^2 + p d^2 theta / dF^2) : H, the rotation held.
+    static Matrix3 shear_stress_increment(double mu, double p, const Matrix3& F, const Matrix3& R, const Matrix3& H) {
+        if constexpr (rotates) return mu * (H + R * H.transpose() * R);
+        if constexpr (model == StrainModel::green) {
+            const Matrix3 E2 = F.transpose() * F - Matrix3::Identity(), FH = F.transpose() * H;
+            return mu * (H * E2 + F * (FH + FH.transpose())) + p * H;
+        }
+        const Matrix3 N = cofactor(F);
+        Matrix3 turned;  // the derivative of the cofactor
+        for (int c = 0; c < 3; ++c)
+            turned.col(c) = F.col((c + 1) % 3).cross(H.col((c + 2) % 3)) + H.col((c + 1) % 3).cross(F.col((c + 2) % 3));
+        return mu * (H + N.cwiseProduct(H).sum() * N) + (mu * (F.determinant() - 2) + p) * turned;
+    }
+
+    /// d^2 psi_mu / dF^2 + p d^2 theta / dF^2 as a matrix on vec F (columns stacked), with the rotation's derivative.
+    /// In the frame of F's singular vectors it falls into one 3x3 block (stretches) and, for each pair of axes, a
+    /// symmetric and an antisymmetric mode, whose eigenvalues are known (Smith, de Goes and Kim 2019, "Analytic
+    /// eigensystems for isotropic distortion energies"): `positive` cuts them at zero. Nearly singular modes (two
+    /// singular values that all but cancel: an inverted element) are cut in `exact` too.
+    static Matrix9 shear_tangent(double mu, double p, const Matrix3& F, Tangent tangent);
+};
+
+extern template struct StrainEnergy<StrainModel::linear>;
+extern template struct StrainEnergy<StrainModel::corotated>;
+extern template struct StrainEnergy<StrainModel::green>;
+extern template struct StrainEnergy<StrainModel::neohookean>;
+
+/// visitor(StrainEnergy<model>{}) for a model known at run time.
+template <class Visitor>
+decltype(auto) with_energy(StrainModel model, Visitor&& visitor) {
+    switch (model) {
+        case StrainModel::linear:
+            return visitor(StrainEnergy<StrainModel::linear>{});
+        case StrainModel::green:
+            return visitor(StrainEnergy<StrainModel::green>{});
+        case StrainModel::neohookean:
+            return visitor(StrainEnergy<StrainModel::neohookean>{});
+        case StrainModel::corotated:
+            break;
+    }
+    return visitor(StrainEnergy<StrainModel::corotated>{});
+}
+
+/// Whether a body of this model that starts flat, turned inside out or at random comes back to rest. Green's strain
+/// cannot tell an element from its mirror image, the linear one knows no rotations.
+inline bool recovers_from_inversion(StrainModel model) {
+    return model == StrainModel::corotated || model == StrainModel::neohookean || model == StrainModel::linear;
+}
+
+}  // namespace livetet

@@ -1,0 +1,104 @@
+#include "mesh/quadratic.hpp"
+
+#include <algorithm>
+
+namespace livetet {
+
+namespace {
+
+std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
+    return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | static_cast<std::uint32_t>(std::max(a, b));
+}
+
+}  // namespace
+
+TetMesh quadratic_mesh(const TetMesh& linear) {
+    TetMesh mesh = linear;
+    mesh.edge_nodes.resize(mesh.tets.size());
+    std::unordered_map<std::uint64_t, std::int32_t> middles;
+    middles.reserve(2 * mesh.tets.size());
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (int k = 0; k < 6; ++k) {
+            const std::int32_t a = mesh.tets[e][tet_edges[k][0]], b = mesh.tets[e][tet_edges[k][1]];
+            const auto [place, fresh] =
+                middles.try_emplace(edge_key(a, b), static_cast<std::int32_t>(mesh.nodes.size()));
+            if (fresh) mesh.nodes.push_back((mesh.nodes[a] + mesh.nodes[b]) / 2);
+            mesh.edge_nodes[e][k] = place->second;
+        }
+    for (auto& [name, nodes] : mesh.node_sets) {
+        std::vector<std::int32_t> more;
+        if (const auto triangles = mesh.triangle_sets.find(name); triangles != mesh.triangle_sets.end()) {
+            for (const Triangle& t : triangles->second)
+                for (int k = 0; k < 3; ++k) more.push_back(middles.at(edge_key(t[k], t[(k + 1) % 3])));
+        } else {
+            for (const auto& [key, middle] : middles)
+                if (std::binary_search(nodes.begin(), nodes.end(), static_cast<std::int32_t>(key >> 32)) &&
+                    std::binary_search(nodes.begin(), nodes.end(), static_cast<std::int32_t>(key & 0xffffffff)))
+                    more.push_back(middle);
+        }
+        nodes.insert(nodes.end(), more.begin(), more.end());
+        std::sort(nodes.begin(), nodes.end());
+        nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    }
+    return mesh;
+}
+
+MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
+    const TetMesh& linear = hierarchy.levels.front();
+    TetMesh quadratic = quadratic_mesh(linear);
+    BarycentricMap map;
+    map.nodes.resize(quadratic.nodes.size());
+    map.weights.resize(quadratic.nodes.size());
+    map.distance.assign(quadratic.nodes.size(), 0);
+    for (std::size_t e = 0; e < quadratic.tets.size(); ++e) {
+        const Tet& t = quadratic.tets[e];
+        for (int i = 0; i < 4; ++i) {
+            map.nodes[t[i]] = t;
+            map.weights[t[i]] = {0, 0, 0, 0};
+            map.weights[t[i]][i] = 1;
+        }
+        for (int k = 0; k < 6; ++k) {
+            const std::int32_t n = quadratic.edge_nodes[e][k];
+            map.nodes[n] = t;
+            map.weights[n] = {0, 0, 0, 0};
+            for (const int end : tet_edges[k]) map.weights[n][end] = 0.5;
+        }
+    }
+    hierarchy.levels.insert(hierarchy.levels.begin(), std::move(quadratic));
+    hierarchy.transfers.insert(hierarchy.transfers.begin(), std::move(map));
+    return hierarchy;
+}
+
+EdgeNodes::EdgeNodes(const TetMesh& mesh) {
+    middles_.reserve(2 * mesh.edge_nodes.size());
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (int k = 0; k < 6; ++k)
+            middles_.try_emplace(edge_key(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]]),
+                                 mesh.edge_nodes[e][k]);
+}
+
+std::int32_t EdgeNodes::between(std::int32_t a, std::int32_t b) const {
+    const auto found = middles_.find(edge_key(a, b));
+    return found == middles_.end() ? -1 : found->second;
+}
+
+Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size_t point,
+                    std::span<const Vector3> values) {
+    if (edges.empty()) return interpolate(map, point, values);
+    Vector3 value = Vector3::Zero();
+    const auto& nodes = map.nodes[point];
+    const auto& L = map.weights[point];
+    for (int i = 0; i < 4; ++i) {
+        value += L[i] * (2 * L[i] - 1) * values[nodes[i]];
+        for (int j = i + 1; j < 4; ++j)
+            if (const double w = 4 * L[i] * L[j]; w != 0) value += w * values[edges.between(nodes[i], nodes[j])];
+    }
+    return value;
+}
+
+std::array<std::int32_t, 3> traction_nodes(const Triangle& t, const EdgeNodes& edges) {
+    if (edges.empty()) return t;
+    return {edges.between(t[0], t[1]), edges.between(t[1], t[2]), edges.between(t[2], t[0])};
+}
+
+}  // namespace livetet
