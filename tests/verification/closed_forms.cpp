@@ -143,9 +143,20 @@ Vector3 swinging_cube_mode(double a, const Vector3& x) {
     return {s[0] * c[1] * c[2], c[0] * s[1] * c[2], c[0] * c[1] * s[2]};
 }
 
-double mindlin_plate_frequency(const Isotropic& m, double a, double h, int i, int j, double shear_factor) {
+double lamb_plate_frequency(const Isotropic& m, double a, double h, int i, int j) {
+    const double k2 = pi * pi * (i * i + j * j) / (a * a);
+    // with s = omega^2 / (c_s k)^2; s = 0 is a root of no meaning, so start from a tenth of Kirchhoff's plate
+    const double kirchhoff = k2 * h * h / (6 * (1 - m.nu)), slow = m.mu() / (m.lambda() + 2 * m.mu());
+    const double s = bisect(1e-2 * std::min(kirchhoff, 1.0), 1, [&](double t) {
+        const double p = std::sqrt(1 - slow * t), q = std::sqrt(1 - t), half = std::sqrt(k2) * h / 2;
+        return 4 * p * q * std::tanh(q * half) < std::pow(1 + q * q, 2) * std::tanh(p * half);
+    });
+    return std::sqrt(s * k2 * m.mu() / m.rho) / (2 * pi);
+}
+
+double mindlin_plate_frequency(const Isotropic& m, double a, double h, int i, int j, double kappa) {
     const double k2 = pi * pi * (i * i + j * j) / (a * a), D = m.E * h * h * h / (12 * (1 - m.nu * m.nu));
-    const double S = shear_factor * m.mu() * h, mass = m.rho * h, inertia = m.rho * h * h * h / 12;
+    const double S = kappa * m.mu() * h, mass = m.rho * h, inertia = m.rho * h * h * h / 12;
     // mass inertia w^4 - (mass (D k^2 + S) + inertia S k^2) w^2 + S D k^4 = 0, w^2 in the form that does not cancel
     const double b = mass * (D * k2 + S) + inertia * S * k2, c = S * D * k2 * k2;
     return std::sqrt(2 * c / (b + std::sqrt(b * b - 4 * mass * inertia * c))) / (2 * pi);

@@ -39,6 +39,7 @@ TetMesh cooks_membrane(int n, int n_z, double thickness);
 ///   "outer" (BCB'C')  u_x = u_y = 0         "outer_middle" (node set only: the line EE', z = 0 on "outer")  u_z = 0
 ///   "top" (z = 0.3)  normal pressure 1 MPa  "bottom", "inner"  free
 /// E = 210 GPa, nu = 0.3. Asked for: sigma_yy = -5.38 MPa at D = (2, 0, 0.3), the node of "top", "inner" and "y0".
+/// Held on a line only, u_z falls without limit, like log h, as the mesh is refined: judge the stress, not u_z.
 /// Source: NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3 (1990), LE10.
 TetMesh le10_plate(int n_r, int n_theta, int n_z);
 

@@ -45,7 +45,7 @@ Matrix3d simple_shear(Strain strain, const Isotropic& m, double g);
 
 /// A smooth displacement on and about the unit cube, three waves that share no symmetry:
 ///   u_i = amplitude sin(k_i . x + phase_i), k_i the rows of `waves`.
-/// With the default amplitude |grad u| <= 0.16, so any strain model is far from an inverted element.
+/// With the default amplitude |grad u| < 0.15, so any strain model is far from an inverted element.
 struct ManufacturedField {
     double amplitude = 0.03;
     Matrix3d waves{{2.1, 1.3, -0.7}, {-1.1, 2.4, 0.9}, {0.6, -1.7, 2.2}};
