@@ -30,7 +30,7 @@ struct RadialState {
 /// Hollow sphere a <= r <= b under inner pressure p (sigma_z: the other hoop stress, equal to sigma_theta).
 ///   c = p a^3 / (b^3 - a^3),  u = c r / E ((1 - 2 nu) + (1 + nu) b^3 / (2 r^3)),
 ///   sigma_r = c (1 - b^3 / r^3),  sigma_theta = c (1 + b^3 / (2 r^3)).
-/// Source: Lame; Timoshenko and Goodier, Theory of Elasticity, section 136.
+/// Source: Lame; Timoshenko and Goodier, Theory of Elasticity (3rd edition), section 136.
 RadialState thick_sphere(const Isotropic& m, double a, double b, double p, double r);
 
 /// Tube a <= r <= b under inner pressure p, in plane strain (u_z = 0).
@@ -105,15 +105,15 @@ double lame_frequency(const Isotropic& m, double a);
 /// Its shape on [0, a]^2: (cos(pi x / a) sin(pi y / a), -sin(pi x / a) cos(pi y / a), 0).
 Vector3 lame_mode(double a, const Vector3& x);
 
-/// The swinging cube of side a: f = sqrt(3) c_d / (4 a), c_d = sqrt((lambda + 2 mu) / rho), exact. Held: u_x = 0 at x =
-/// 0 and u_y = u_z = 0 at x = a, and so on around; no other traction.
+/// The swinging cube of side a: f = sqrt(3) c_d / (4 a), c_d = sqrt((lambda + 2 mu) / rho), exact. Held: u_x = 0 where
+/// x = 0, u_y = u_z = 0 where x = a, and so on around; no other traction.
 double swinging_cube_frequency(const Isotropic& m, double a);
 /// Its shape: with s_i, c_i the sine and cosine of pi x_i / (2 a), (s_x c_y c_z, c_x s_y c_z, c_x c_y s_z).
 Vector3 swinging_cube_mode(double a, const Vector3& x);
 
-/// Bending mode (i, j) of a square plate a x a x h whose side faces slide along their normals only (u_y = u_z = 0 on x
-/// = 0 and x = a; u_x = u_z = 0 on y = 0 and y = a), top and bottom free: exact in three dimensions, a standing Lamb
-/// wave. The lowest omega of the antisymmetric Rayleigh-Lamb equation,
+/// Bending mode (i, j) of a square plate a x a x h whose side faces move along their normals only (u_y = u_z = 0 on
+/// the two across x, u_x = u_z = 0 on the two across y), top and bottom free: exact in three dimensions, a standing
+/// Lamb wave. The lowest omega of the antisymmetric Rayleigh-Lamb equation,
 ///   4 k^2 p q tanh(q h / 2) = (k^2 + q^2)^2 tanh(p h / 2),
 ///   k^2 = pi^2 (i^2 + j^2) / a^2,  p^2 = k^2 - omega^2 / c_d^2,  q^2 = k^2 - omega^2 / c_s^2.
 /// Source: Lamb (1917); Srinivas, Joga Rao and Rao (1970), J. Sound Vib. 12, for the plate.
@@ -136,14 +136,14 @@ inline constexpr std::array<double, 7> fv52_frequencies{45.897, 109.44, 109.44, 
 
 /// The generalized-alpha family; Newmark's for alpha_m = alpha_f = 0.
 ///   M a_{n+1-alpha_m} + K u_{n+1-alpha_f} = f,  y_{n+1-alpha} = (1 - alpha) y_{n+1} + alpha y_n,
-///   u_{n+1} = u_n + dt v_n + dt^2 ((1/2 - beta) a_n + beta a_{n+1}),  v_{n+1} = v_n + dt ((1 - gamma) a_n + gamma
-///   a_{n+1}).
+///   u_{n+1} = u_n + dt v_n + dt^2 ((1/2 - beta) a_n + beta a_{n+1}),
+///   v_{n+1} = v_n + dt ((1 - gamma) a_n + gamma a_{n+1}).
 struct AlphaScheme {
     double alpha_m = 0, alpha_f = 0, beta = 0.25, gamma = 0.5;
 };
 
 /// The scheme with the least damping at low frequencies for the spectral radius rho_inf at Omega = infinity. Source:
-/// Chung and Hulbert (1993), J. Appl. Mech. 60, equations 17, 20, 25.
+/// Chung and Hulbert (1993), J. Appl. Mech. 60.
 AlphaScheme generalized_alpha(double rho_inf);
 
 /// One step of an undamped oscillator: (u, dt v, dt^2 a)_{n+1} = A (u, dt v, dt^2 a)_n, Omega = omega dt.
@@ -151,8 +151,8 @@ Matrix3d amplification(const AlphaScheme& scheme, double Omega);
 
 /// What a scheme does to an oscillator, from an eigenvalue z of A: that of the complex pair where there is one, else
 /// the largest; damping = -ln|z| / sqrt(arg(z)^2 + ln|z|^2), period_elongation = Omega / |arg z| - 1. spectral_radius
-/// is over all eigenvalues. Implicit Euler has the eigenvalues of Newmark with beta = 1, gamma = 3/2: 1 / (1 +- i
-/// Omega). Source: Hughes, The Finite Element Method, section 9.3.
+/// is over all eigenvalues. Implicit Euler has the eigenvalues of Newmark with beta = 1 and gamma = 3/2,
+/// 1 / (1 +- i Omega). Source: Hughes, The Finite Element Method, chapter 9.
 struct SchemeResponse {
     double spectral_radius, damping, period_elongation;
 };
