@@ -2,6 +2,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/scene_body.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -44,17 +45,23 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
 void explain(const std::filesystem::path& path) {
     const Scene scene = load_scene(path);
     ProgressLine progress("mesh");
-    const MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
+    MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
+    if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
-    const bool linear = scene.strain == StrainModel::linear;
     const SolverKind kind = resolved_kind(scene.solver.kind, hierarchy.levels.size());
     const bool multigrid = kind == SolverKind::multigrid;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 
     Explanation e;
-    e.uses("elements", fmt::format("{} linear tetrahedra, {}", tets, linear ? "small strain" : "corotated"));
-    if (linear)
-        e.leaves_out("rotations", "strain: linear");
+    constexpr const char* strains[] = {"small strain", "corotated", "Green's strain", "neo-Hookean"};
+    e.uses("elements", fmt::format("{} tetrahedra of {} nodes, {}", tets, scene.elements == Elements::p2 ? 10 : 4,
+                                   strains[static_cast<int>(scene.strain)]));
+    if (resolved_formulation(elastic_model(scene, scene.track.has_value())) == Formulation::mixed)
+        e.uses("pressures", "one at each corner, FGMRES around the preconditioner of the displacements");
+    else
+        e.leaves_out("pressures", scene.track ? "`track`" : "formulation: displacement, or no poisson >= 0.49");
+    if (scene.strain != StrainModel::corotated)
+        e.leaves_out("rotations", "strain is not corotated");
     else
         e.uses("rotations", fmt::format("one for each tet, each linearisation: about {:.0f} ms", 1.5e-4 * tets));
     if (is_static)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -41,9 +42,13 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std:
       sensor_filter_(filter_options(*scene.track)),
       registration_(in_reference(fiducials), in_image(fiducials)),
       drive_({.base_window_s = scene.track->base_window_s}),
-      fixed_(SceneConstraints(scene, body.mesh()).at(std::numeric_limits<double>::infinity())),
+      fixed_(body.mesh().nodes.size()),
       constraints_(fixed_) {
+    SceneConstraints scene_constraints(scene, body.mesh());
+    scene_constraints.move_to_share(1);
+    constraints_ = fixed_ = scene_constraints.constraints();
     body_.body->set_constraints(constraints_);
+    body_.body->set_springs(scene_constraints.springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
     // Not a number until the reference sensor was first seen.
     frame_.tracker_from_image.rotation.setConstant(std::nan(""));
@@ -73,6 +78,7 @@ void LiveModel::follow(const TrackerSample& sample) {
 void LiveModel::place_patch() {
     const Vector3 place = drive_.base()->translation;
     patch_ = surface_patch(body_.mesh(), place, scene_.track->patch_radius_mm / 1e3);
+    patch_.nodes = with_edge_nodes_between(body_.mesh(), patch_.nodes);
     if (patch_.distance > 0.02)
         fail(
             "track.sensor_tool = {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm "

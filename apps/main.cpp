@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
     add_report_command(app);
     add_solve_command(app, status);
     add_explain_command(app);
+    add_bench_command(app, status);
     add_scene_command(app);
     try {
         std::vector<std::string> names;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 namespace livetet {
 
 enum class LengthUnit { millimetre, metre };
+enum class Elements { p1, p2 };
 
 /// Which nodes: exactly one of mask, group, box, sphere, half-space, nodes. Places are in the mesh's world, RAS.
 struct SelectionOptions {
@@ -37,11 +39,15 @@ struct MeshSource {
 
 struct FixOptions : SelectionOptions {
     std::string components = "xyz";
+    std::optional<double> stiffness_N_per_m;
 };
 
 struct DriveOptions : SelectionOptions {
     Eigen::Vector3d displacement_mm = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();
+    std::optional<Eigen::Vector3d> centre_mm;
     std::string components = "xyz";
+    std::optional<double> stiffness_N_per_m;
     double ramp_s = 0;
 };
 
@@ -74,6 +80,7 @@ struct TrackOptions {
 struct OutputOptions {
     std::filesystem::path file = "result.h5";
     int every = 1;
+    std::vector<std::string> fields;
 };
 
 /// A scene file: everything that one run needs. Paths are relative to the scene file until `load_scene` has made them
@@ -82,6 +89,8 @@ struct Scene {
     MeshSource mesh;
     std::vector<Material> materials{Material{}};
     StrainModel strain = StrainModel::corotated;
+    Elements elements = Elements::p1;
+    Formulation formulation = Formulation::automatic;
     TimeOptions time;
     Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
     std::vector<FixOptions> fix;
@@ -136,17 +145,30 @@ inline Check<std::string> some_components() {
             }};
 }
 
+/// The names that output.fields knows.
+inline bool is_result_field(const std::string& name) {
+    return name == "stress" || name == "von_mises" || name == "strain_energy" || name == "volume_change" ||
+           name == "reactions";
+}
+
 template <class Visitor>
 void visit_fields(Visitor& v, FixOptions& f) {
     visit_selection(v, f);
     v.field("components", f.components, "", "which components are held", some_components());
+    v.field("stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
+            "held softly, by springs of this stiffness in all, shared evenly by the nodes", greater_than<0>());
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, DriveOptions& d) {
     visit_selection(v, d);
     v.field("displacement_mm", d.displacement_mm, "mm", "where the nodes are moved to, from rest");
+    v.field("rotation_deg", d.rotation_deg, "deg",
+            "and turned by: axis times angle, about centre_mm, before the displacement");
+    v.field("centre_mm", d.centre_mm, "mm", "centre of the turn; the mean of the nodes where it is not given");
     v.field("components", d.components, "", "which components are driven", some_components());
+    v.field("stiffness_N_per_m", d.stiffness_N_per_m, "N/m",
+            "driven softly, by springs of this stiffness in all, shared evenly by the nodes", greater_than<0>());
     v.field("ramp_s", d.ramp_s, "s", "euler, newmark: reached after this time", at_least<0>());
 }
 
@@ -189,6 +211,13 @@ template <class Visitor>
 void visit_fields(Visitor& v, OutputOptions& o) {
     v.field("file", o.file, "", "result (.h5, with an .xdmf for ParaView beside it)");
     v.field("every", o.every, "", "keep every n-th frame", at_least<1, int>());
+    v.field("fields", o.fields, "",
+            "`solve`: what is kept beside displacements: stress, von_mises, strain_energy, volume_change (of each tet), "
+            "reactions (of each node)",
+            Check<std::vector<std::string>>{"some of stress, von_mises, strain_energy, volume_change, reactions",
+                                            [](const std::vector<std::string>& names) {
+                                                return std::all_of(names.begin(), names.end(), is_result_field);
+                                            }});
 }
 
 template <class Visitor>
@@ -197,7 +226,18 @@ void visit_fields(Visitor& v, Scene& s) {
     v.list("materials", s.materials, "what it is made of");
     v.choice("strain", s.strain, "strain model of the elements",
              {{StrainModel::corotated, "corotated", "small strain, any rotation"},
-              {StrainModel::linear, "linear", "small strain, small rotation: cheapest"}});
+              {StrainModel::linear, "linear", "small strain, small rotation: cheapest"},
+              {StrainModel::green, "green", "Green's strain (St Venant-Kirchhoff): large rotation, tension; softens and "
+                                            "collapses in compression"},
+              {StrainModel::neohookean, "neohookean", "rubber, tissue: large strain, through inversion too"}});
+    v.choice("elements", s.elements, "tetrahedra of four nodes, or of ten on the same mesh",
+             {{Elements::p1, "P1", "four nodes, linear displacement"},
+              {Elements::p2, "P2", "ten nodes, quadratic displacement: bends and twists right on a coarse mesh"}});
+    v.choice("formulation", s.formulation, "where the volumetric stress comes from",
+             {{Formulation::automatic, "automatic", "mixed where a material has poisson >= 0.49, else displacement; "
+                                                    "`track`: displacement"},
+              {Formulation::displacement, "displacement", "the displacement alone: locks as poisson nears 0.5"},
+              {Formulation::mixed, "mixed", "a pressure of its own at the corners: right up to 0.4999"}});
     v.group("time", s.time, "how it moves in time");
     v.field("gravity_m_per_s2", s.gravity_m_per_s2, "m/s^2", "acceleration on the whole body");
     v.list("fix", s.fix, "nodes that are held");

@@ -3,13 +3,17 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <numbers>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "geometry/transform.hpp"
+#include "mechanics/rigid_motions.hpp"
 #include "mesh/node_selection.hpp"
+#include "mesh/quadratic.hpp"
 #include "meshing/partition.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
@@ -62,7 +66,7 @@ std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& 
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
     std::vector<std::int32_t> nodes = selected(mesh, s, key);
     if (s.where == NodeScope::surface_only) {
-        const auto surface = nodes_of(boundary_triangles(mesh.tets));
+        const auto surface = surface_nodes(mesh);
         std::erase_if(nodes, [&](std::int32_t n) { return !std::binary_search(surface.begin(), surface.end(), n); });
     }
     if (nodes.empty()) {
@@ -98,50 +102,129 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 #endif
 }
 
-SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh) : constraints_(mesh.nodes.size()) {
+SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
+    : mesh_(mesh), constraints_(mesh.nodes.size()) {
     for (std::size_t i = 0; i < scene.drive.size(); ++i) {
         const DriveOptions& d = scene.drive[i];
-        driven_.push_back({select_nodes(mesh, d, fmt::format("drive[{}]", i)), d.displacement_mm / 1e3,
-                           component_bits(d.components), d.ramp_s});
+        const std::string key = fmt::format("drive[{}]", i);
+        const std::vector<std::int32_t> nodes = select_nodes(mesh, d, key);
+        Vector3 centre = Vector3::Zero();
+        for (const std::int32_t n : nodes) centre += mesh.nodes[n] / static_cast<double>(nodes.size());
+        if (d.centre_mm) centre = *d.centre_mm / 1e3;
+        driven_.push_back({key, nodes, d.displacement_mm / 1e3, d.rotation_deg * (std::numbers::pi / 180), centre,
+                           component_bits(d.components), d.stiffness_N_per_m, d.ramp_s});
     }
-    for (std::size_t i = 0; i < scene.fix.size(); ++i)
-        fixed_.push_back(
-            {select_nodes(mesh, scene.fix[i], fmt::format("fix[{}]", i)), component_bits(scene.fix[i].components)});
+    for (std::size_t i = 0; i < scene.fix.size(); ++i) {
+        const std::string key = fmt::format("fix[{}]", i);
+        driven_.push_back({key, select_nodes(mesh, scene.fix[i], key), Vector3::Zero(), Vector3::Zero(),
+                           Vector3::Zero(), component_bits(scene.fix[i].components), scene.fix[i].stiffness_N_per_m,
+                           0});
+    }
+    for (const Driven& d : driven_) {
+        if (!d.stiffness) continue;
+        springs_.stiffness.resize(mesh.nodes.size(), 0);
+        springs_.target.resize(mesh.nodes.size(), Vector3::Zero());
+        for (const std::int32_t n : d.nodes) springs_.stiffness[n] += *d.stiffness / static_cast<double>(d.nodes.size());
+    }
+    move_to_share(0);
 }
 
-const Constraints& SceneConstraints::at(double time_s) {
-    for (const Driven& d : driven_)
-        constraints_.prescribe(d.nodes, (d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0) * d.displacement,
-                               d.components);
-    for (const Fixed& f : fixed_) constraints_.prescribe(f.nodes, Vector3::Zero(), f.components);
-    return constraints_;
+void SceneConstraints::move(const Driven& d, double share) {
+    const Eigen::Matrix3d turned = rotation_of_vector(share * d.turn) - Eigen::Matrix3d::Identity();
+    for (const std::int32_t n : d.nodes) {
+        const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
+        if (d.stiffness)
+            springs_.target[n] = value;
+        else
+            constraints_.prescribe(std::span(&n, 1), value, d.components);
+    }
 }
+
+std::vector<std::pair<std::string, Vector3>> SceneConstraints::sums(std::span<const Vector3> forces) const {
+    std::vector<std::pair<std::string, Vector3>> sums;
+    for (const Driven& d : driven_) {
+        sums.emplace_back(d.key, Vector3::Zero());
+        for (const std::int32_t n : d.nodes) sums.back().second += forces[n];
+    }
+    return sums;
+}
+
+void SceneConstraints::move_to_time(double time_s) {
+    for (const Driven& d : driven_) move(d, d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0);
+}
+
+void SceneConstraints::move_to_share(double share) {
+    for (const Driven& d : driven_) move(d, share);
+}
+
+namespace {
+
+/// The triangles that a load acts on: those of the group where it names one, else those of the surface whose corners
+/// are all selected.
+std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load, std::span<const std::int32_t> nodes) {
+    if (load.group)
+        if (const auto set = mesh.triangle_sets.find(*load.group); set != mesh.triangle_sets.end()) return set->second;
+    std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
+    std::erase_if(triangles, [&](const Triangle& t) {
+        return !std::all_of(t.begin(), t.end(),
+                            [&](std::int32_t n) { return std::binary_search(nodes.begin(), nodes.end(), n); });
+    });
+    return triangles;
+}
+
+}  // namespace
 
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
     if (scene.gravity_m_per_s2 != Vector3::Zero())
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
             const Material& material = material_of(scene.materials, mesh.regions.empty() ? 0 : mesh.regions[e]);
-            const double quarter_mass = material.density_kg_per_m3 * signed_volume(mesh, mesh.tets[e]) / 4;
-            for (const std::int32_t n : mesh.tets[e]) force[n] += quarter_mass * scene.gravity_m_per_s2;
+            const Vector3 weight =
+                material.density_kg_per_m3 * signed_volume(mesh, mesh.tets[e]) * scene.gravity_m_per_s2;
+            if (mesh.edge_nodes.empty()) {
+                for (int i = 0; i < 4; ++i) force[mesh.tets[e][i]] += TetShape<4>::force_share(i) * weight;
+                continue;
+            }
+            for (int i = 0; i < 4; ++i) force[mesh.tets[e][i]] += TetShape<10>::force_share(i) * weight;
+            for (int k = 0; k < 6; ++k) force[mesh.edge_nodes[e][k]] += TetShape<10>::force_share(4 + k) * weight;
         }
+    const EdgeNodes edges(mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadOptions& load = scene.loads[i];
         const std::string key = fmt::format("loads[{}]", i);
         const auto nodes = select_nodes(mesh, load, key);
         for (const std::int32_t n : nodes) force[n] += load.force_N / static_cast<double>(nodes.size());
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
-        const auto chosen = [&](std::int32_t n) { return std::binary_search(nodes.begin(), nodes.end(), n); };
-        bool any = false;
-        for (const Triangle& t : boundary_triangles(mesh.tets)) {
-            if (!chosen(t[0]) || !chosen(t[1]) || !chosen(t[2])) continue;
-            any = true;
+        const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
+        if (triangles.empty()) fail("{} selects no whole triangle of the surface for its traction or pressure", key);
+        for (const Triangle& t : triangles) {
             const Vector3 area = 0.5 * (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
-            for (const std::int32_t n : t) force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
+            for (const std::int32_t n : traction_nodes(t, edges))
+                force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
         }
-        if (!any) fail("{} selects no whole triangle of the surface for its traction or pressure", key);
     }
     return force;
+}
+
+ElasticModel elastic_model(const Scene& scene, bool live) {
+    ElasticModel model{scene.materials, scene.strain, scene.formulation};
+    if (live && model.formulation == Formulation::automatic) model.formulation = Formulation::displacement;
+    return model;
+}
+
+void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints) {
+    if (scene.time.scheme != TimeScheme::static_equilibrium) return;
+    std::vector<std::uint8_t> held = constraints.constraints().components;
+    for (std::size_t n = 0; n < constraints.springs().stiffness.size(); ++n)
+        if (constraints.springs().stiffness[n] > 0) held[n] = 7;
+    const std::vector<FreeMotion> free = free_rigid_motions(mesh, held);
+    if (free.empty()) return;
+    std::string list;
+    for (std::size_t i = 0; i < std::min<std::size_t>(free.size(), 6); ++i)
+        list += (i ? ", " : "") + free[i].description;
+    if (free.size() > 6) list += ", ...";
+    fail("the body is not held: {} rigid motion{} free in a static scene: {}; expected fix or drive to hold them",
+         free.size(), free.size() == 1 ? " is" : "s are", list);
 }
 
 StepEffort batch_effort(const Scene& scene) {
@@ -150,14 +233,16 @@ StepEffort batch_effort(const Scene& scene) {
             .linear_tolerance = scene.solver.relative_tolerance};
 }
 
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy) {
+SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live) {
     SceneBody scene_body{std::move(hierarchy), {}, nullptr};
+    if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     if (ranks > 1)
         for (const TetMesh& level : scene_body.hierarchy.levels)
             scene_body.parts.push_back(partition_tets(level.tets, ranks));
-    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts, {scene.materials, scene.strain}, scene.time, scene.solver);
+    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts,
+                                                       elastic_model(scene, live), scene.time, scene.solver);
     return scene_body;
 }
 

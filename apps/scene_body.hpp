@@ -14,27 +14,37 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
 /// The mesh hierarchy that a scene names: read, or meshed on the spot.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
-/// The scene's fixed nodes and its driven ones, each driven set as far as its ramp has come after `time_s` (static:
-/// infinity, all the way). Fixed nodes win over driven ones.
+/// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.
 class SceneConstraints {
   public:
     SceneConstraints(const Scene& scene, const TetMesh& mesh);
-    const Constraints& at(double time_s);
+
+    /// Each driven set as far as its ramp has come after `time_s`.
+    void move_to_time(double time_s);
+    /// All driven sets by this share of their way, from 0 to 1.
+    void move_to_share(double share);
+
+    /// The sum of nodal forces over each set, by the scene's key.
+    std::vector<std::pair<std::string, Vector3>> sums(std::span<const Vector3> forces) const;
+
+    const Constraints& constraints() const { return constraints_; }
+    const Springs& springs() const { return springs_; }
 
   private:
     struct Driven {
+        std::string key;
         std::vector<std::int32_t> nodes;
-        Vector3 displacement;
+        Vector3 displacement, turn, centre;  ///< m; rotation vector, rad; m
         std::uint8_t components;
+        std::optional<double> stiffness;  ///< N/m of all nodes together: soft
         double ramp_s;
     };
-    struct Fixed {
-        std::vector<std::int32_t> nodes;
-        std::uint8_t components;
-    };
-    std::vector<Driven> driven_;
-    std::vector<Fixed> fixed_;
+    void move(const Driven& driven, double share);
+
+    const TetMesh& mesh_;
+    std::vector<Driven> driven_;  ///< fixed ones last, with nowhere to go
     Constraints constraints_;
+    Springs springs_;
 };
 
 /// The scene's gravity and loads as forces at the nodes, N.
@@ -42,6 +52,12 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
 
 /// How far the solves of a scene go: Newton to its tolerance.
 StepEffort batch_effort(const Scene& scene);
+
+/// What a body's operators need of a scene. `live`: `automatic` means no pressures.
+ElasticModel elastic_model(const Scene& scene, bool live);
+
+/// Throws Error where rigid motions of the body are free in a static scene: which, and how many.
+void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
 
 /// A scene's hierarchy and the body on it. Collective.
 struct SceneBody {
@@ -52,6 +68,6 @@ struct SceneBody {
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
 
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy);
+SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live = false);
 
 }  // namespace livetet

@@ -1,16 +1,18 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/commands.hpp"
-#include "apps/scene_body.hpp"
+#include "apps/scene_run.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
 #include "io/points_csv.hpp"
 #include "io/result_file.hpp"
-#include "mesh/barycentric_map.hpp"
+#include "mechanics/stress.hpp"
+#include "mesh/quadratic.hpp"
 #include "solvers/petsc_session.hpp"
 
 namespace livetet {
@@ -37,8 +39,9 @@ double largest_norm(const std::vector<Vector3>& values) {
 struct Probes {
     std::vector<NamedPoint> points;
     BarycentricMap map;
+    EdgeNodes edges;
 
-    Probes(const ProbeOptions& options, const TetMesh& mesh) : points(read_points_csv(options.points)) {
+    Probes(const ProbeOptions& options, const TetMesh& mesh) : points(read_points_csv(options.points)), edges(mesh) {
         std::vector<Vector3> places;
         for (const NamedPoint& p : points) places.push_back(p.position);
         map = map_into(mesh, places);
@@ -50,51 +53,51 @@ struct Probes {
     }
     std::vector<Eigen::Vector3d> displacements(const std::vector<Vector3>& u) const {
         std::vector<Eigen::Vector3d> values;
-        for (std::size_t i = 0; i < points.size(); ++i) values.push_back(interpolate(map, i, u));
+        for (std::size_t i = 0; i < points.size(); ++i) values.push_back(interpolate(map, edges, i, u));
         return values;
     }
 };
 
-/// One step after another to the scene's end; `keep` is called with each that is to be kept.
-template <class Keep>
-json run_steps(const Scene& scene, SceneBody& scene_body, ProgressLine* progress, Keep&& keep) {
-    DeformableBody& body = *scene_body.body;
-    const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
-    const int steps = is_static ? scene.time.load_steps
-                                : std::max(1, static_cast<int>(std::lround(scene.time.duration_s / scene.time.step_s)));
-    const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
-    std::vector<Vector3> scaled = force;
-    SceneConstraints scene_constraints(scene, scene_body.mesh());
-    Constraints constraints = scene_constraints.at(std::numeric_limits<double>::infinity());
-    const std::vector<Eigen::Vector3d> full = constraints.values;
-    json history = json::array();
-    for (int step = 1; step <= steps; ++step) {
-        const double fraction = static_cast<double>(step) / steps;
-        const double time = is_static ? fraction : step * scene.time.step_s;  // static: the share of the load
-        if (is_static) {
-            for (std::size_t n = 0; n < full.size(); ++n) {
-                constraints.values[n] = fraction * full[n];
-                scaled[n] = fraction * force[n];
-            }
-        } else {
-            constraints = scene_constraints.at(time);
-        }
-        body.set_constraints(constraints);
-        body.set_external_force(scaled);
-        const StepReport report = body.step(scene.time.step_s, batch_effort(scene));
-        history.push_back({{"time_s", time},
-                           {"converged", report.converged},
-                           {"linearisations", report.linearisations},
-                           {"iterations", report.iterations},
-                           {"imbalance", report.imbalance},
-                           {"seconds", report.forces_s + report.operator_s + report.solve_s}});
-        if (progress)
-            progress->update(
-                fraction, fmt::format("step {} of {}: {} linearisations, {} iterations, imbalance {:.1e}", step, steps,
-                                      report.linearisations, report.iterations, report.imbalance));
-        if (step % scene.output.every == 0 || step == steps) keep(time, body.displacement());
+/// Adds the fields that the scene asks for to the frame last written; `writer` on the first rank only. Collective.
+void append_fields(const Scene& scene, DeformableBody& body, ResultWriter* writer) {
+    const auto& asked = scene.output.fields;
+    const auto wanted = [&](const std::string& name) { return std::find(asked.begin(), asked.end(), name) != asked.end(); };
+    if (wanted("reactions")) {
+        const std::vector<Vector3> reactions = body.reactions();
+        if (writer)
+            writer->append_field("reactions", FieldPlace::node, 3, {reactions.front().data(), 3 * reactions.size()});
     }
-    return history;
+    if (std::all_of(asked.begin(), asked.end(), [](const std::string& name) { return name == "reactions"; })) return;
+    const std::vector<TetFields> fields = body.tet_fields();
+    if (!writer) return;
+    const auto append = [&](const std::string& name, int components, auto&& value_of) {
+        if (!wanted(name)) return;
+        std::vector<double> values;
+        for (const TetFields& f : fields) {
+            const auto v = value_of(f);
+            values.insert(values.end(), v.data(), v.data() + v.size());
+        }
+        writer->append_field(name, FieldPlace::tet, components, values);
+    };
+    using One = Eigen::Matrix<double, 1, 1>;
+    append("stress", 9, [](const TetFields& f) { return f.cauchy_stress_Pa; });
+    append("von_mises", 1, [](const TetFields& f) { return One(von_mises(f.cauchy_stress_Pa)); });
+    append("strain_energy", 1, [](const TetFields& f) { return One(f.strain_energy_J_per_m3); });
+    append("volume_change", 1, [](const TetFields& f) { return One(f.volume_change); });
+}
+
+json history_json(const RunHistory& history) {
+    json steps = json::array();
+    for (const StepRecord& s : history.steps)
+        steps.push_back({{"time_s", s.time_s},
+                         {"step_s", s.step_s},
+                         {"converged", s.report.converged},
+                         {"linearisations", s.report.linearisations},
+                         {"iterations", s.report.iterations},
+                         {"imbalance", s.report.imbalance},
+                         {"time_error_mm", 1e3 * s.report.time_error},
+                         {"seconds", s.report.forces_s + s.report.operator_s + s.report.solve_s}});
+    return steps;
 }
 
 int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc) {
@@ -111,6 +114,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     MeshHierarchy hierarchy = load_mesh(scene.mesh, progress ? progress->callback() : ProgressCallback{});
     const double mesh_s = seconds_since(start);
     SceneBody scene_body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy));
+    SceneConstraints constraints(scene, scene_body.mesh());
+    check_held(scene, scene_body.mesh(), constraints);
     const double setup_s = seconds_since(start) - mesh_s;
     std::optional<Probes> probes;
     if (scene.probes) probes.emplace(*scene.probes, scene_body.mesh());
@@ -118,34 +123,41 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     // 3. steps, kept as the scene says
     std::optional<ResultWriter> writer;
     if (first) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene));
-    std::vector<Vector3> last;
-    const json history =
-        run_steps(scene, scene_body, progress ? &*progress : nullptr, [&](double time, std::vector<Vector3> u) {
-            last = std::move(u);
-            if (writer) writer->append(time, last);
-        });
+    std::vector<Vector3> last(scene_body.mesh().nodes.size(), Vector3::Zero());
+    const auto keep = [&](double time) {
+        last = scene_body.body->displacement();
+        if (writer) writer->append(time, last);
+        append_fields(scene, *scene_body.body, writer ? &*writer : nullptr);
+    };
+    const RunHistory history =
+        run_scene(scene, scene_body, constraints, keep, progress ? progress->callback() : ProgressCallback{});
     progress.reset();
-    const bool converged =
-        std::all_of(history.begin(), history.end(), [](const json& h) { return h["converged"].get<bool>(); });
-    if (!first) return converged ? 0 : 3;
+    const std::vector<Vector3> reactions = scene_body.body->reactions();
+    if (!first) return history.converged ? 0 : 3;
 
     // 4. results
     writer->close();
     if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->displacements(last));
     int iterations = 0, linearisations = 0;
     double solve_s = 0;
-    for (const json& h : history) {
-        iterations += h["iterations"].get<int>();
-        linearisations += h["linearisations"].get<int>();
-        solve_s += h["seconds"].get<double>();
+    for (const StepRecord& step : history.steps) {
+        iterations += step.report.iterations;
+        linearisations += step.report.linearisations;
+        solve_s += step.report.forces_s + step.report.operator_s + step.report.solve_s;
     }
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
                scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last));
-    fmt::print("solver           {} step(s), {} linearisations, {} iterations, {}\n", history.size(), linearisations,
-               iterations, converged ? "converged" : "NOT converged");
-    fmt::print("imbalance        {:.2e} (last step)\n", history.back()["imbalance"].get<double>());
+    fmt::print("solver           {}\n", scene_body.body->elastic_operator().name());
+    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), linearisations,
+               iterations, history.converged ? "converged" : "NOT converged");
+    fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
+    json forces = json::object();
+    for (const auto& [key, force] : constraints.sums(reactions)) {
+        fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
+        forces[key] = {force.x(), force.y(), force.z()};
+    }
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, solve_s);
     fmt::print("written          {}{}\n", scene.output.file.string(),
                probes ? ", " + scene.probes->displacements.string() : "");
@@ -155,16 +167,19 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
                                              {"levels", scene_body.hierarchy.levels.size()},
                                              {"ranks", session.ranks()},
                                              {"largest_displacement_mm", 1e3 * largest_norm(last)},
-                                             {"converged", converged},
+                                             {"converged", history.converged},
+                                             {"share", history.share},
+                                             {"reactions_N", forces},
                                              {"iterations", iterations},
                                              {"linearisations", linearisations},
                                              {"mesh_s", mesh_s},
                                              {"setup_s", setup_s},
                                              {"solve_s", solve_s},
-                                             {"steps", history}}
+                                             {"steps", history_json(history)}}
                                                 .dump(2) +
                                             "\n");
-    return converged ? 0 : 3;
+    if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);
+    return history.converged ? 0 : 3;
 }
 
 }  // namespace

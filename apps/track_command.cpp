@@ -265,7 +265,7 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy));
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
     LiveModel model(scene, body, recording.tools, registration.fiducials);
 
     // 3. frames

@@ -78,6 +78,15 @@ BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, s
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
     file.write<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
     file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
+    if (!mesh.edge_nodes.empty()) {
+        // All ten nodes in one table, as XDMF's Tetrahedron_10 wants them.
+        std::vector<std::int32_t> ten;
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            ten.insert(ten.end(), mesh.tets[e].begin(), mesh.tets[e].end());
+            ten.insert(ten.end(), mesh.edge_nodes[e].begin(), mesh.edge_nodes[e].end());
+        }
+        file.write<std::int32_t>(group + "/ten_node_tets", ten, 10);
+    }
     if (!mesh.regions.empty()) file.write<std::int32_t>(group + "/regions", mesh.regions, 1);
     for (const auto& [name, nodes] : mesh.node_sets)
         file.write<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
@@ -89,6 +98,9 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     TetMesh mesh;
     for (const auto& x : read_rows<double, 3>(file, group + "/nodes")) mesh.nodes.emplace_back(x[0], x[1], x[2]);
     mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
+    if (file.has(group + "/ten_node_tets"))
+        for (const auto& ten : read_rows<std::int32_t, 10>(file, group + "/ten_node_tets"))
+            mesh.edge_nodes.push_back({ten[4], ten[5], ten[6], ten[7], ten[8], ten[9]});
     if (file.has(group + "/regions")) mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
     check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
     for (const std::string& name : file.names(group + "/node_sets")) {

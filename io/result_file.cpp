@@ -17,6 +17,7 @@ constexpr int format_version = 1;
 
 /// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
+std::string field_table(const std::string& name, std::size_t k) { return fmt::format("fields/{}/{:06}", name, k); }
 
 std::string xml_text(const std::string& text) {
     std::string escaped;
@@ -31,29 +32,6 @@ std::string data_item(const std::string& h5, const std::string& table, const cha
                        type, precision, size, h5, table);
 }
 
-std::string xdmf_text(const std::string& h5_name, std::size_t nodes, std::size_t tets, bool regions,
-                      const std::vector<double>& times, Precision precision) {
-    const std::string h5 = xml_text(h5_name);
-    std::string text =
-        "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n"
-        "<Grid Name=\"result\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-    for (std::size_t k = 0; k < times.size(); ++k) {
-        text += fmt::format("<Grid Name=\"frame{}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", k, times[k]);
-        text += fmt::format("<Topology TopologyType=\"Tetrahedron\" NumberOfElements=\"{}\">{}</Topology>\n", tets,
-                            data_item(h5, "mesh/tets", "Int", 4, fmt::format("{} 4", tets)));
-        text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
-                            data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes)));
-        text += fmt::format(
-            "<Attribute Name=\"displacement\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
-            data_item(h5, frame_table(k), "Float", precision == Precision::full ? 8 : 4, fmt::format("{} 3", nodes)));
-        if (regions)
-            text += fmt::format("<Attribute Name=\"region\" AttributeType=\"Scalar\" Center=\"Cell\">{}</Attribute>\n",
-                                data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets)));
-        text += "</Grid>\n";
-    }
-    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
-}
-
 }  // namespace
 
 ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
@@ -62,6 +40,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
       nodes_(mesh.nodes.size()),
       tets_(mesh.tets.size()),
       regions_(!mesh.regions.empty()),
+      quadratic_(!mesh.edge_nodes.empty()),
       precision_(precision) {
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
@@ -96,6 +75,17 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
     times_.push_back(time_s);
 }
 
+void ResultWriter::append_field(const std::string& name, FieldPlace place, int components,
+                                std::span<const double> values) {
+    if (!file_ || times_.empty()) fail("{}: field {} comes without a frame", path_.string(), name);
+    const std::size_t rows = place == FieldPlace::node ? nodes_ : tets_;
+    if (values.size() != rows * components)
+        fail("{}: field {} has {} numbers, expected {} for each of {}", path_.string(), name, values.size(), components,
+             rows);
+    if (times_.size() == 1) fields_.push_back({name, place, components});
+    file_->write<double>(field_table(name, times_.size() - 1), {values.begin(), values.end()}, components);
+}
+
 void ResultWriter::append_values(const std::string& name, std::span<const double> values) {
     const std::string table = "values/" + name;
     if (!file_) fail("{}: values {} come after the file was closed", path_.string(), name);
@@ -120,7 +110,41 @@ void ResultWriter::close() {
     pending_->commit();
     fs::path xdmf = path_;
     write_text_file(xdmf.replace_extension(".xdmf"),
-                    xdmf_text(path_.filename().string(), nodes_, tets_, regions_, times_, precision_));
+                    xdmf_text());
+}
+
+std::string ResultWriter::xdmf_text() const {
+    const std::string h5 = xml_text(path_.filename().string());
+    const auto attribute = [](const std::string& name, int components, FieldPlace place, const std::string& item) {
+        return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n", name,
+                           components == 1 ? "Scalar" : components == 3 ? "Vector" : "Tensor",
+                           place == FieldPlace::node ? "Node" : "Cell", item);
+    };
+    std::string text =
+        "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n"
+        "<Grid Name=\"result\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+    const int corners = quadratic_ ? 10 : 4;
+    for (std::size_t k = 0; k < times_.size(); ++k) {
+        text += fmt::format("<Grid Name=\"frame{}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", k, times_[k]);
+        text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
+                            quadratic_ ? "Tetrahedron_10" : "Tetrahedron", tets_,
+                            data_item(h5, quadratic_ ? "mesh/ten_node_tets" : "mesh/tets", "Int", 4,
+                                      fmt::format("{} {}", tets_, corners)));
+        text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
+                            data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes_)));
+        text += attribute("displacement", 3, FieldPlace::node,
+                          data_item(h5, frame_table(k), "Float", precision_ == Precision::full ? 8 : 4,
+                                    fmt::format("{} 3", nodes_)));
+        for (const Field& f : fields_)
+            text += attribute(f.name, f.components, f.place,
+                              data_item(h5, field_table(f.name, k), "Float", 8,
+                                        fmt::format("{} {}", f.place == FieldPlace::node ? nodes_ : tets_, f.components)));
+        if (regions_)
+            text += attribute("region", 1, FieldPlace::tet,
+                              data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets_)));
+        text += "</Grid>\n";
+    }
+    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
 }
 
 ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {
@@ -150,6 +174,10 @@ std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
 
 std::vector<double> ResultReader::values(const std::string& name, std::size_t k, std::size_t count) const {
     return file_.read_row<double>("values/" + name, k, count);
+}
+
+std::vector<double> ResultReader::field(const std::string& name, std::size_t k, int components) const {
+    return file_.read<double>(field_table(name, k), components).values;
 }
 
 }  // namespace livetet

@@ -16,6 +16,8 @@ namespace livetet {
 /// How displacements are kept: `full` (8 bytes a number) for solves that are compared, `single` (4) for many frames.
 enum class Precision { single, full };
 
+enum class FieldPlace { node, tet };
+
 /// Records a run: mesh and scene once, then a displacement (metres) for each frame, in HDF5; `close`
 /// moves the file to its place and writes an `.xdmf` of the same name beside it, which ParaView opens. Without `close`
 /// nothing is left behind.
@@ -28,6 +30,9 @@ class ResultWriter {
     /// One frame more: a displacement for each node. Throws Error where they are not as many as the nodes or not
     /// finite, or time goes backwards.
     void append(double time_s, std::span<const Vector3> displacement);
+    /// A field of the frame last appended, shown by ParaView under its name: `components` (1, 3 or 9) numbers for each
+    /// node or tet, the same fields with each frame.
+    void append_field(const std::string& name, FieldPlace place, int components, std::span<const double> values);
     /// Numbers belonging to the frame last appended, under a name of their own: as many with each frame.
     void append_values(const std::string& name, std::span<const double> values);
     /// A text about the run as a whole, under a name of its own.
@@ -40,8 +45,16 @@ class ResultWriter {
     std::filesystem::path path_;
     std::unique_ptr<PendingFile> pending_;
     std::unique_ptr<hdf5::File> file_;  // after pending_: closed before a file without `close` is removed
+    struct Field {
+        std::string name;
+        FieldPlace place;
+        int components;
+    };
+    std::string xdmf_text() const;
+
     std::size_t nodes_, tets_;
-    bool regions_;
+    bool regions_, quadratic_;
+    std::vector<Field> fields_;
     std::vector<double> times_;
     Precision precision_;
     std::vector<double> row_;
@@ -60,6 +73,8 @@ class ResultReader {
     std::size_t frame_count() const { return times_.size(); }
     /// The displacement of frame k, in metres.
     std::vector<Vector3> displacement(std::size_t k) const;
+    /// A field of frame k under a name given to `append_field`.
+    std::vector<double> field(const std::string& name, std::size_t k, int components) const;
     /// The values of frame k under a name given to `append_values`, `count` of them.
     std::vector<double> values(const std::string& name, std::size_t k, std::size_t count) const;
     std::vector<std::string> value_names() const { return file_.names("values"); }

@@ -339,7 +339,7 @@ void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepRepor
                 v[i] = c.v_u * du + c.v_v * v0 + c.v_a * a0;
                 a[i] = c.a_u * du - c.a_v * v0 - c.a_a * a0;
             }
-            report.time_error = std::max(report.time_error, c.error * std::abs(a[i] - a0));
+            report.time_error = std::max(report.time_error, c.error * std::abs(a[i] - c.error_from * a0));
             if (net)
                 (*net)[i] = (mass[i / 3] * ((1 - c.alpha_m) * a[i] + c.alpha_m * a0) - c.alpha_f * (*net)[i]) /
                             (1 - c.alpha_f);
@@ -389,21 +389,60 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     take_rotations();
     const ElasticLevel& fine = operator_.fine();
     const MeshShare& share = fine.share();
+    std::vector<TetFields> local(share.tets.size());
+    fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
+    const double points = share.edge_nodes.empty() ? 1 : 4;
+    fine.visit_stress(state(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
+        local[e].cauchy_stress_Pa += stress / points;
+    });
     // Each tet from the rank that owns its first corner.
     constexpr int numbers = 11;
     std::vector<double> packed(numbers * operator_.tet_count(), 0.0);
-    fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) {
-        if (share.tets[e][0] >= share.owned) return;
+    for (std::size_t e = 0; e < local.size(); ++e) {
+        if (share.tets[e][0] >= share.owned) continue;
         double* at = packed.data() + numbers * share.tet_ids[e];
-        Eigen::Map<Eigen::Matrix3d>{at} = fields.cauchy_stress_Pa;
-        at[9] = fields.volume_change;
-        at[10] = fields.strain_energy_J_per_m3;
-    });
+        Eigen::Map<Eigen::Matrix3d>{at} = local[e].cauchy_stress_Pa;
+        at[9] = local[e].volume_change;
+        at[10] = local[e].strain_energy_J_per_m3;
+    }
     MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
     std::vector<TetFields> fields;
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
     return fields;
+}
+
+std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
+    take_rotations();
+    const ElasticLevel& fine = operator_.fine();
+    const MeshShare& share = fine.share();
+    const bool quadratic = !share.edge_nodes.empty();
+    // The linear function through the values at the four points takes at corner i: own * value_i + other * the rest.
+    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1, other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
+    std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());
+    for (auto& tet : corners) tet.fill(Eigen::Matrix3d::Zero());
+    fine.visit_stress(state(), [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
+        for (int i = 0; i < 4; ++i) corners[e][i] += (i == point ? own : other) * stress;
+    });
+    constexpr int numbers = 10;
+    std::vector<double> packed(numbers * share.number_of_node.size(), 0.0);
+    const auto add = [&](std::int32_t n, double volume, const Eigen::Matrix3d& stress) {
+        if (n >= share.owned) return;
+        double* at = packed.data() + numbers * share.nodes[n];
+        Eigen::Map<Eigen::Matrix3d>{at} += volume * stress;
+        at[9] += volume;
+    };
+    for (std::size_t e = 0; e < corners.size(); ++e) {
+        const double volume = fine.elements()[e].volume;
+        for (int i = 0; i < 4; ++i) add(share.tets[e][i], volume, corners[e][i]);
+        for (int k = 0; quadratic && k < 6; ++k)
+            add(share.edge_nodes[e][k], volume, (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    std::vector<Eigen::Matrix3d> stress;
+    for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
+        stress.push_back(Eigen::Map<const Eigen::Matrix3d>(at) / at[9]);
+    return stress;
 }
 
 double DeformableBody::strain_energy() {

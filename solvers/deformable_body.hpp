@@ -62,6 +62,9 @@ class DeformableBody {
     std::vector<Vector3> reactions();
     /// Of every tet of the finest mesh, on every rank.
     std::vector<TetFields> tet_fields();
+    /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its quadrature points, where it is
+    /// most accurate, and averaged over the tets at a node by their volume.
+    std::vector<Eigen::Matrix3d> nodal_stress();
     double strain_energy();
     double kinetic_energy();
     void set_displacement(std::span<const Vector3> displacement);

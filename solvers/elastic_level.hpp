@@ -19,9 +19,9 @@ struct ElasticState {
 
 /// Mean values over one tet.
 struct TetFields {
-    Eigen::Matrix3d cauchy_stress_Pa;
-    double volume_change;         ///< det F - 1
-    double strain_energy_J_per_m3;
+    Eigen::Matrix3d cauchy_stress_Pa = Eigen::Matrix3d::Zero();
+    double volume_change = 0;  ///< det F - 1
+    double strain_energy_J_per_m3 = 0;
 };
 
 /// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a tangent stiffness and
@@ -66,11 +66,15 @@ class ElasticLevel {
     /// Strain energy, J; collective.
     double strain_energy(const ElasticState& at) const;
 
-    /// What `visit(local tet, TetFields)` is given for each local tet.
+    /// `visit(local tet, its mean volume change and energy)` for each local tet; the stress is left to visit_stress.
     template <class Visit>
     void visit_fields(const ElasticState& at, Visit&& visit) const;
 
-    /// Mean stretch of theta and its derivative at each point: `visit(e, point, weight m^3, theta, n)` with n (3 x
+    /// `visit(local tet, point, Cauchy stress Pa)` at every quadrature point.
+    template <class Visit>
+    void visit_stress(const ElasticState& at, Visit&& visit) const;
+
+    /// Theta and its derivative at each point: `visit(e, point, weight m^3, theta, n)` with n (3 x
     /// nodes) the derivative of theta by the nodes' displacements.
     template <class Visit>
     void visit_volume_strain(Vec u, Visit&& visit) const;
@@ -149,20 +153,30 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
 }
 
 template <class Visit>
+void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
+    visit_points(at, [&](auto energy, auto, std::size_t e, int point, double, const auto&, const Eigen::Matrix3d& F,
+                         const Eigen::Matrix3d& R, double p) {
+        const Eigen::Matrix3d P = decltype(energy)::stress(elements_[e].mu, p, F, R);
+        // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
+        visit(e, point,
+              strain_ == StrainModel::linear
+                  ? P
+                  : Eigen::Matrix3d(P * F.transpose() / std::max(std::abs(F.determinant()), 1e-12)));
+    });
+}
+
+template <class Visit>
 void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
     TetFields fields;
     visit_points(at, [&](auto energy, auto shape, std::size_t e, int point, double, const auto&,
                          const Eigen::Matrix3d& F, const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
         constexpr int points = decltype(shape)::points;
-        if (point == 0) fields = {Eigen::Matrix3d::Zero(), 0, 0};
-        const double mu = elements_[e].mu, J = F.determinant(), lambda = elements_[e].lambda;
-        const Eigen::Matrix3d P = Energy::stress(mu, p, F, R);
-        const bool small = strain_ == StrainModel::linear;
-        // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
-        fields.cauchy_stress_Pa += (small ? P : Eigen::Matrix3d(P * F.transpose() / std::max(std::abs(J), 1e-12))) / points;
-        fields.volume_change += (small ? F.trace() - 3 : J - 1) / points;
-        fields.strain_energy_J_per_m3 += (Energy::shear_energy(mu, F, R) + p * p / (2 * lambda)) / points;
+        if (point == 0) fields = {};
+        const double lambda = elements_[e].lambda;
+        fields.volume_change += (strain_ == StrainModel::linear ? F.trace() - 3 : F.determinant() - 1) / points;
+        fields.strain_energy_J_per_m3 +=
+            (Energy::shear_energy(elements_[e].mu, F, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
         if (point + 1 == points) visit(e, fields);
     });
 }

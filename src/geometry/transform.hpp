@@ -49,6 +49,13 @@ struct SimilarityTransform {
     }
 };
 
+/// The rotation by |turn| radians about `turn`.
+inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
+    const double angle = turn.norm();
+    if (!(angle > 0)) return Eigen::Matrix3d::Identity();
+    return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
 /// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for trackers whose rotations
 /// are not quite orthonormal.
 inline Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {

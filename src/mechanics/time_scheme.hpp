@@ -57,7 +57,7 @@ struct TimeCoefficients {
     double a_u = 0, a_v = 0, a_a = 0;
     double v_u = 0, v_v = 0, v_a = 0;
     double alpha_m = 0, alpha_f = 0;
-    double error = 0;  ///< the displacement's error over the step is about error |a1 - a0|, s^2
+    double error = 0, error_from = 1;  ///< the step's error of displacement is about error |a1 - error_from a0|
 };
 
 /// Newmark 1959 in displacement form, implicit Euler as v1 = du / dt, a1 = (v1 - v0) / dt, generalized-alpha after Chung
@@ -69,7 +69,7 @@ inline TimeCoefficients time_coefficients(const TimeOptions& t, double dt) {
         case TimeScheme::static_equilibrium:
             return {};
         case TimeScheme::implicit_euler:
-            return {1 / (dt * dt), 1 / dt, 0, 1 / dt, 0, 0, 0, 0, dt * dt / 2};
+            return {1 / (dt * dt), 1 / dt, 0, 1 / dt, 0, 0, 0, 0, dt * dt / 2, 0};
         case TimeScheme::generalized_alpha:
             alpha_m = (2 * t.rho_inf - 1) / (t.rho_inf + 1);
             alpha_f = t.rho_inf / (t.rho_inf + 1);
@@ -87,7 +87,8 @@ inline TimeCoefficients time_coefficients(const TimeOptions& t, double dt) {
             dt * (1 - gamma / (2 * beta)),
             alpha_m,
             alpha_f,
-            std::max(std::abs(beta - 1.0 / 6), 1.0 / 12) * dt * dt};
+            std::max(std::abs(beta - 1.0 / 6), 1.0 / 12) * dt * dt,
+            1};
 }
 
 }  // namespace livetet

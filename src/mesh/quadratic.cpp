@@ -96,6 +96,24 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
     return value;
 }
 
+std::vector<std::int32_t> surface_nodes(const TetMesh& mesh) {
+    return with_edge_nodes_between(mesh, nodes_of(boundary_triangles(mesh.tets)));
+}
+
+std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh, std::vector<std::int32_t> nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    if (mesh.edge_nodes.empty()) return nodes;
+    const EdgeNodes edges(mesh);
+    const std::size_t given = nodes.size();
+    const auto has = [&](std::int32_t n) { return std::binary_search(nodes.begin(), nodes.begin() + given, n); };
+    for (const Triangle& t : boundary_triangles(mesh.tets))
+        for (int k = 0; k < 3; ++k)
+            if (const std::int32_t a = t[k], b = t[(k + 1) % 3]; has(a) && has(b)) nodes.push_back(edges.between(a, b));
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
 std::array<std::int32_t, 3> traction_nodes(const Triangle& t, const EdgeNodes& edges) {
     if (edges.empty()) return t;
     return {edges.between(t[0], t[1]), edges.between(t[1], t[2]), edges.between(t[2], t[0])};

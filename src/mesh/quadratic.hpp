@@ -33,6 +33,12 @@ class EdgeNodes {
 Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size_t point,
                     std::span<const Vector3> values);
 
+/// All nodes of the surface, those of its edges too, sorted.
+std::vector<std::int32_t> surface_nodes(const TetMesh& mesh);
+
+/// `nodes` of the surface, and in a P2 mesh the middles of surface edges between two of them, sorted.
+std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh, std::vector<std::int32_t> nodes);
+
 /// The three nodes that share the resultant of a uniform traction on a triangle evenly: its corners on P1, the middles of
 /// its edges on P2 (there, the integral of a corner's shape function is zero).
 std::array<std::int32_t, 3> traction_nodes(const Triangle& triangle, const EdgeNodes& edges);

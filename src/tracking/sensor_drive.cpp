@@ -18,11 +18,6 @@ Vector3d rotation_vector(const Matrix3d& rotation) {
     return turn.angle() * turn.axis();
 }
 
-Matrix3d rotation_of(const Vector3d& turn) {
-    const double angle = turn.norm();
-    return angle > 0 ? AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3d(Matrix3d::Identity());
-}
-
 // From `now` towards `target` by at most `step`; true when there.
 bool approach(Vector3d& now, const Vector3d& target, double step) {
     const Vector3d way = target - now;
@@ -105,7 +100,7 @@ void SensorDrive::release(double time_s) {
 Vector3d SensorDrive::displacement(const Vector3d& rest_position) const {
     if (!base_) return Vector3d::Zero();
     const Vector3d arm = rest_position - base_->translation;
-    return motion_.translation + rotation_of(motion_.turn) * arm - arm;
+    return motion_.translation + rotation_of_vector(motion_.turn) * arm - arm;
 }
 
 }  // namespace livetet

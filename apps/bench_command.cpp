@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/progress.hpp"
+#include "solvers/petsc_session.hpp"
+#include "verification/suite.hpp"
+
+namespace livetet {
+
+namespace {
+
+using nlohmann::json;
+using verification::Case;
+using verification::Outcome;
+
+struct VerificationArguments {
+    std::string only;
+    std::filesystem::path csv, json;
+};
+
+std::string order_text(const Outcome& o) {
+    return o.expected_order > 0 ? fmt::format("{:.2f}", o.observed_order()) : std::string("-");
+}
+
+double total_seconds(const Outcome& o) {
+    double seconds = 0;
+    for (const auto& run : o.runs) seconds += run.seconds;
+    return seconds;
+}
+
+std::string csv_text(const std::vector<Outcome>& outcomes) {
+    std::string text = "case,source,unit,reference,size,value,error,tolerance,order,expected_order,seconds,passed\n";
+    for (const Outcome& o : outcomes)
+        for (const auto& run : o.runs) {
+            const bool last = &run == &o.runs.back();
+            text += fmt::format("\"{}\",\"{}\",{},{:.9g},\"{}\",{:.9g},{:.3e},{},{},{},{:.3f},{}\n", o.name, o.source,
+                                o.unit, o.reference, run.size, run.value, run.error,
+                                last ? fmt::format("{:.1e}", o.tolerance) : "", last ? order_text(o) : "",
+                                last && o.expected_order > 0 ? fmt::format("{}", o.expected_order) : "", run.seconds,
+                                last ? (o.passed() ? "yes" : "no") : "");
+        }
+    return text;
+}
+
+json json_of(const std::vector<Outcome>& outcomes) {
+    json list = json::array();
+    for (const Outcome& o : outcomes) {
+        json runs = json::array();
+        for (const auto& run : o.runs)
+            runs.push_back({{"size", run.size}, {"value", run.value}, {"error", run.error}, {"seconds", run.seconds}});
+        list.push_back({{"case", o.name},
+                        {"source", o.source},
+                        {"unit", o.unit},
+                        {"reference", o.reference},
+                        {"tolerance", o.tolerance},
+                        {"expected_order", o.expected_order},
+                        {"observed_order", o.observed_order()},
+                        {"passed", o.passed()},
+                        {"runs", runs}});
+    }
+    return list;
+}
+
+int verify(const VerificationArguments& arguments) {
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1) fail("bench verification runs on one rank, found {}", session.ranks());
+    std::vector<const Case*> chosen;
+    std::vector<std::string> names;
+    for (const Case& c : verification::cases()) {
+        names.push_back(c.name);
+        if (c.name.find(arguments.only) != std::string::npos) chosen.push_back(&c);
+    }
+    if (chosen.empty()) fail("--only {}: no case has that in its name, there are: {}", arguments.only, fmt::join(names, ", "));
+    std::vector<Outcome> outcomes;
+    {
+        ProgressLine progress("verification");
+        for (std::size_t i = 0; i < chosen.size(); ++i) {
+            progress.update(static_cast<double>(i) / chosen.size(), chosen[i]->name);
+            for (Outcome& o : chosen[i]->run()) outcomes.push_back(std::move(o));
+        }
+    }
+    fmt::print("{:<74} {:>12} {:>12} {:>9} {:>9} {:>6} {:>7}  {}\n", "case", "reference", "ours", "error", "allowed",
+               "order", "s", "source");
+    int failed = 0;
+    for (const Outcome& o : outcomes) {
+        fmt::print("{:<74} {:>12.6g} {:>12.6g} {:>9.1e} {:>9.0e} {:>6} {:>7.1f}  {}{}\n", o.name, o.reference,
+                   o.last().value, o.last().error, o.tolerance, order_text(o), total_seconds(o), o.source,
+                   o.passed() ? "" : "  <-- NOT within its tolerance or order");
+        failed += !o.passed();
+    }
+    fmt::print("\n{} of {} within their tolerances and orders\n", outcomes.size() - failed, outcomes.size());
+    if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_text(outcomes));
+    if (!arguments.json.empty()) write_text_file(arguments.json, json_of(outcomes).dump(2) + "\n");
+    return failed ? 1 : 0;
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app, ExitStatus& status) {
+    CLI::App* bench = app.add_subcommand("bench", "Measures: what the README's figures are made with");
+    bench->require_subcommand(1);
+    CLI::App* command = bench->add_subcommand(
+        "verification", "Every case with its published or closed-form value: reference, ours, error, observed order");
+    auto arguments = std::make_shared<VerificationArguments>();
+    command->add_option("--only", arguments->only, "only the cases with this in their name");
+    command->add_option("--csv", arguments->csv, "write every run of every case to this file");
+    command->add_option("--json", arguments->json, "the same as JSON");
+    command->callback([arguments, &status] { status.value = verify(*arguments); });
+}
+
+}  // namespace livetet

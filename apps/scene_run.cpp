@@ -1,0 +1,110 @@
+#include "apps/scene_run.hpp"
+
+#include <cmath>
+
+namespace livetet {
+
+namespace {
+
+std::string progress_text(const StepRecord& step, std::size_t count) {
+    return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}", count, step.time_s,
+                       step.report.linearisations, step.report.iterations, step.report.imbalance);
+}
+
+RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
+                      const std::function<void(double)>& keep, const ProgressCallback& progress) {
+    DeformableBody& body = *scene_body.body;
+    const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
+    std::vector<Vector3> scaled = force;
+    const double whole = 1.0 / scene.time.load_steps;
+    RunHistory history;
+    history.share = 0;
+    body.keep_state();
+    for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
+        const double goal = planned * whole;
+        for (double part = whole; history.share < goal - 1e-12;) {
+            const double share = std::min(goal, history.share + part);
+            constraints.move_to_share(share);
+            for (std::size_t n = 0; n < force.size(); ++n) scaled[n] = share * force[n];
+            body.set_constraints(constraints.constraints());
+            body.set_springs(constraints.springs());
+            body.set_external_force(scaled);
+            history.steps.push_back({share, share - history.share, body.step(0, batch_effort(scene))});
+            const StepReport& report = history.steps.back().report;
+            if (progress) progress(share, progress_text(history.steps.back(), history.steps.size()));
+            if (report.converged) {
+                history.share = share;
+                body.keep_state();
+                continue;
+            }
+            body.return_to_kept_state();
+            part /= 2;
+            if (part < whole / 33) {
+                history.converged = false;
+                history.failure = fmt::format(
+                    "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
+                    "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); what is kept is the "
+                    "equilibrium at {:.4g}",
+                    history.share, share, report.imbalance, report.linearisations, scene.solver.newton_tolerance,
+                    history.share);
+                if (history.share > 0) keep(history.share);
+                return history;
+            }
+        }
+        if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(history.share);
+    }
+    return history;
+}
+
+RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
+                       const std::function<void(double)>& keep, const ProgressCallback& progress) {
+    DeformableBody& body = *scene_body.body;
+    body.set_external_force(scene_forces(scene, scene_body.mesh()));
+    body.set_springs(constraints.springs());
+    const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
+    const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
+    const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
+    RunHistory history;
+    double time = 0, dt = scene.time.step_s;
+    std::size_t accepted = 0;
+    while (time < end * (1 - 1e-9)) {
+        // Without adaption, whole steps; with it, the last two share what is left.
+        const double left = end - time;
+        const double step = tolerance > 0 ? (dt >= left ? left : std::min(dt, std::max(left / 2, least))) : dt;
+        if (tolerance > 0) body.keep_state();
+        constraints.move_to_time(time + step);
+        body.set_constraints(constraints.constraints());
+        body.set_springs(constraints.springs());
+        history.steps.push_back({time + step, step, body.step(step, batch_effort(scene))});
+        const StepReport& report = history.steps.back().report;
+        if (tolerance > 0) {
+            const double factor = report.converged ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
+                                                   : 0.25;
+            if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
+                body.return_to_kept_state();
+                dt = std::max(least, step * std::clamp(factor, 0.1, 0.7));
+                continue;
+            }
+            dt = std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
+        }
+        history.converged = history.converged && report.converged;
+        if (!report.converged && history.failure.empty())
+            history.failure = fmt::format("the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
+                                          time + step, report.imbalance, scene.solver.newton_tolerance);
+        time += step;
+        ++accepted;
+        if (progress) progress(std::min(1.0, time / end), progress_text(history.steps.back(), accepted));
+        if (accepted % scene.output.every == 0 || time >= end * (1 - 1e-9)) keep(time);
+    }
+    return history;
+}
+
+}  // namespace
+
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
+                     const std::function<void(double)>& keep, const ProgressCallback& progress) {
+    return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, keep, progress)
+                                                               : run_dynamic(scene, body, constraints, keep, progress);
+}
+
+}  // namespace livetet
