@@ -88,12 +88,15 @@ int verify(const VerificationArguments& arguments) {
                "order", "s", "source");
     int failed = 0;
     for (const Outcome& o : outcomes) {
-        fmt::print("{:<74} {:>12.6g} {:>12.6g} {:>9.1e} {:>9.0e} {:>6} {:>7.1f}  {}{}\n", o.name, o.reference,
-                   o.last().value, o.last().error, o.tolerance, order_text(o), total_seconds(o), o.source,
+        fmt::print("{:<74} {:>12.6g} {:>12.6g} {:>9.1e} {:>9} {:>6} {:>7.1f}  {}{}\n", o.name, o.reference,
+                   o.last().value, o.last().error, o.tolerance > 0 ? fmt::format("{:.0e}", o.tolerance) : "-",
+               order_text(o), total_seconds(o), o.source,
                    o.passed() ? "" : "  <-- NOT within its tolerance or order");
         failed += !o.passed();
     }
-    fmt::print("\n{} of {} within their tolerances and orders\n", outcomes.size() - failed, outcomes.size());
+    const auto judged = std::count_if(outcomes.begin(), outcomes.end(), [](const Outcome& o) { return o.tolerance > 0; });
+    fmt::print("\n{} of {} within their tolerances and orders ({} told, not judged)\n", judged - failed, judged,
+               outcomes.size() - judged);
     if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_text(outcomes));
     if (!arguments.json.empty()) write_text_file(arguments.json, json_of(outcomes).dump(2) + "\n");
     return failed ? 1 : 0;

@@ -37,7 +37,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
       options_(options),
       operator_(comm, hierarchy, parts, model, options),
       constraints_(hierarchy.levels.front().nodes.size()) {
-    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &work_}) *v = vector();
+    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_}) *v = vector();
     if (is_dynamic())
         for (PetscHandle<Vec>* v : {&v_, &a_, &velocity_}) *v = vector();
     if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
@@ -101,19 +101,18 @@ void DeformableBody::take_rotations() {
     operator_.update_rotations(u_.get());
 }
 
-bool DeformableBody::prescribe_values() {
+bool DeformableBody::find_prescribed() {
     const MeshShare& share = operator_.fine().share();
     const auto constrained = operator_.fine().constrained();
     int moved = 0;
     {
-        WriteArray u(u_.get());
+        const ReadArray u(u_.get());
+        WriteArray way(prescribed_.get());
         for (std::int32_t i = 0; i < share.owned; ++i)
-            for (int c = 0; c < 3; ++c)
-                if (constrained[i] >> c & 1) {
-                    const double value = constraints_.values[share.nodes[i]][c];
-                    moved |= u[3 * i + c] != value;
-                    u[3 * i + c] = value;
-                }
+            for (int c = 0; c < 3; ++c) {
+                way[3 * i + c] = constrained[i] >> c & 1 ? constraints_.values[share.nodes[i]][c] - u[3 * i + c] : 0;
+                moved |= way[3 * i + c] != 0;
+            }
     }
     MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_LOR, share.comm);
     return moved;
@@ -140,7 +139,7 @@ double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
             if (springs[i / 3] > 0)
                 f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
     }
-    scale_ = std::max(scale_, norm(force_.get()) + norm(external_.get()));
+    scale_ = std::max(start_scale_, norm(force_.get()) + norm(external_.get()));
     if (is_dynamic()) {
         // v1 = v_u (u - u0) + v_v v0 + v_a a0
         LIVETET_PETSC(VecWAXPY(velocity_.get(), -1, u0_.get(), u_.get()));
@@ -168,24 +167,13 @@ double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
 }
 
 double DeformableBody::subtract_prescribed(const TimeCoefficients& c) {
-    // residual(u0 + du) is about residual(u0) - A du: with the forces at u0 no layer of elements is torn.
-    const ElasticLevel& fine = operator_.fine();
-    LIVETET_PETSC(VecWAXPY(work_.get(), -1, u0_.get(), u_.get()));
-    update_ghosts(work_.get());
-    LIVETET_PETSC(VecCopy(u0_.get(), u_.get()));
-    update_ghosts(u_.get());
+    // residual(u + w) is about residual(u) - A w: with the forces at u no layer of elements is torn.
+    update_ghosts(prescribed_.get());
     LIVETET_PETSC(VecSet(force_.get(), 0));
-    fine.add_stiffness_times(1 + time_.rayleigh_beta * c.v_u, state(), work_.get(), force_.get());
-    if (volume_) {
-        // The constraint's residual where the nodes have moved; the pressure's own part was in residual_ already.
-        LIVETET_PETSC(VecAXPY(u_.get(), 1, work_.get()));
-        update_ghosts(u_.get());
-        operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
-    } else {
-        LIVETET_PETSC(VecAXPY(u_.get(), 1, work_.get()));
-    }
+    operator_.fine().add_stiffness_times(1 + time_.rayleigh_beta * c.v_u, state(), prescribed_.get(), force_.get());
     zero_constrained(force_.get());
     LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
+    if (volume_) operator_.coupling().add_residual_increment(u_.get(), prescribed_.get(), volume_.get());
     scale_ = std::max(scale_, norm(force_.get()));
     return residual_norm();
 }
@@ -237,7 +225,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         tangent = Tangent::positive;
         positive_steps_ = 2;
         LIVETET_PETSC(VecSet(du_.get(), 0));
-        if (volume_) operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
+        if (volume_) LIVETET_PETSC(VecScale(volume_.get(), -1));  // `solve` has turned its sign
     }
 }
 
@@ -248,11 +236,12 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     LIVETET_PETSC(VecCopy(u_.get(), u0_.get()));
     take_rotations();
     if (is_dynamic() && !started_) start_acceleration();
-    scale_ = 0;
+    start_scale_ = 0;
     positive_steps_ = 0;
     double imbalance = evaluate_residual(c);
-    const bool moved = prescribe_values();
+    const bool moved = find_prescribed();
     if (moved) imbalance = subtract_prescribed(c);
+    start_scale_ = scale_;
     LIVETET_PETSC(VecSet(du_.get(), 0));
     if (is_dynamic()) {  // the body goes on as it went
         LIVETET_PETSC(VecAXPY(du_.get(), dt, v_.get()));
@@ -264,14 +253,15 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
             if (imbalance <= effort.tolerance * scale_) break;
             LIVETET_PETSC(VecSet(du_.get(), 0));
         }
-        if (imbalance == 0) break;
+        if (imbalance == 0 && !(k == 0 && moved)) break;
         const LinearReport linear = solve_linear(c, effort, report);
         watch.lap();
         report.converged = report.converged && linear.converged;
-        report.linear_residual = linear.residual / imbalance;
+        report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.linearisations;
         if (k == 0 && (moved || effort.tolerance == 0)) {
             move(1);
+            LIVETET_PETSC(VecAXPY(u_.get(), 1, prescribed_.get()));
             if (effort.tolerance > 0 || effort.linearisations > 1) {  // else a live frame, which does not ask
                 take_rotations();
                 imbalance = evaluate_residual(c);

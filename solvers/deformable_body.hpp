@@ -80,14 +80,14 @@ class DeformableBody {
     /// Ghosts of the state, and the rotations there.
     void take_rotations();
     void start_acceleration();
-    /// Moves the constrained nodes to their values; false where they were there already.
-    bool prescribe_values();
+    /// prescribed_ = the way of the constrained nodes to their values; false where they are there already.
+    bool find_prescribed();
     void zero_constrained(Vec v) const;
     /// Fills residual_ = f_ext - f_int - C v1 - M a1 (as the scheme weighs them), zero at constrained components, and the
     /// constraint's residual in the mixed form; returns their norm and sets scale_. Rotations must be those of u_.
     double evaluate_residual(const TimeCoefficients& c);
     double residual_norm() const;
-    /// residual_ -= A du for the increment of the constrained nodes since u0_, A the operator at u0_.
+    /// Takes the effect of prescribed_ off the residuals, to first order.
     double subtract_prescribed(const TimeCoefficients& c);
     void assemble(const TimeCoefficients& c, Tangent tangent);
     /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
@@ -103,12 +103,13 @@ class DeformableBody {
     ElasticOperator operator_;
     Constraints constraints_;
     Springs springs_;
-    PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, work_;
+    PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, prescribed_;
     PetscHandle<Vec> net_;              ///< generalized-alpha: h0
     PetscHandle<Vec> p_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;
     bool started_ = false, kept_started_ = false;
-    double scale_ = 0;        ///< size of the forces at work in this step, N
+    double scale_ = 0;        ///< size of the forces at work, N: now, or when the step began where that is more
+    double start_scale_ = 0;
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
 

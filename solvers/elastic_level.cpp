@@ -73,11 +73,11 @@ void ElasticLevel::update_rotations(Vec u) {
 
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
     BlockMatrix::Filling matrix(matrix_);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& F,
+    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
         constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
         const BlockMatrix::Slot* slots = slots_.data() + e * nodes * nodes;
-        visit_stiffness(energy, tangent, s * weight, elements_[e].mu, is_mixed() ? 0 : elements_[e].lambda, p, F, R, g,
+        visit_stiffness(energy, tangent, s * weight, elements_[e].mu, is_mixed() ? 0 : elements_[e].lambda, p, H, R, g,
                         [&](int i, int j, const Eigen::Matrix3d& K) {
                             if (const auto& slot = slots[nodes * i + j]; slot.row >= 0) matrix.add(slot, K);
                         });
@@ -90,9 +90,9 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
 void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
     LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& F,
+    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
-        const auto nodal = (weight * decltype(energy)::stress(elements_[e].mu, p, F, R) * g).eval();
+        const auto nodal = (weight * decltype(energy)::stress(elements_[e].mu, p, H, R) * g).eval();
         for (int i = 0; i < nodal.cols(); ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                 Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
@@ -102,15 +102,15 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
 void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const {
     const LocalValues direction(v);
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& F,
+    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
         constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-        const Eigen::Matrix3d H = values_at<nodes>(e, direction.data()) * g.transpose();
-        Eigen::Matrix3d dP = Energy::shear_stress_increment(elements_[e].mu, p, F, R, H);
+        const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
+        Eigen::Matrix3d dP = Energy::shear_stress_increment(elements_[e].mu, p, H, R, dF);
         if (!is_mixed()) {
-            const Eigen::Matrix3d N = Energy::volume_strain_gradient(F, R);
-            dP += elements_[e].lambda * N.cwiseProduct(H).sum() * N;
+            const Eigen::Matrix3d N = Energy::volume_strain_gradient(H, R);
+            dP += elements_[e].lambda * N.cwiseProduct(dF).sum() * N;
         }
         const auto nodal = (factor * weight * dP * g).eval();
         for (int i = 0; i < nodes; ++i)

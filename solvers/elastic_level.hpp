@@ -105,14 +105,14 @@ class ElasticLevel {
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
     double pressure_at(const Energy&, const Shape&, std::size_t e, int point, const double* pressures,
-                       const Eigen::Matrix3d& F, const Eigen::Matrix3d& R) const {
-        if (!is_mixed()) return elements_[e].lambda * Energy::volume_strain(F, R);
+                       const Eigen::Matrix3d& H, const Eigen::Matrix3d& R) const {
+        if (!is_mixed()) return elements_[e].lambda * Energy::volume_strain(H, R);
         double p = 0;
         const Eigen::Vector4d L = Shape::coordinates(point);
         for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
         return p;
     }
-    /// visit(energy, shape, e, point, weight, gradients, F, R, p) at every quadrature point of every local tet.
+    /// visit(energy, shape, e, point, weight, gradients, H = F - I, R, p) at every quadrature point of every local tet.
     template <class Visit>
     void visit_points(const ElasticState& at, Visit&& visit) const;
 
@@ -141,11 +141,11 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
                 const Nodal<nodes> values = values_at<nodes>(e, u.data());
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(elements_[e], point);
-                    const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + values * g.transpose();
+                    const Eigen::Matrix3d H = values * g.transpose();
                     const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
                     const double p = pressure_at(Energy{}, Shape{}, e, point, pressures ? pressures->data() : nullptr,
-                                                 F, R);
-                    visit(energy, Shape{}, e, point, elements_[e].volume / Shape::points, g, F, R, p);
+                                                 H, R);
+                    visit(energy, Shape{}, e, point, elements_[e].volume / Shape::points, g, H, R, p);
                 }
             }
         });
@@ -154,14 +154,16 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
 
 template <class Visit>
 void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
-    visit_points(at, [&](auto energy, auto, std::size_t e, int point, double, const auto&, const Eigen::Matrix3d& F,
+    visit_points(at, [&](auto energy, auto, std::size_t e, int point, double, const auto&, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
-        const Eigen::Matrix3d P = decltype(energy)::stress(elements_[e].mu, p, F, R);
+        using Energy = decltype(energy);
+        const Eigen::Matrix3d P = Energy::stress(elements_[e].mu, p, H, R);
         // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
         visit(e, point,
               strain_ == StrainModel::linear
                   ? P
-                  : Eigen::Matrix3d(P * F.transpose() / std::max(std::abs(F.determinant()), 1e-12)));
+                  : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
+                                    std::max(std::abs(1 + Energy::dilation(H)), 1e-12)));
     });
 }
 
@@ -169,14 +171,14 @@ template <class Visit>
 void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
     TetFields fields;
     visit_points(at, [&](auto energy, auto shape, std::size_t e, int point, double, const auto&,
-                         const Eigen::Matrix3d& F, const Eigen::Matrix3d& R, double p) {
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
         constexpr int points = decltype(shape)::points;
         if (point == 0) fields = {};
         const double lambda = elements_[e].lambda;
-        fields.volume_change += (strain_ == StrainModel::linear ? F.trace() - 3 : F.determinant() - 1) / points;
+        fields.volume_change += (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
         fields.strain_energy_J_per_m3 +=
-            (Energy::shear_energy(elements_[e].mu, F, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
+            (Energy::shear_energy(elements_[e].mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
         if (point + 1 == points) visit(e, fields);
     });
 }
@@ -193,10 +195,10 @@ void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
                 const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(elements_[e], point);
-                    const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + nodal * g.transpose();
+                    const Eigen::Matrix3d H = nodal * g.transpose();
                     const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
                     visit(e, Shape::coordinates(point), elements_[e].volume / Shape::points,
-                          Energy::volume_strain(F, R), Nodal<nodes>(Energy::volume_strain_gradient(F, R) * g));
+                          Energy::volume_strain(H, R), Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
                 }
             }
         });

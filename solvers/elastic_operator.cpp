@@ -257,7 +257,11 @@ void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
         set_smoother_bounds();
     }
     assemble_levels(at, s, m, tangent);
-    if (coupling_) coupling_->assemble(at.u);
+    if (coupling_) {
+        coupling_->assemble(at.u);
+        LIVETET_PETSC(MatAssemblyBegin(saddle_matrix_.get(), MAT_FINAL_ASSEMBLY));
+        LIVETET_PETSC(MatAssemblyEnd(saddle_matrix_.get(), MAT_FINAL_ASSEMBLY));
+    }
 }
 
 void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {

@@ -108,6 +108,23 @@ void PressureCoupling::residual(Vec u, Vec p, Vec g) {
     });
 }
 
+void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
+    const PressureSpace& space = *level_.pressure_space();
+    const MeshShare& share = level_.share();
+    const LocalValues direction(v);
+    WriteArray values(g);
+    level_.visit_volume_strain(
+        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double, const auto& derivative) {
+            double increment = 0;
+            for (int i = 0; i < derivative.cols(); ++i)
+                increment += derivative.col(i).dot(
+                    Eigen::Map<const Eigen::Vector3d>(direction.data() + 3 * share.node(e, i)));
+            for (int q = 0; q < 4; ++q)
+                if (const std::int32_t row = space.tets[e][q]; row < space.owned)
+                    values[row] += scale_ * weight * L[q] * increment;
+        });
+}
+
 void PressureCoupling::apply_schur_inverse(Vec x, Vec y) const { LIVETET_PETSC(VecPointwiseDivide(y, x, schur_.get())); }
 
 }  // namespace livetet

@@ -26,6 +26,9 @@ class PressureCoupling {
     /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; p in Pa.
     void residual(Vec u, Vec p, Vec g);
 
+    /// g += scale integral N_i d theta(u) : grad v, constrained components too.
+    void add_residual_increment(Vec u, Vec v, Vec g);
+
     /// y = S^-1 x for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda + lumped mass / (2 mu).
     void apply_schur_inverse(Vec x, Vec y) const;
 

@@ -55,14 +55,14 @@ Vector9 stacked(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
 }  // namespace
 
 template <StrainModel model>
-Matrix9 StrainEnergy<model>::shear_tangent(double mu, double p, const Matrix3& F, Tangent tangent) {
+Matrix9 StrainEnergy<model>::shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) {
     if constexpr (model == StrainModel::linear) {
         Matrix9 A = mu * Matrix9::Identity();
         for (int a = 0; a < 3; ++a)
             for (int b = 0; b < 3; ++b) A(3 * b + a, 3 * a + b) += mu;
         return A;
     }
-    const SignedSvd svd = signed_svd(F);
+    const SignedSvd svd = signed_svd(deformation(H));
     Modes m = modes_of<model>(mu, p, svd.sigma);
     if (tangent != Tangent::exact) {
         Eigen::SelfAdjointEigenSolver<Matrix3> eigen;

@@ -26,7 +26,8 @@ enum class Tangent { held_rotation, exact, positive };
 /// The last is the form of Smith, de Goes and Kim (2018, "Stable neo-Hookean flesh simulation", without the barrier):
 /// it is finite for any F, has its minimum at rest, and agrees with Hooke's law there.
 /// `linear` and `corotated` are one formula in a rotation R that is given to each function (linear: the identity);
-/// the two others do not look at R.
+/// the two others do not look at R. All take H = F - I, the gradient of the displacement, so that small strains keep
+/// their digits (a stress made of F alone has an error of round-off times the modulus).
 template <StrainModel model>
 struct StrainEnergy {
     using Matrix3 = Eigen::Matrix3d;
@@ -37,57 +38,74 @@ struct StrainEnergy {
         c << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
         return c;
     }
+    static Matrix3 deformation(const Matrix3& H) { return Matrix3::Identity() + H; }
+    /// det(I + H) - 1.
+    static double dilation(const Matrix3& H) {
+        return H.trace() + 0.5 * (H.trace() * H.trace() - (H * H).trace()) + H.determinant();
+    }
+    /// R^T F + F^T R - 2 I, twice the strain of `linear` and `corotated`.
+    static Matrix3 turned_strain(const Matrix3& H, const Matrix3& R) {
+        if constexpr (model == StrainModel::linear) return H + H.transpose();
+        const Matrix3 S = R.transpose() * deformation(H);
+        return S + S.transpose() - 2 * Matrix3::Identity();
+    }
+    /// F^T F - I, twice Green's strain.
+    static Matrix3 green_strain(const Matrix3& H) { return H + H.transpose() + H.transpose() * H; }
 
     /// theta.
-    static double volume_strain(const Matrix3& F, const Matrix3& R) {
-        if constexpr (rotates) return R.cwiseProduct(F).sum() - 3;
-        if constexpr (model == StrainModel::green) return (F.squaredNorm() - 3) / 2;
-        return F.determinant() - 1;
+    static double volume_strain(const Matrix3& H, const Matrix3& R) {
+        if constexpr (model == StrainModel::linear) return H.trace();
+        if constexpr (model == StrainModel::corotated) return R.cwiseProduct(deformation(H)).sum() - 3;
+        if constexpr (model == StrainModel::green) return green_strain(H).trace() / 2;
+        return dilation(H);
     }
 
     /// d theta / dF.
-    static Matrix3 volume_strain_gradient(const Matrix3& F, const Matrix3& R) {
+    static Matrix3 volume_strain_gradient(const Matrix3& H, const Matrix3& R) {
         if constexpr (rotates) return R;
-        if constexpr (model == StrainModel::green) return F;
-        return cofactor(F);
+        if constexpr (model == StrainModel::green) return deformation(H);
+        return cofactor(deformation(H));
     }
 
     /// psi_mu.
-    static double shear_energy(double mu, const Matrix3& F, const Matrix3& R) {
-        if constexpr (rotates) {
-            const Matrix3 S = R.transpose() * F;
-            return mu * (0.5 * (S + S.transpose()) - Matrix3::Identity()).squaredNorm();
-        }
-        if constexpr (model == StrainModel::green)
-            return mu / 4 * (F.transpose() * F - Matrix3::Identity()).squaredNorm();
-        const double dilation = F.determinant() - 1;
-        return mu / 2 * (F.squaredNorm() - 3 - 2 * dilation + dilation * dilation);
+    static double shear_energy(double mu, const Matrix3& H, const Matrix3& R) {
+        if constexpr (rotates) return mu / 4 * turned_strain(H, R).squaredNorm();
+        if constexpr (model == StrainModel::green) return mu / 4 * green_strain(H).squaredNorm();
+        // |F|^2 - 3 - 2 (J - 1): the first orders cancel.
+        const double J1 = dilation(H);
+        const double rest = H.squaredNorm() - (H.trace() * H.trace() - (H * H).trace()) - 2 * H.determinant();
+        return mu / 2 * (rest + J1 * J1);
     }
 
     /// d psi_mu / dF: the first Piola-Kirchhoff stress without its volumetric part, Pa.
-    static Matrix3 shear_stress(double mu, const Matrix3& F, const Matrix3& R) {
-        if constexpr (rotates) return mu * (F + R * F.transpose() * R - 2 * R);
-        if constexpr (model == StrainModel::green) return mu * F * (F.transpose() * F - Matrix3::Identity());
-        return mu * (F + (F.determinant() - 2) * cofactor(F));
+    static Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) {
+        if constexpr (rotates) return mu * R * turned_strain(H, R);
+        if constexpr (model == StrainModel::green) return mu * deformation(H) * green_strain(H);
+        // F - cof F + (J - 1) cof F, with cof F = (1 + tr H) I - H^T + cof H.
+        const Matrix3 first = H + H.transpose() - H.trace() * Matrix3::Identity() - cofactor(H);
+        return mu * (first + dilation(H) * cofactor(deformation(H)));
     }
 
     /// First Piola-Kirchhoff stress with a pressure p (positive in tension), Pa.
-    static Matrix3 stress(double mu, double p, const Matrix3& F, const Matrix3& R) {
-        return shear_stress(mu, F, R) + p * volume_strain_gradient(F, R);
+    static Matrix3 stress(double mu, double p, const Matrix3& H, const Matrix3& R) {
+        return shear_stress(mu, H, R) + p * volume_strain_gradient(H, R);
     }
 
-    /// (d^2 psi_mu / dF^2 + p d^2 theta / dF^2) : H, the rotation held.
-    static Matrix3 shear_stress_increment(double mu, double p, const Matrix3& F, const Matrix3& R, const Matrix3& H) {
-        if constexpr (rotates) return mu * (H + R * H.transpose() * R);
+    /// (d^2 psi_mu / dF^2 + p d^2 theta / dF^2) : dF, the rotation held.
+    static Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R, const Matrix3& dF) {
+        if constexpr (rotates) return mu * (dF + R * dF.transpose() * R);
+        const Matrix3 F = deformation(H);
         if constexpr (model == StrainModel::green) {
-            const Matrix3 E2 = F.transpose() * F - Matrix3::Identity(), FH = F.transpose() * H;
-            return mu * (H * E2 + F * (FH + FH.transpose())) + p * H;
+            const Matrix3 FdF = F.transpose() * dF;
+            return mu * (dF * green_strain(H) + F * (FdF + FdF.transpose())) + p * dF;
         }
         const Matrix3 N = cofactor(F);
         Matrix3 turned;  // the derivative of the cofactor
-        for (int c = 0; c < 3; ++c)
-            turned.col(c) = F.col((c + 1) % 3).cross(H.col((c + 2) % 3)) + H.col((c + 1) % 3).cross(F.col((c + 2) % 3));
-        return mu * (H + N.cwiseProduct(H).sum() * N) + (mu * (F.determinant() - 2) + p) * turned;
+        for (int c = 0; c < 3; ++c) {
+            const int d = (c + 1) % 3, e = (c + 2) % 3;
+            turned.col(c) = F.col(d).cross(dF.col(e)) + dF.col(d).cross(F.col(e));
+        }
+        return mu * (dF + N.cwiseProduct(dF).sum() * N) + (mu * (dilation(H) - 1) + p) * turned;
     }
 
     /// d^2 psi_mu / dF^2 + p d^2 theta / dF^2 as a matrix on vec F (columns stacked), with the rotation's derivative.
@@ -95,7 +113,7 @@ struct StrainEnergy {
     /// symmetric and an antisymmetric mode, whose eigenvalues are known (Smith, de Goes and Kim 2019, "Analytic
     /// eigensystems for isotropic distortion energies"): `positive` cuts them at zero. Nearly singular modes (two
     /// singular values that all but cancel: an inverted element) are cut in `exact` too.
-    static Matrix9 shear_tangent(double mu, double p, const Matrix3& F, Tangent tangent);
+    static Matrix9 shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent);
 };
 
 extern template struct StrainEnergy<StrainModel::linear>;

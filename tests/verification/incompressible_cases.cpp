@@ -20,16 +20,13 @@ struct Form {
     double order;
 };
 
-/// P1 and P2 by displacements where that is right, and with pressures everywhere.
+/// By displacements (where that locks, told but not judged) and with pressures.
 std::vector<Form> forms(double nu, std::vector<int> p1, std::vector<int> p2) {
-    std::vector<Form> all;
-    if (nu < 0.4) {
-        all.push_back({{StrainModel::linear, false}, p1, 0.02, 1.8});
-        all.push_back({{StrainModel::linear, true}, p2, 0.01, 1.8});
-    }
-    all.push_back({{StrainModel::linear, false, Formulation::mixed}, p1, 0.02, 1.8});
-    all.push_back({{StrainModel::linear, true, Formulation::mixed}, p2, 0.01, 1.8});
-    return all;
+    const double locks = nu < 0.4 ? 1 : 0;
+    return {{{StrainModel::linear, false}, p1, locks * 0.02, 0},
+            {{StrainModel::linear, true}, p2, locks * 0.015, locks * 2},
+            {{StrainModel::linear, false, Formulation::mixed}, p1, 0.02, 0},
+            {{StrainModel::linear, true, Formulation::mixed}, p2, 0.015, 2}};
 }
 
 template <class Mesh>
@@ -52,7 +49,7 @@ std::vector<Outcome> pressurised(bool sphere) {
             Outcome at_inner{.name = fmt::format("thick {}, nu = {}, {}: u_r(a)", sphere ? "sphere" : "cylinder", nu,
                                                  form.d.name()),
                              .source = "Lame", .reference = inner.u, .unit = "m", .tolerance = form.tolerance,
-                             .runs = {}, .expected_order = form.order, .order_tolerance = 0};
+                             .runs = {}, .expected_order = form.order};
             Outcome at_outer = at_inner;
             at_outer.name.replace(at_outer.name.size() - 2, 1, "b");
             at_outer.reference = outer.u;

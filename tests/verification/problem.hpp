@@ -40,6 +40,8 @@ class Problem {
     void prescribe_surface(const std::function<Vector3(const Vector3& x)>& value);
     /// Traction (Pa) at places x of a triangle set with outward normals n, dead.
     void traction(const std::string& set, const std::function<Vector3(const Vector3& x, const Vector3& n)>& value);
+    /// Adds a force (N) at a node.
+    void force(std::int32_t node, const Vector3& value) { force_[node] += value; }
     void body_force(const std::function<Vector3(const Vector3& x)>& value);
 
     /// Gives constraints and forces to the body, for steps of the caller's own.

@@ -104,7 +104,7 @@ std::vector<Outcome> cook_finite() {
         constexpr const char* names[] = {"u_y(48, 52)", "u_y(48, 60)", "u_x(48, 60)"};
         for (int i = 0; i < 3; ++i)
             outcomes.push_back({.name = fmt::format("Cook's membrane, finite strain, {}: {}", Discretisation{r.strain, true}.name(), names[i]),
-                                .source = "independent P2 code, n = 16", .reference = r.values[i], .unit = "mm", .tolerance = 3e-3,
+                                .source = "independent P2 code, n = 16", .reference = r.values[i], .unit = "mm", .tolerance = 5e-3,
                                 .runs = {{nodes_text(problem.node_count()), 0, values[i], std::abs(values[i] / r.values[i] - 1), i ? 0 : problem.seconds()}}});
     }
     return outcomes;

@@ -22,7 +22,7 @@ struct Outcome {
     std::string source;    ///< of the reference
     double reference = 0;  ///< in `unit`
     std::string unit;
-    double tolerance = 0;  ///< on the last run's error
+    double tolerance = 0;  ///< on the last run's error; 0: told, not judged
     std::vector<Run> runs;
     double expected_order = 0;   ///< 0: none is claimed
     double order_tolerance = 0.2;

@@ -36,23 +36,26 @@ Matrix3d rotation_for(const Energy&, StrainModel model, const Matrix3d& F) {
 double energy(StrainModel model, const Matrix3d& F) {
     return with_energy(model, [&](auto e) {
         const Matrix3d R = rotation_for(e, model, F);
-        const double theta = e.volume_strain(F, R);
-        return e.shear_energy(mu, F, R) + lambda / 2 * theta * theta;
+        const Matrix3d H = F - Matrix3d::Identity();
+        const double theta = e.volume_strain(H, R);
+        return e.shear_energy(mu, H, R) + lambda / 2 * theta * theta;
     });
 }
 
 Matrix3d stress(StrainModel model, const Matrix3d& F) {
     return with_energy(model, [&](auto e) {
         const Matrix3d R = rotation_for(e, model, F);
-        return e.stress(mu, lambda * e.volume_strain(F, R), F, R);
+        const Matrix3d H = F - Matrix3d::Identity();
+        return e.stress(mu, lambda * e.volume_strain(H, R), H, R);
     });
 }
 
 Matrix9 tangent(StrainModel model, const Matrix3d& F, Tangent kind) {
     return with_energy(model, [&](auto e) {
-        const Matrix3d R = rotation_for(e, model, F), N = e.volume_strain_gradient(F, R);
+        const Matrix3d R = rotation_for(e, model, F), H = F - Matrix3d::Identity();
+        const Matrix3d N = e.volume_strain_gradient(H, R);
         const Eigen::Map<const Eigen::Matrix<double, 9, 1>> n(N.data());
-        return Matrix9(e.shear_tangent(mu, lambda * e.volume_strain(F, R), F, kind) + lambda * n * n.transpose());
+        return Matrix9(e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, kind) + lambda * n * n.transpose());
     });
 }
 
@@ -95,11 +98,11 @@ TEST(StrainEnergy, IncrementIsTheTangentWhereThereIsNoRotationToHold) {
     std::mt19937 generator(5);
     for (const StrainModel model : {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
         for (const Matrix3d& F : gradients()) {
-            const Matrix3d H = random_matrix(generator, 1);
+            const Matrix3d dF = random_matrix(generator, 1), H = F - Matrix3d::Identity();
             with_energy(model, [&](auto e) {
-                const Matrix3d dP = e.shear_stress_increment(mu, 0.7, F, Matrix3d::Identity(), H);
-                const Matrix9 A = e.shear_tangent(mu, 0.7, F, Tangent::exact);
-                EXPECT_LT((A * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(H.data()) -
+                const Matrix3d dP = e.shear_stress_increment(mu, 0.7, H, Matrix3d::Identity(), dF);
+                const Matrix9 A = e.shear_tangent(mu, 0.7, H, Tangent::exact);
+                EXPECT_LT((A * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dF.data()) -
                            Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dP.data()))
                               .norm(),
                           1e-9 * (1 + A.norm()));
@@ -115,8 +118,8 @@ TEST(StrainEnergy, PositiveTangentHasNoNegativeEigenvalueAndIsTheExactOneWhereTh
             EXPECT_GT(least, -1e-9 * positive.norm()) << static_cast<int>(model);
             EXPECT_LT((positive - positive.transpose()).norm(), 1e-12 * positive.norm());
             with_energy(model, [&](auto e) {
-                const Matrix3d R = rotation_for(e, model, F);
-                const Matrix9 shear = e.shear_tangent(mu, lambda * e.volume_strain(F, R), F, Tangent::exact);
+                const Matrix3d R = rotation_for(e, model, F), H = F - Matrix3d::Identity();
+                const Matrix9 shear = e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, Tangent::exact);
                 if (Eigen::SelfAdjointEigenSolver<Matrix9>(shear).eigenvalues()[0] > 0) {
                     EXPECT_LT((positive - exact).norm(), 1e-9 * exact.norm());
                 }
@@ -131,6 +134,18 @@ TEST(StrainEnergy, AgreesWithHookesLawAtRest) {
     const Matrix3d expected = 2 * mu * strain + lambda * strain.trace() * Matrix3d::Identity();
     for (const StrainModel model : models)
         EXPECT_LT((stress(model, Matrix3d::Identity() + H) - expected).norm(), 1e-5 * expected.norm());
+}
+
+TEST(StrainEnergy, KeepsTheDigitsOfSmallStrains) {
+    std::mt19937 generator(8);
+    const Matrix3d H = random_matrix(generator, 1e-12);
+    const Matrix3d strain = 0.5 * (H + H.transpose());
+    const Matrix3d expected = 2 * mu * strain + lambda * strain.trace() * Matrix3d::Identity();
+    for (const StrainModel model : {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
+        with_energy(model, [&](auto e) {
+            const Matrix3d I = Matrix3d::Identity();
+            EXPECT_LT((e.stress(mu, lambda * e.volume_strain(H, I), H, I) - expected).norm(), 1e-10 * expected.norm());
+        });
 }
 
 TEST(StrainEnergy, KnowsNoDifferenceBetweenABodyAndTheSameBodyTurned) {
