@@ -1,0 +1,320 @@
+#include "mechanics/batch_kernels.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "mechanics/rotation.hpp"
+
+// Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace livetet {
+
+namespace {
+
+/// One number of each tet of a batch: a vector of the compiler, with + - * / < and ?: by lane.
+template <class Real>
+struct LanesOf {
+    using type [[gnu::vector_size(32)]] = Real;
+};
+template <class Real>
+using Lanes = typename LanesOf<Real>::type;
+
+template <class Real>
+Lanes<Real> load(const Real (&row)[batch_width<Real>]) {
+    Lanes<Real> x;
+    std::memcpy(&x, row, sizeof x);
+    return x;
+}
+
+template <class Real>
+void store(const Lanes<Real>& x, Real (&row)[batch_width<Real>]) {
+    std::memcpy(row, &x, sizeof x);
+}
+
+template <class Real>
+Lanes<Real> all_lanes(Real x) {
+    return x - Lanes<Real>{};
+}
+
+template <class Real>
+struct Vec3 {
+    Lanes<Real> x, y, z;
+};
+template <class Real>
+Vec3<Real> operator+(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class Real>
+Vec3<Real> operator-(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Real>
+Vec3<Real> operator-(const Vec3<Real>& a) {
+    return {-a.x, -a.y, -a.z};
+}
+template <class Real>
+Vec3<Real> operator*(const Lanes<Real>& s, const Vec3<Real>& a) {
+    return {s * a.x, s * a.y, s * a.z};
+}
+template <class Real>
+Lanes<Real> dot(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class Real>
+Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// A 3x3 matrix by its columns.
+template <class Real>
+struct Mat3 {
+    Vec3<Real> x, y, z;
+};
+template <class Real>
+Vec3<Real> operator*(const Mat3<Real>& m, const Vec3<Real>& a) {
+    return a.x * m.x + a.y * m.y + a.z * m.z;
+}
+template <class Real>
+Mat3<Real> operator-(const Mat3<Real>& a, const Mat3<Real>& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Real>
+Lanes<Real> dot(const Mat3<Real>& a, const Mat3<Real>& b) {
+    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+}
+template <class Real>
+Mat3<Real> cofactor(const Mat3<Real>& m) {
+    return {cross(m.y, m.z), cross(m.z, m.x), cross(m.x, m.y)};
+}
+
+/// Rows 3 i .. 3 i + 2 of a batch.
+template <class Real>
+Vec3<Real> load3(const Real (*rows)[batch_width<Real>]) {
+    return {load<Real>(rows[0]), load<Real>(rows[1]), load<Real>(rows[2])};
+}
+template <class Real>
+Mat3<Real> load_matrix(const Real (&rows)[9][batch_width<Real>]) {
+    return {load3<Real>(rows), load3<Real>(rows + 3), load3<Real>(rows + 6)};
+}
+template <class Real>
+void store3(const Vec3<Real>& a, Real (*rows)[batch_width<Real>]) {
+    store<Real>(a.x, rows[0]);
+    store<Real>(a.y, rows[1]);
+    store<Real>(a.z, rows[2]);
+}
+
+/// The values of u at corner i of each tet.
+template <class Real>
+Vec3<Real> gather(const Real* u, const std::int32_t (&offset)[batch_width<Real>]) {
+    Vec3<Real> a;
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        const Real* p = u + offset[l];
+        a.x[l] = p[0], a.y[l] = p[1], a.z[l] = p[2];
+    }
+    return a;
+}
+
+/// f += a at corner i of each tet, one after the other: tets may share nodes.
+template <class Real>
+void scatter_add(const Vec3<Real>& a, const std::int32_t (&offset)[batch_width<Real>], Real* f) {
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        Real* p = f + offset[l];
+        p[0] += a.x[l], p[1] += a.y[l], p[2] += a.z[l];
+    }
+}
+
+/// grad u = sum_i (u_i - u_0) g_i^T, i = 1, 2, 3.
+template <class Real>
+Mat3<Real> gradient_of(const TetBatch<Real>& b, const Real* u) {
+    const Vec3<Real> u0 = gather(u, b.offset[0]);
+    const Mat3<Real> d{gather(u, b.offset[1]) - u0, gather(u, b.offset[2]) - u0, gather(u, b.offset[3]) - u0};
+    const Mat3<Real> g = load_matrix<Real>(b.gradients);
+    return {d * Vec3<Real>{g.x.x, g.y.x, g.z.x}, d * Vec3<Real>{g.x.y, g.y.y, g.z.y},
+            d * Vec3<Real>{g.x.z, g.y.z, g.z.z}};
+}
+
+template <class Real>
+Mat3<Real> plus_identity(Mat3<Real> m) {
+    m.x.x += 1, m.y.y += 1, m.z.z += 1;
+    return m;
+}
+
+/// V R (2 mu eps + lambda tr(eps) I) with eps = sym(R^T A) - shift I.
+template <class Real>
+Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>& A, Real shift) {
+    const Lanes<Real> mu = load<Real>(b.mu);
+    const Lanes<Real> xx = dot(R.x, A.x) - shift, yy = dot(R.y, A.y) - shift, zz = dot(R.z, A.z) - shift;
+    const Lanes<Real> pressure = load<Real>(b.lambda) * (xx + yy + zz);
+    const Lanes<Real> xy = mu * (dot(R.x, A.y) + dot(R.y, A.x)), yz = mu * (dot(R.y, A.z) + dot(R.z, A.y)),
+                      zx = mu * (dot(R.z, A.x) + dot(R.x, A.z));
+    return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx}, R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
+            R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
+}
+
+/// f_i += P g_i.
+template <class Real>
+void scatter_forces(const TetBatch<Real>& b, const Mat3<Real>& P, Real* f) {
+    const Mat3<Real> g = load_matrix<Real>(b.gradients);
+    const Vec3<Real> f1 = P * g.x, f2 = P * g.y, f3 = P * g.z;
+    scatter_add(-(f1 + f2 + f3), b.offset[0], f);
+    scatter_add(f1, b.offset[1], f);
+    scatter_add(f2, b.offset[2], f);
+    scatter_add(f3, b.offset[3], f);
+}
+
+template <class Mask>
+bool any(const Mask& mask) {
+    std::uint64_t words[4], some = 0;
+    std::memcpy(words, &mask, sizeof words);
+    for (const std::uint64_t w : words) some |= w;
+    return some;
+}
+
+}  // namespace
+
+template <class Real>
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets)
+    : tets_(elements.size()), batches_((elements.size() + batch_width<Real> - 1) / batch_width<Real>) {
+    for (std::size_t slot = 0; slot < batches_.size() * batch_width<Real>; ++slot) {
+        const std::size_t e = std::min(slot, tets_ - 1), lane = slot % batch_width<Real>;
+        const double volume = slot < tets_ ? elements[e].volume : 0;
+        TetBatch<Real>& b = batches_[slot / batch_width<Real>];
+        for (int k = 0; k < 9; ++k) b.gradients[k][lane] = static_cast<Real>(elements[e].gradients(k % 3, 1 + k / 3));
+        b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
+        b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
+        for (int i = 0; i < 4; ++i) b.offset[i][lane] = 3 * tets[e][i];
+    }
+}
+
+template <class Real>
+std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations() const {
+    RotationBatch<Real> identity{};
+    for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
+    return std::vector<RotationBatch<Real>>(batches_.size(), identity);
+}
+
+template <class Real>
+void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
+                      std::span<RotationBatch<Real>> rotations) {
+    // The error after a step is about half the square of the step.
+    constexpr Real small_enough = sizeof(Real) == 4 ? Real(1e-7) : Real(1e-14);
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const Mat3<Real> F = plus_identity(gradient_of(batches[k], u.data()));
+        const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
+        // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or underflows.
+        const auto usual = det > 0 && det * det > Real(0.01) * third * third * third && n > Real(1e-2) && n < Real(1e2);
+        Mat3<Real> R = F;
+        auto moving = usual;
+        for (int step = 0; step < 12 && any(moving); ++step) {
+            const Mat3<Real> c = cofactor(R);
+            const Lanes<Real> half = all_lanes(Real(0.5)), s = half / dot(R.x, c.x);
+            const Mat3<Real> next{half * R.x + s * c.x, half * R.y + s * c.y, half * R.z + s * c.z};
+            const Mat3<Real> change = next - R;
+            R = next;
+            moving = usual && dot(change, change) > small_enough;
+        }
+        store3<Real>(R.x, rotations[k].R);
+        store3<Real>(R.y, rotations[k].R + 3);
+        store3<Real>(R.z, rotations[k].R + 6);
+        const auto left = !usual || moving;
+        if (!any(left)) continue;
+        Real whole[9][batch_width<Real>];
+        store3<Real>(F.x, whole);
+        store3<Real>(F.y, whole + 3);
+        store3<Real>(F.z, whole + 6);
+        for (int l = 0; l < batch_width<Real>; ++l) {
+            if (!left[l]) continue;
+            Eigen::Matrix3d one;
+            for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = whole[m][l];
+            one = rotation_of(one);
+            for (int m = 0; m < 9; ++m) rotations[k].R[m][l] = static_cast<Real>(one(m % 3, m / 3));
+        }
+    }
+}
+
+template <class Real>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+                std::span<const Real> u, std::span<Real> f) {
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), F, Real(1)), f.data());
+    }
+}
+
+template <class Real>
+void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f) {
+    const Lanes<Real> s = all_lanes(factor);
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> H = gradient_of(b, v.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+    }
+}
+
+template <class Real>
+double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              std::span<const Real> u) {
+    double sum = 0;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> F = plus_identity(gradient_of(b, u.data())), R = load_matrix<Real>(rotations[k].R);
+        const Mat3<Real> d = F - R;
+        const Lanes<Real> trace = dot(R, d);  // tr(R^T F - I)
+        const Lanes<Real> energies = load<Real>(b.mu) * dot(d, d) + load<Real>(b.lambda) * trace * trace / 2;
+        for (int l = 0; l < batch_width<Real>; ++l) sum += energies[l];
+    }
+    return sum;
+}
+
+template <class Real>
+void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              Real scale, std::span<const std::int32_t> slots, std::span<Real> values) {
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
+        const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
+        Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
+        h[0] = -(h[1] + h[2] + h[3]);
+        const std::size_t first = k * batch_width<Real>;
+        const int lanes = static_cast<int>(std::min<std::size_t>(batch_width<Real>, batches.tets() - first));
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) {
+                const Lanes<Real> d = mu * dot(h[i], h[j]);
+                const auto column = [&](const Lanes<Real>& hj, const Lanes<Real>& hi) {
+                    return (lambda * hj) * h[i] + (mu * hi) * h[j];
+                };
+                Mat3<Real> K{column(h[j].x, h[i].x), column(h[j].y, h[i].y), column(h[j].z, h[i].z)};
+                K.x.x += d, K.y.y += d, K.z.z += d;
+                Real out[9][batch_width<Real>];
+                store3<Real>(K.x, out);
+                store3<Real>(K.y, out + 3);
+                store3<Real>(K.z, out + 6);
+                for (int l = 0; l < lanes; ++l) {
+                    const std::int32_t slot = slots[16 * (first + l) + 4 * i + j];
+                    if (slot < 0) continue;
+                    for (int m = 0; m < 9; ++m) values[9 * static_cast<std::size_t>(slot) + m] += out[m][l];
+                }
+            }
+    }
+}
+
+#define LIVETET_INSTANTIATE(Real)                                                                                      \
+    template class TetBatches<Real>;                                                                                   \
+    template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
+                                   std::span<RotationBatch<Real>>);                                                    \
+    template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \
+                             std::span<const Real>, std::span<Real>);                                                  \
+    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
+                                      std::span<const Real>, std::span<Real>);                                         \
+    template double energy(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                  \
+                           std::span<const Real>);                                                                     \
+    template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
+                           std::span<const std::int32_t>, std::span<Real>);
+LIVETET_INSTANTIATE(float)
+LIVETET_INSTANTIATE(double)
+#undef LIVETET_INSTANTIATE
+
+}  // namespace livetet
