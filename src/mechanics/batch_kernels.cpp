@@ -171,6 +171,89 @@ bool any(const Mask& mask) {
     return some;
 }
 
+template <class Real>
+struct FourOf {
+    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
+};
+template <class Real>
+using Four = typename FourOf<Real>::type;
+template <class Real>
+Four<Real> load_four(const Real* p) {
+    Four<Real> x;
+    std::memcpy(&x, p, sizeof x);
+    return x;
+}
+
+/// The first eight numbers of a column-major 3x3 block take so many registers.
+template <class Real>
+inline constexpr int block_parts = 8 / batch_width<Real>;
+
+/// For p = {x, y, z, any}, rows = (x y z x y z x y) and columns = (x x x y y y z z): the first eight numbers of a b^T
+/// are rows of a times columns of b.
+template <class Real>
+void spread(const Real* p, Lanes<Real> (&rows)[block_parts<Real>], Lanes<Real> (&columns)[block_parts<Real>]) {
+    Four<Real> a;
+    std::memcpy(&a, p, sizeof a);
+    if constexpr (block_parts<Real> == 1) {
+        rows[0] = __builtin_shufflevector(a, a, 0, 1, 2, 0, 1, 2, 0, 1);
+        columns[0] = __builtin_shufflevector(a, a, 0, 0, 0, 1, 1, 1, 2, 2);
+    } else {
+        rows[0] = __builtin_shufflevector(a, a, 0, 1, 2, 0);
+        rows[1] = __builtin_shufflevector(a, a, 1, 2, 0, 1);
+        columns[0] = __builtin_shufflevector(a, a, 0, 0, 0, 1);
+        columns[1] = __builtin_shufflevector(a, a, 1, 1, 2, 2);
+    }
+}
+
+/// The first eight numbers of the unit matrix; in double, both halves are the same.
+template <class Real>
+constexpr Lanes<Real> unit_block() {
+    if constexpr (block_parts<Real> == 1)
+        return Lanes<Real>{1, 0, 0, 0, 1, 0, 0, 0};
+    else
+        return Lanes<Real>{1, 0, 0, 0};
+}
+
+template <class Real>
+void add_to(Real* p, const Lanes<Real>& x) {
+    Lanes<Real> sum;
+    std::memcpy(&sum, p, sizeof sum);
+    sum += x;
+    std::memcpy(p, &sum, sizeof sum);
+}
+
+/// Where lane l stands after `transpose`.
+template <class Real>
+constexpr int place(int l) {
+    return batch_width<Real> == 4 ? l : l % 4 * 2 + l / 4;
+}
+
+/// rows[place(l)] = {a.x, a.y, a.z, w} of lane l.
+template <class Real>
+void transpose(const Vec3<Real>& a, const Lanes<Real>& w, Real (&rows)[batch_width<Real>][4]) {
+    Lanes<Real> out[4];
+    if constexpr (batch_width<Real> == 4) {
+        const Lanes<Real> xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6),
+                          xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7),
+                          zw02 = __builtin_shufflevector(a.z, w, 0, 4, 2, 6),
+                          zw13 = __builtin_shufflevector(a.z, w, 1, 5, 3, 7);
+        out[0] = __builtin_shufflevector(xy02, zw02, 0, 1, 4, 5);
+        out[1] = __builtin_shufflevector(xy13, zw13, 0, 1, 4, 5);
+        out[2] = __builtin_shufflevector(xy02, zw02, 2, 3, 6, 7);
+        out[3] = __builtin_shufflevector(xy13, zw13, 2, 3, 6, 7);
+    } else {
+        const Lanes<Real> xy01 = __builtin_shufflevector(a.x, a.y, 0, 8, 1, 9, 4, 12, 5, 13),
+                          xy23 = __builtin_shufflevector(a.x, a.y, 2, 10, 3, 11, 6, 14, 7, 15),
+                          zw01 = __builtin_shufflevector(a.z, w, 0, 8, 1, 9, 4, 12, 5, 13),
+                          zw23 = __builtin_shufflevector(a.z, w, 2, 10, 3, 11, 6, 14, 7, 15);
+        out[0] = __builtin_shufflevector(xy01, zw01, 0, 1, 8, 9, 4, 5, 12, 13);
+        out[1] = __builtin_shufflevector(xy01, zw01, 2, 3, 10, 11, 6, 7, 14, 15);
+        out[2] = __builtin_shufflevector(xy23, zw23, 0, 1, 8, 9, 4, 5, 12, 13);
+        out[3] = __builtin_shufflevector(xy23, zw23, 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+    std::memcpy(rows, out, sizeof rows);
+}
+
 }  // namespace
 
 template <class Real>
@@ -272,32 +355,50 @@ double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const
 template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
               Real scale, std::span<const std::int32_t> slots, std::span<Real> values) {
+    constexpr int width = batch_width<Real>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
         const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
         Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
-        const std::size_t first = k * batch_width<Real>;
-        const int lanes = static_cast<int>(std::min<std::size_t>(batch_width<Real>, batches.tets() - first));
-        for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j) {
+        alignas(32) Real corners[4][width][4], dots[4][4][width], last[4][4][width];
+        for (int i = 0; i < 4; ++i) {
+            transpose(h[i], i == 0 ? lambda : mu, corners[i]);
+            for (int j = i; j < 4; ++j) {
                 const Lanes<Real> d = mu * dot(h[i], h[j]);
-                const auto column = [&](const Lanes<Real>& hj, const Lanes<Real>& hi) {
-                    return (lambda * hj) * h[i] + (mu * hi) * h[j];
-                };
-                Mat3<Real> K{column(h[j].x, h[i].x), column(h[j].y, h[i].y), column(h[j].z, h[i].z)};
-                K.x.x += d, K.y.y += d, K.z.z += d;
-                Real out[9][batch_width<Real>];
-                store3<Real>(K.x, out);
-                store3<Real>(K.y, out + 3);
-                store3<Real>(K.z, out + 6);
-                for (int l = 0; l < lanes; ++l) {
-                    const std::int32_t slot = slots[16 * (first + l) + 4 * i + j];
-                    if (slot < 0) continue;
-                    for (int m = 0; m < 9; ++m) values[9 * static_cast<std::size_t>(slot) + m] += out[m][l];
-                }
+                store<Real>(d, dots[i][j]);
+                store<Real>((lambda + mu) * h[i].z * h[j].z + d, last[i][j]);
             }
+        }
+        const std::size_t first = k * width;
+        const int lanes = static_cast<int>(std::min<std::size_t>(width, batches.tets() - first));
+        for (int l = 0; l < lanes; ++l) {
+            const int p = place<Real>(l);
+            const Real l_lambda = corners[0][p][3], l_mu = corners[1][p][3];
+            constexpr int parts = block_parts<Real>;
+            Lanes<Real> row[4][parts], column[4][parts];
+            for (int i = 0; i < 4; ++i) spread(corners[i][p], row[i], column[i]);
+            const std::int32_t* at = slots.data() + 16 * (first + l);
+            for (int i = 0; i < 4; ++i)
+                for (int j = i; j < 4; ++j) {
+                    const Lanes<Real> d = dots[i][j][l] * unit_block<Real>();
+                    if (const std::int32_t slot = at[4 * i + j]; slot >= 0) {
+                        Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
+                        for (int n = 0; n < parts; ++n)
+                            add_to(value + n * width,
+                                   l_lambda * row[i][n] * column[j][n] + (l_mu * row[j][n] * column[i][n] + d));
+                        value[8] += last[i][j][l];
+                    }
+                    if (const std::int32_t slot = at[4 * j + i]; slot >= 0 && j > i) {
+                        Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
+                        for (int n = 0; n < parts; ++n)
+                            add_to(value + n * width,
+                                   l_lambda * row[j][n] * column[i][n] + (l_mu * row[i][n] * column[j][n] + d));
+                        value[8] += last[i][j][l];
+                    }
+                }
+        }
     }
 }
 
