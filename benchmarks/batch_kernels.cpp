@@ -233,20 +233,6 @@ void assemble_batched(benchmark::State& state) {
     report(state, k.batch_bytes + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
 }
 
-/// Each block written once, from a list of its tets.
-template <class Real>
-void assemble_by_block(benchmark::State& state) {
-    Batched<Real> k{setting(state.range(0))};
-    k.update();
-    BlockGather<Real> gather(k.s.slots);
-    for (auto _ : state) {
-        gather.turn_gradients(k.batches, k.batches.all(), k.rotations, 1);
-        gather.write_blocks(0, gather.pairs(), k.values);
-    }
-    const double tets = static_cast<double>(k.s.elements.size());
-    report(state, k.batch_bytes + bytes_of(k.rotations) + tets * (2 * 16 * sizeof(Real) + 40) + bytes_of(k.values));
-}
-
 #define LIVETET_BENCHMARK(name)                                                                  \
     BENCHMARK(name##_scalar)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);                   \
     BENCHMARK_TEMPLATE(name##_batched, double)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
@@ -257,8 +243,6 @@ LIVETET_BENCHMARK(forces);
 LIVETET_BENCHMARK(stiffness_times);
 LIVETET_BENCHMARK(energy);
 LIVETET_BENCHMARK(assemble);
-BENCHMARK_TEMPLATE(assemble_by_block, double)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);
-BENCHMARK_TEMPLATE(assemble_by_block, float)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);
 
 }  // namespace
 }  // namespace livetet

@@ -402,87 +402,8 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
     }
 }
 
-template <class Real>
-BlockGather<Real>::BlockGather(std::span<const std::int32_t> slots) {
-    struct Term {
-        std::int32_t slot, transposed, index;
-    };
-    std::vector<Term> terms;
-    for (std::size_t e = 0; e < slots.size(); e += 16)
-        for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j) {
-                const std::int32_t slot = slots[e + 4 * i + j], transposed = slots[e + 4 * j + i];
-                if (slot >= 0 && (slot <= transposed || transposed < 0))
-                    terms.push_back({slot, transposed, static_cast<std::int32_t>(e) + 4 * i + j});
-            }
-    std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.slot < b.slot; });
-    for (const Term& t : terms) {
-        if (pairs_.empty() || pairs_.back().slot != t.slot) pairs_.push_back({t.slot, t.transposed, 0});
-        terms_.push_back(t.index);
-        pairs_.back().end = static_cast<std::int32_t>(terms_.size());
-    }
-    corners_.resize(slots.size() + 16 * batch_width<Real>);
-}
-
-template <class Real>
-void BlockGather<Real>::turn_gradients(const TetBatches<Real>& batches, BatchRange range,
-                                       std::span<const RotationBatch<Real>> rotations, Real scale) {
-    constexpr int width = batch_width<Real>;
-    for (std::size_t k = range.begin; k < range.end; ++k) {
-        const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
-        Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
-        h[0] = -(h[1] + h[2] + h[3]);
-        Real rows[4][width][4];
-        for (int i = 0; i < 4; ++i) transpose<Real>(h[i], scale * load<Real>(i == 0 ? b.lambda : b.mu), rows[i]);
-        Real* out = corners_.data() + 16 * k * width;
-        for (int l = 0; l < width; ++l)
-            for (int i = 0; i < 4; ++i) std::memcpy(out + 16 * l + 4 * i, rows[i][place<Real>(l)], 4 * sizeof(Real));
-    }
-}
-
-/// K = S + T^T + tr(T) I with S = sum V lambda h_i h_j^T, T = sum V mu h_i h_j^T.
-template <class Real>
-void BlockGather<Real>::write_blocks(std::size_t begin, std::size_t end, std::span<Real> values) const {
-    constexpr int width = batch_width<Real>, parts = block_parts<Real>;
-    std::int32_t t = begin == 0 ? 0 : pairs_[begin - 1].end;
-    for (std::size_t k = begin; k < end; ++k) {
-        const Pair& pair = pairs_[k];
-        Lanes<Real> S[parts] = {}, T[parts] = {};
-        Real S_zz = 0, T_zz = 0;
-        for (; t < pair.end; ++t) {
-            const std::int32_t term = terms_[t];
-            const Real* tet = corners_.data() + (term & ~15);
-            const Real *hi = tet + (term & 12), *hj = tet + 4 * (term & 3);
-            Lanes<Real> row[parts], column[parts], unused[parts];
-            spread(hi, row, unused);
-            spread(hj, unused, column);
-            for (int n = 0; n < parts; ++n) {
-                const Lanes<Real> outer = row[n] * column[n];
-                S[n] += tet[3] * outer;
-                T[n] += tet[7] * outer;
-            }
-            S_zz += tet[3] * hi[2] * hj[2];
-            T_zz += tet[7] * hi[2] * hj[2];
-        }
-        Real s[9], m[9];
-        std::memcpy(s, S, sizeof S);
-        std::memcpy(m, T, sizeof T);
-        s[8] = S_zz, m[8] = T_zz;
-        const Real trace = m[0] + m[4] + m[8];
-        for (const int d : {0, 4, 8}) s[d] += trace;
-        Real* value = values.data() + 9 * static_cast<std::size_t>(pair.slot);
-        for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b) value[3 * b + a] = s[3 * b + a] + m[3 * a + b];
-        if (pair.transposed < 0 || pair.transposed == pair.slot) continue;
-        value = values.data() + 9 * static_cast<std::size_t>(pair.transposed);
-        for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b) value[3 * a + b] = s[3 * b + a] + m[3 * a + b];
-    }
-}
-
 #define LIVETET_INSTANTIATE(Real)                                                                                      \
-    template class TetBatches<Real>;  template class BlockGather<Real>;                                                                                  \
+    template class TetBatches<Real>;                                                                                   \
     template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
                                    std::span<RotationBatch<Real>>);                                                    \
     template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \

@@ -85,31 +85,4 @@ template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
               Real scale, std::span<const std::int32_t> slots, std::span<Real> values);
 
-/// The same sums block by block instead of tet by tet: each block is written once, from all its tets, so there is
-/// nothing to clear first, and ranges of blocks are independent of each other.
-template <class Real>
-class BlockGather {
-  public:
-    /// `slots` as for `assemble`; every block that is to be written is some tet's.
-    explicit BlockGather(std::span<const std::int32_t> slots);
-
-    /// Pairs of blocks (i, j) and (j, i).
-    std::size_t pairs() const { return pairs_.size(); }
-
-    /// First pass: h_i = R g_i and V lambda, V mu times `scale`, of the batches in `range`.
-    void turn_gradients(const TetBatches<Real>& batches, BatchRange range,
-                        std::span<const RotationBatch<Real>> rotations, Real scale);
-    /// Second pass, after all of the first: writes (not adds) the pairs [begin, end).
-    void write_blocks(std::size_t begin, std::size_t end, std::span<Real> values) const;
-
-  private:
-    struct Pair {
-        std::int32_t slot, transposed;  ///< < 0: not wanted
-        std::int32_t end;               ///< of its terms; they begin where the last pair's end
-    };
-    std::vector<Pair> pairs_;
-    std::vector<std::int32_t> terms_;  ///< 16 e + 4 i + j
-    std::vector<Real> corners_;        ///< 16 e + 4 i: h_i, and V lambda (i = 0) or V mu
-};
-
 }  // namespace livetet
