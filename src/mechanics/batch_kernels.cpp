@@ -355,7 +355,7 @@ double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const
 template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
               Real scale, std::span<const std::int32_t> slots, std::span<Real> values) {
-    constexpr int width = batch_width<Real>;
+    constexpr int width = batch_width<Real>, parts = block_parts<Real>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
@@ -376,27 +376,28 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
         for (int l = 0; l < lanes; ++l) {
             const int p = place<Real>(l);
             const Real l_lambda = corners[0][p][3], l_mu = corners[1][p][3];
-            constexpr int parts = block_parts<Real>;
-            Lanes<Real> row[4][parts], column[4][parts];
-            for (int i = 0; i < 4; ++i) spread(corners[i][p], row[i], column[i]);
+            Lanes<Real> row[4][parts], column[4][parts], lambda_row[4][parts], mu_row[4][parts];
+            for (int i = 0; i < 4; ++i) {
+                spread(corners[i][p], row[i], column[i]);
+                for (int n = 0; n < parts; ++n) {
+                    lambda_row[i][n] = l_lambda * row[i][n];
+                    mu_row[i][n] = l_mu * row[i][n];
+                }
+            }
             const std::int32_t* at = slots.data() + 16 * (first + l);
+#pragma GCC unroll 4
             for (int i = 0; i < 4; ++i)
-                for (int j = i; j < 4; ++j) {
-                    const Lanes<Real> d = dots[i][j][l] * unit_block<Real>();
-                    if (const std::int32_t slot = at[4 * i + j]; slot >= 0) {
-                        Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
-                        for (int n = 0; n < parts; ++n)
-                            add_to(value + n * width,
-                                   l_lambda * row[i][n] * column[j][n] + (l_mu * row[j][n] * column[i][n] + d));
-                        value[8] += last[i][j][l];
-                    }
-                    if (const std::int32_t slot = at[4 * j + i]; slot >= 0 && j > i) {
-                        Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
-                        for (int n = 0; n < parts; ++n)
-                            add_to(value + n * width,
-                                   l_lambda * row[j][n] * column[i][n] + (l_mu * row[i][n] * column[j][n] + d));
-                        value[8] += last[i][j][l];
-                    }
+#pragma GCC unroll 4
+                for (int j = 0; j < 4; ++j) {
+                    const std::int32_t slot = at[4 * i + j];
+                    if (slot < 0) continue;
+                    Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
+                    const int low = std::min(i, j), high = std::max(i, j);
+                    const Lanes<Real> d = dots[low][high][l] * unit_block<Real>();
+                    for (int n = 0; n < parts; ++n)
+                        add_to(value + n * width,
+                               lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
+                    value[8] += last[low][high][l];
                 }
         }
     }
