@@ -182,10 +182,10 @@ void assemble_scalar(benchmark::State& state) {
     report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
 }
 
-template <class Real>
+template <class Real, LaneOrder order = LaneOrder::apart>
 struct Batched {
     const Setting& s;
-    TetBatches<Real> batches{s.elements, s.mesh.tets};
+    TetBatches<Real> batches{s.elements, s.mesh.tets, order};
     std::vector<RotationBatch<Real>> rotations = batches.make_rotations();
     std::vector<Real> u{s.u.begin(), s.u.end()}, f = std::vector<Real>(u.size());
     std::vector<Real> values = std::vector<Real>(9 * s.blocks);
@@ -209,9 +209,9 @@ void forces_batched(benchmark::State& state) {
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
-template <class Real>
+template <class Real, LaneOrder order = LaneOrder::apart>
 void stiffness_times_batched(benchmark::State& state) {
-    Batched<Real> k{setting(state.range(0))};
+    Batched<Real, order> k{setting(state.range(0))};
     k.update();
     for (auto _ : state) add_stiffness_times<Real>(0.5, k.batches, k.batches.all(), k.rotations, k.u, k.f);
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
@@ -227,7 +227,7 @@ void energy_batched(benchmark::State& state) {
 
 template <class Real>
 void assemble_batched(benchmark::State& state) {
-    Batched<Real> k{setting(state.range(0))};
+    Batched<Real, LaneOrder::consecutive> k{setting(state.range(0))};
     k.update();
     for (auto _ : state) assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.slots, k.values);
     report(state, k.batch_bytes + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
@@ -241,6 +241,9 @@ BENCHMARK(memory_bandwidth);
 LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(forces);
 LIVETET_BENCHMARK(stiffness_times);
+BENCHMARK_TEMPLATE(stiffness_times_batched, float, LaneOrder::consecutive)
+    ->Unit(benchmark::kMillisecond)
+    ->DenseRange(0, 1);
 LIVETET_BENCHMARK(energy);
 LIVETET_BENCHMARK(assemble);
 

@@ -135,9 +135,8 @@ Mat3<Real> gradient_of(const TetBatch<Real>& b, const Real* u) {
 }
 
 template <class Real>
-Mat3<Real> plus_identity(Mat3<Real> m) {
-    m.x.x += 1, m.y.y += 1, m.z.z += 1;
-    return m;
+Mat3<Real> plus_identity(const Mat3<Real>& m) {
+    return {{m.x.x + 1, m.x.y, m.x.z}, {m.y.x, m.y.y + 1, m.y.z}, {m.z.x, m.z.y, m.z.z + 1}};
 }
 
 /// V R (2 mu eps + lambda tr(eps) I) with eps = sym(R^T A) - shift I.
@@ -257,13 +256,17 @@ void transpose(const Vec3<Real>& a, const Lanes<Real>& w, Real (&rows)[batch_wid
 }  // namespace
 
 template <class Real>
-TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets)
-    : tets_(elements.size()), batches_((elements.size() + batch_width<Real> - 1) / batch_width<Real>) {
-    for (std::size_t slot = 0; slot < batches_.size() * batch_width<Real>; ++slot) {
-        const std::size_t e = std::min(slot, tets_ - 1), lane = slot % batch_width<Real>;
-        const double volume = slot < tets_ ? elements[e].volume : 0;
-        TetBatch<Real>& b = batches_[slot / batch_width<Real>];
-        for (int k = 0; k < 9; ++k) b.gradients[k][lane] = static_cast<Real>(elements[e].gradients(k % 3, 1 + k / 3));
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
+                             LaneOrder order)
+    : window_(order == LaneOrder::apart ? 16 : 1),
+      tets_(elements.size()),
+      batches_((elements.size() + batch_width<Real> - 1) / batch_width<Real>) {
+    for (std::size_t k = 0; k < batches_.size() * batch_width<Real>; ++k) {
+        TetBatch<Real>& b = batches_[k / batch_width<Real>];
+        const std::size_t lane = k % batch_width<Real>, tet = tet_at(k / batch_width<Real>, lane);
+        const std::size_t e = std::min(tet, tets_ - 1);
+        const double volume = tet < tets_ ? elements[e].volume : 0;
+        for (int m = 0; m < 9; ++m) b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
         b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
         b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
         for (int i = 0; i < 4; ++i) b.offset[i][lane] = 3 * tets[e][i];
@@ -371,9 +374,9 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                 store<Real>((lambda + mu) * h[i].z * h[j].z + d, last[i][j]);
             }
         }
-        const std::size_t first = k * width;
-        const int lanes = static_cast<int>(std::min<std::size_t>(width, batches.tets() - first));
-        for (int l = 0; l < lanes; ++l) {
+        for (int l = 0; l < width; ++l) {
+            const std::size_t e = batches.tet_at(k, l);
+            if (e >= batches.tets()) continue;
             const int p = place<Real>(l);
             const Real l_lambda = corners[0][p][3], l_mu = corners[1][p][3];
             Lanes<Real> row[4][parts], column[4][parts], lambda_row[4][parts], mu_row[4][parts];
@@ -384,7 +387,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                     mu_row[i][n] = l_mu * row[i][n];
                 }
             }
-            const std::int32_t* at = slots.data() + 16 * (first + l);
+            const std::int32_t* at = slots.data() + 16 * e;
 #pragma GCC unroll 4
             for (int i = 0; i < 4; ++i)
 #pragma GCC unroll 4
@@ -395,8 +398,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                     const int low = std::min(i, j), high = std::max(i, j);
                     const Lanes<Real> d = dots[low][high][l] * unit_block<Real>();
                     for (int n = 0; n < parts; ++n)
-                        add_to(value + n * width,
-                               lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
+                        add_to(value + n * width, lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
                     value[8] += last[low][high][l];
                 }
         }
