@@ -40,7 +40,7 @@ struct BatchRange {
 /// Which tets stand side by side in a batch. `apart`: in windows of 16 batches, tets 16 apart, for meshes whose
 /// neighbouring tets follow each other: these share nodes, and adding to one number several times in a row waits for
 /// each store (add_* takes a fifth less time). `consecutive`: tet after tet, for `assemble`, which lives from finding
-/// the last tets' blocks in the cache (`apart` doubles its time).
+/// the last tets' blocks in the cache (`apart` takes up to twice as long).
 enum class LaneOrder { consecutive, apart };
 
 /// The tets of a mesh in batches. Lanes left over at the end hold copies of the last tet that have no volume: their
