@@ -10,6 +10,7 @@
 #include "mechanics/rotation.hpp"
 #include "solvers/deformable_body.hpp"
 #include "solvers/petsc_session.hpp"
+#include "support/p1_kernels.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -34,7 +35,7 @@ struct Level {
     PetscHandle<Vec> u, f;
     explicit Level(MatrixLayout layout)
         : level(setting().mesh(), share_mesh(PETSC_COMM_SELF, setting().mesh(), {}), setting().materials,
-                StrainModel::corotated, layout),
+                StrainModel::corotated, Formulation::displacement, layout),
           u(make_vector(level.share())),
           f(make_vector(level.share())) {
         std::vector<Vector3> bend;
@@ -42,7 +43,7 @@ struct Level {
         fill(level.share(), bend, u.get());
         update_ghosts(u.get());
         level.update_rotations(u.get());
-        level.assemble(1, 0);
+        level.assemble(1, 0, Tangent::held_rotation, {.u = u.get()});
     }
 };
 
@@ -53,13 +54,13 @@ void rotations(benchmark::State& state) {
 
 void elastic_force(benchmark::State& state) {
     Level l(MatrixLayout::blocks);
-    for (auto _ : state) l.level.elastic_force(l.u.get(), l.f.get());
+    for (auto _ : state) l.level.elastic_force({.u = l.u.get()}, l.f.get());
 }
 
-template <MatrixLayout layout>
+template <MatrixLayout layout, Tangent tangent = Tangent::held_rotation>
 void assemble(benchmark::State& state) {
     Level l(layout);
-    for (auto _ : state) l.level.assemble(1, 0);
+    for (auto _ : state) l.level.assemble(1, 0, tangent, {.u = l.u.get()});
 }
 
 /// The alternative: the same blocks through PETSc's own call.
@@ -75,7 +76,7 @@ void assemble_by_matsetvaluesblocked(benchmark::State& state) {
                 make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 1000, 500);
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
-                    const Eigen::Matrix3d block = stiffness_block(e, e.gradients.col(i), e.gradients.col(j));
+                    const Eigen::Matrix3d block = test::stiffness_block(e, e.gradients.col(i), e.gradients.col(j));
                     for (int a = 0; a < 3; ++a)
                         for (int b = 0; b < 3; ++b) K[12 * (3 * i + a) + 3 * j + b] = block(a, b);
                 }
@@ -135,6 +136,7 @@ LIVETET_BENCHMARK(memory_bandwidth);
 LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(elastic_force);
 LIVETET_BENCHMARK(assemble<MatrixLayout::blocks>);
+LIVETET_BENCHMARK(assemble<MatrixLayout::blocks, Tangent::exact>);
 LIVETET_BENCHMARK(assemble<MatrixLayout::scalars>);
 LIVETET_BENCHMARK(assemble_by_matsetvaluesblocked);
 LIVETET_BENCHMARK(matrix_vector_product<MatrixLayout::blocks>);

@@ -27,6 +27,13 @@ class BlockMatrix {
     /// The slot between two local nodes of one tet; row -1 where `row_node` is not owned.
     Slot slot(std::int32_t row_node, std::int32_t column_node) const;
 
+    /// Where a block begins in PETSc's array of the part that `slot` names, in blocks; `blocks` layout only.
+    std::int32_t block_index(Slot slot) const {
+        const int p = slot.block < 0;
+        return rows_[p].start[slot.row] + (p ? -1 - slot.block : slot.block);
+    }
+    MatrixLayout layout() const { return layout_; }
+
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
     void set_constrained(std::span<const std::uint8_t> components);
 
@@ -89,6 +96,8 @@ class BlockMatrix::Filling {
         for (int a = 0; a < 3; ++a)
             for (int b = 0; b < 3; ++b) at(slot, a, b) += K(a, b);
     }
+    /// PETSc's array of the diagonal (0) or off-diagonal (1) part, `blocks` layout: 9 numbers a block, column-major.
+    std::span<double> blocks(int part) { return {arrays_.data[part], 9 * matrix_.rows_[part].columns.size()}; }
     /// Adds to the three diagonal entries of an owned node.
     void add_diagonal(std::int32_t node, double value) {
         for (int a = 0; a < 3; ++a) at({node, matrix_.diagonal_[node]}, a, a) += value;

@@ -6,6 +6,31 @@
 
 namespace livetet {
 
+namespace {
+
+/// Room for forces at all local nodes; what lands on ghosts is their owners' to compute, and stays unread.
+class LocalForces {
+  public:
+    explicit LocalForces(Vec f) : vec_(f) {
+        LIVETET_PETSC(VecGhostGetLocalForm(f, &local_));
+        LIVETET_PETSC(VecGetArray(local_, &data_));
+    }
+    ~LocalForces() {
+        VecRestoreArray(local_, &data_);
+        VecGhostRestoreLocalForm(vec_, &local_);
+    }
+    LocalForces(const LocalForces&) = delete;
+    LocalForces& operator=(const LocalForces&) = delete;
+    std::span<double> span(const MeshShare& share) { return {data_, 3 * share.nodes.size()}; }
+
+  private:
+    Vec vec_;
+    Vec local_ = nullptr;
+    PetscScalar* data_ = nullptr;
+};
+
+}  // namespace
+
 ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
                            StrainModel strain, Formulation formulation, MatrixLayout layout)
     : share_(std::move(share)),
@@ -15,6 +40,8 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const
     if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
     make_elements(mesh, materials);
     find_slots();
+    const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
+    if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches();
 }
 
 void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> materials) {
@@ -32,7 +59,7 @@ void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> 
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                     node_mass_[n] += m.density_kg_per_m3 * elements_.back().volume * Shape::mass_share(i);
         }
-        if (strain_ == StrainModel::corotated)
+        if (strain_ == StrainModel::corotated)  // of P1, batches keep them
             rotations_.assign(elements_.size() * Shape::points, Eigen::Matrix3d::Identity());
     });
 }
@@ -43,6 +70,16 @@ void ElasticLevel::find_slots() {
     for (std::size_t e = 0; e < share_.tets.size(); ++e)
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) slots_.push_back(matrix_.slot(share_.node(e, i), share_.node(e, j)));
+}
+
+void ElasticLevel::make_batches() {
+    batches_.emplace(elements_, share_.tets);
+    batch_rotations_ = batches_->make_rotations();
+    std::vector<Eigen::Matrix3d>().swap(rotations_);
+    if (matrix_.layout() != MatrixLayout::blocks) return;
+    for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
+        for (const BlockMatrix::Slot& slot : slots_)
+            block_slots_[part].push_back(slot.row >= 0 && (slot.block < 0) == part ? matrix_.block_index(slot) : -1);
 }
 
 void ElasticLevel::set_constrained(std::span<const std::uint8_t> components) {
@@ -57,8 +94,12 @@ void ElasticLevel::set_springs(std::span<const double> stiffness) {
 }
 
 void ElasticLevel::update_rotations(Vec u) {
-    if (rotations_.empty()) return;
+    if (strain_ != StrainModel::corotated) return;
     const LocalValues values(u);
+    if (batches_) {
+        livetet::update_rotations<double>(*batches_, batches_->all(), all_of(values, share_), batch_rotations_);
+        return;
+    }
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
         using Shape = TetShape<nodes>;
@@ -73,15 +114,22 @@ void ElasticLevel::update_rotations(Vec u) {
 
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
     BlockMatrix::Filling matrix(matrix_);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-        const BlockMatrix::Slot* slots = slots_.data() + e * nodes * nodes;
-        visit_stiffness(energy, tangent, s * weight, elements_[e].mu, is_mixed() ? 0 : elements_[e].lambda, p, H, R, g,
-                        [&](int i, int j, const Eigen::Matrix3d& K) {
-                            if (const auto& slot = slots[nodes * i + j]; slot.row >= 0) matrix.add(slot, K);
-                        });
-    });
+    const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
+    if (held && !block_slots_[0].empty()) {
+        for (int part = 0; part < (block_slots_[1].empty() ? 1 : 2); ++part)
+            livetet::assemble<double>(*batches_, batches_->all(), batch_rotations_, s, block_slots_[part],
+                                      matrix.blocks(part));
+    } else {
+        visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g,
+                             const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
+            const BlockMatrix::Slot* slots = slots_.data() + e * nodes * nodes;
+            visit_stiffness(energy, tangent, s * weight, elements_[e].mu, is_mixed() ? 0 : elements_[e].lambda, p, H, R,
+                            g, [&](int i, int j, const Eigen::Matrix3d& K) {
+                                if (const auto& slot = slots[nodes * i + j]; slot.row >= 0) matrix.add(slot, K);
+                            });
+        });
+    }
     for (std::int32_t i = 0; i < share_.owned; ++i)
         matrix.add_diagonal(i, m * node_mass_[i] + (springs_.empty() ? 0 : springs_[i]));
     matrix.finish();
@@ -89,6 +137,17 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
 
 void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
     LIVETET_PETSC(VecSet(f, 0));
+    if (batches_) {
+        const LocalValues u(at.u);
+        LocalForces forces(f);
+        if (strain_ == StrainModel::linear)
+            livetet::add_stiffness_times<double>(1, *batches_, batches_->all(), batch_rotations_, all_of(u, share_),
+                                                 forces.span(share_));
+        else
+            livetet::add_forces<double>(*batches_, batches_->all(), batch_rotations_, all_of(u, share_),
+                                        forces.span(share_));
+        return;
+    }
     WriteArray forces(f);
     visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
@@ -101,6 +160,12 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
 
 void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const {
     const LocalValues direction(v);
+    if (batches_) {
+        LocalForces forces(f);
+        livetet::add_stiffness_times<double>(factor, *batches_, batches_->all(), batch_rotations_,
+                                             all_of(direction, share_), forces.span(share_));
+        return;
+    }
     WriteArray forces(f);
     visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "mechanics/batch_kernels.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/tet_kernels.hpp"
 #include "solvers/block_matrix.hpp"
@@ -85,6 +86,11 @@ class ElasticLevel {
 
     void make_elements(const TetMesh& mesh, std::span<const Material> materials);
     void find_slots();
+    void make_batches();
+    /// The local form's array of a vector, ghosts behind: what batches read and add to.
+    static std::span<const double> all_of(const LocalValues& values, const MeshShare& share) {
+        return {values.data(), 3 * share.nodes.size()};
+    }
     bool is_mixed() const { return pressure_.has_value(); }
     /// visit(TetShape<n>{}) for the nodes a tet of this level has.
     template <class Visitor>
@@ -98,9 +104,12 @@ class ElasticLevel {
         for (int i = 0; i < nodes; ++i) u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
         return u;
     }
-    const Eigen::Matrix3d& rotation(std::size_t e, int point, int points) const {
-        static const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
-        return rotations_.empty() ? identity : rotations_[e * points + point];
+    Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
+        if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
+        if (!batches_) return rotations_[e * points + point];
+        Eigen::Matrix3d R;
+        for (int k = 0; k < 9; ++k) R.data()[k] = batch_rotations_[e / lanes].R[k][e % lanes];
+        return R;
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
@@ -119,7 +128,12 @@ class ElasticLevel {
     MeshShare share_;
     StrainModel strain_;
     std::vector<TetElement> elements_;
-    std::vector<Eigen::Matrix3d> rotations_;  ///< of each quadrature point; empty where the model has none
+    std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
+    // P1, linear and corotated strain in the displacement form, which is what moves live: kernels over batches of tets.
+    static constexpr std::size_t lanes = batch_width<double>;
+    std::optional<TetBatches<double>> batches_;
+    std::vector<RotationBatch<double>> batch_rotations_;
+    std::vector<std::int32_t> block_slots_[2];  ///< for `assemble`: of the diagonal and the off-diagonal part
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     BlockMatrix matrix_;
@@ -142,7 +156,7 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(elements_[e], point);
                     const Eigen::Matrix3d H = values * g.transpose();
-                    const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
+                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
                     const double p = pressure_at(Energy{}, Shape{}, e, point, pressures ? pressures->data() : nullptr,
                                                  H, R);
                     visit(energy, Shape{}, e, point, elements_[e].volume / Shape::points, g, H, R, p);
@@ -196,7 +210,7 @@ void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(elements_[e], point);
                     const Eigen::Matrix3d H = nodal * g.transpose();
-                    const Eigen::Matrix3d& R = rotation(e, point, Shape::points);
+                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
                     visit(e, Shape::coordinates(point), elements_[e].volume / Shape::points,
                           Energy::volume_strain(H, R), Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
                 }

@@ -1,0 +1,428 @@
+#include "mechanics/batch_kernels.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "mechanics/rotation.hpp"
+
+// Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace livetet {
+
+namespace {
+
+/// One number of each tet of a batch: a vector of the compiler, with + - * / < and ?: by lane.
+template <class Real>
+struct LanesOf {
+    using type [[gnu::vector_size(32)]] = Real;
+};
+template <class Real>
+using Lanes = typename LanesOf<Real>::type;
+
+template <class Real>
+Lanes<Real> load(const Real (&row)[batch_width<Real>]) {
+    Lanes<Real> x;
+    std::memcpy(&x, row, sizeof x);
+    return x;
+}
+
+template <class Real>
+void store(const Lanes<Real>& x, Real (&row)[batch_width<Real>]) {
+    std::memcpy(row, &x, sizeof x);
+}
+
+template <class Real>
+Lanes<Real> all_lanes(Real x) {
+    return x - Lanes<Real>{};
+}
+
+template <class Real>
+struct Vec3 {
+    Lanes<Real> x, y, z;
+};
+template <class Real>
+Vec3<Real> operator+(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class Real>
+Vec3<Real> operator-(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Real>
+Vec3<Real> operator-(const Vec3<Real>& a) {
+    return {-a.x, -a.y, -a.z};
+}
+template <class Real>
+Vec3<Real> operator*(const Lanes<Real>& s, const Vec3<Real>& a) {
+    return {s * a.x, s * a.y, s * a.z};
+}
+template <class Real>
+Lanes<Real> dot(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class Real>
+Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// A 3x3 matrix by its columns.
+template <class Real>
+struct Mat3 {
+    Vec3<Real> x, y, z;
+};
+template <class Real>
+Vec3<Real> operator*(const Mat3<Real>& m, const Vec3<Real>& a) {
+    return a.x * m.x + a.y * m.y + a.z * m.z;
+}
+template <class Real>
+Mat3<Real> operator-(const Mat3<Real>& a, const Mat3<Real>& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Real>
+Lanes<Real> dot(const Mat3<Real>& a, const Mat3<Real>& b) {
+    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+}
+template <class Real>
+Mat3<Real> cofactor(const Mat3<Real>& m) {
+    return {cross(m.y, m.z), cross(m.z, m.x), cross(m.x, m.y)};
+}
+
+/// Rows 3 i .. 3 i + 2 of a batch.
+template <class Real>
+Vec3<Real> load3(const Real (*rows)[batch_width<Real>]) {
+    return {load<Real>(rows[0]), load<Real>(rows[1]), load<Real>(rows[2])};
+}
+template <class Real>
+Mat3<Real> load_matrix(const Real (&rows)[9][batch_width<Real>]) {
+    return {load3<Real>(rows), load3<Real>(rows + 3), load3<Real>(rows + 6)};
+}
+template <class Real>
+void store3(const Vec3<Real>& a, Real (*rows)[batch_width<Real>]) {
+    store<Real>(a.x, rows[0]);
+    store<Real>(a.y, rows[1]);
+    store<Real>(a.z, rows[2]);
+}
+
+/// The values of u at corner i of each tet.
+template <class Real>
+Vec3<Real> gather(const Real* u, const std::int32_t (&offset)[batch_width<Real>]) {
+    Vec3<Real> a;
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        const Real* p = u + offset[l];
+        a.x[l] = p[0], a.y[l] = p[1], a.z[l] = p[2];
+    }
+    return a;
+}
+
+/// f += a at corner i of each tet, one after the other: tets may share nodes.
+template <class Real>
+void scatter_add(const Vec3<Real>& a, const std::int32_t (&offset)[batch_width<Real>], Real* f) {
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        Real* p = f + offset[l];
+        p[0] += a.x[l], p[1] += a.y[l], p[2] += a.z[l];
+    }
+}
+
+/// grad u = sum_i (u_i - u_0) g_i^T, i = 1, 2, 3.
+template <class Real>
+Mat3<Real> gradient_of(const TetBatch<Real>& b, const Real* u) {
+    const Vec3<Real> u0 = gather(u, b.offset[0]);
+    const Mat3<Real> d{gather(u, b.offset[1]) - u0, gather(u, b.offset[2]) - u0, gather(u, b.offset[3]) - u0};
+    const Mat3<Real> g = load_matrix<Real>(b.gradients);
+    return {d * Vec3<Real>{g.x.x, g.y.x, g.z.x}, d * Vec3<Real>{g.x.y, g.y.y, g.z.y},
+            d * Vec3<Real>{g.x.z, g.y.z, g.z.z}};
+}
+
+template <class Real>
+Mat3<Real> plus_identity(const Mat3<Real>& m) {
+    return {{m.x.x + 1, m.x.y, m.x.z}, {m.y.x, m.y.y + 1, m.y.z}, {m.z.x, m.z.y, m.z.z + 1}};
+}
+
+/// V R (2 mu eps + lambda tr(eps) I) with eps = sym(R^T A) - shift I.
+template <class Real>
+Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>& A, Real shift) {
+    const Lanes<Real> mu = load<Real>(b.mu);
+    const Lanes<Real> xx = dot(R.x, A.x) - shift, yy = dot(R.y, A.y) - shift, zz = dot(R.z, A.z) - shift;
+    const Lanes<Real> pressure = load<Real>(b.lambda) * (xx + yy + zz);
+    const Lanes<Real> xy = mu * (dot(R.x, A.y) + dot(R.y, A.x)), yz = mu * (dot(R.y, A.z) + dot(R.z, A.y)),
+                      zx = mu * (dot(R.z, A.x) + dot(R.x, A.z));
+    return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx}, R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
+            R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
+}
+
+/// f_i += P g_i.
+template <class Real>
+void scatter_forces(const TetBatch<Real>& b, const Mat3<Real>& P, Real* f) {
+    const Mat3<Real> g = load_matrix<Real>(b.gradients);
+    const Vec3<Real> f1 = P * g.x, f2 = P * g.y, f3 = P * g.z;
+    scatter_add(-(f1 + f2 + f3), b.offset[0], f);
+    scatter_add(f1, b.offset[1], f);
+    scatter_add(f2, b.offset[2], f);
+    scatter_add(f3, b.offset[3], f);
+}
+
+template <class Mask>
+bool any(const Mask& mask) {
+    std::uint64_t words[4], some = 0;
+    std::memcpy(words, &mask, sizeof words);
+    for (const std::uint64_t w : words) some |= w;
+    return some;
+}
+
+template <class Real>
+struct FourOf {
+    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
+};
+template <class Real>
+using Four = typename FourOf<Real>::type;
+template <class Real>
+Four<Real> load_four(const Real* p) {
+    Four<Real> x;
+    std::memcpy(&x, p, sizeof x);
+    return x;
+}
+
+/// The first eight numbers of a column-major 3x3 block take so many registers.
+template <class Real>
+inline constexpr int block_parts = 8 / batch_width<Real>;
+
+/// For p = {x, y, z, any}, rows = (x y z x y z x y) and columns = (x x x y y y z z): the first eight numbers of a b^T
+/// are rows of a times columns of b.
+template <class Real>
+void spread(const Real* p, Lanes<Real> (&rows)[block_parts<Real>], Lanes<Real> (&columns)[block_parts<Real>]) {
+    const Four<Real> a = load_four(p);
+    if constexpr (block_parts<Real> == 1) {
+        rows[0] = __builtin_shufflevector(a, a, 0, 1, 2, 0, 1, 2, 0, 1);
+        columns[0] = __builtin_shufflevector(a, a, 0, 0, 0, 1, 1, 1, 2, 2);
+    } else {
+        rows[0] = __builtin_shufflevector(a, a, 0, 1, 2, 0);
+        rows[1] = __builtin_shufflevector(a, a, 1, 2, 0, 1);
+        columns[0] = __builtin_shufflevector(a, a, 0, 0, 0, 1);
+        columns[1] = __builtin_shufflevector(a, a, 1, 1, 2, 2);
+    }
+}
+
+/// The first eight numbers of the unit matrix; in double, both halves are the same.
+template <class Real>
+constexpr Lanes<Real> unit_block() {
+    if constexpr (block_parts<Real> == 1)
+        return Lanes<Real>{1, 0, 0, 0, 1, 0, 0, 0};
+    else
+        return Lanes<Real>{1, 0, 0, 0};
+}
+
+template <class Real>
+void add_to(Real* p, const Lanes<Real>& x) {
+    Lanes<Real> sum;
+    std::memcpy(&sum, p, sizeof sum);
+    sum += x;
+    std::memcpy(p, &sum, sizeof sum);
+}
+
+/// Where lane l stands after `transpose`.
+template <class Real>
+constexpr int place(int l) {
+    return batch_width<Real> == 4 ? l : l % 4 * 2 + l / 4;
+}
+
+/// rows[place(l)] = {a.x, a.y, a.z, w} of lane l.
+template <class Real>
+void transpose(const Vec3<Real>& a, const Lanes<Real>& w, Real (&rows)[batch_width<Real>][4]) {
+    Lanes<Real> out[4];
+    if constexpr (batch_width<Real> == 4) {
+        const Lanes<Real> xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6),
+                          xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7),
+                          zw02 = __builtin_shufflevector(a.z, w, 0, 4, 2, 6),
+                          zw13 = __builtin_shufflevector(a.z, w, 1, 5, 3, 7);
+        out[0] = __builtin_shufflevector(xy02, zw02, 0, 1, 4, 5);
+        out[1] = __builtin_shufflevector(xy13, zw13, 0, 1, 4, 5);
+        out[2] = __builtin_shufflevector(xy02, zw02, 2, 3, 6, 7);
+        out[3] = __builtin_shufflevector(xy13, zw13, 2, 3, 6, 7);
+    } else {
+        const Lanes<Real> xy01 = __builtin_shufflevector(a.x, a.y, 0, 8, 1, 9, 4, 12, 5, 13),
+                          xy23 = __builtin_shufflevector(a.x, a.y, 2, 10, 3, 11, 6, 14, 7, 15),
+                          zw01 = __builtin_shufflevector(a.z, w, 0, 8, 1, 9, 4, 12, 5, 13),
+                          zw23 = __builtin_shufflevector(a.z, w, 2, 10, 3, 11, 6, 14, 7, 15);
+        out[0] = __builtin_shufflevector(xy01, zw01, 0, 1, 8, 9, 4, 5, 12, 13);
+        out[1] = __builtin_shufflevector(xy01, zw01, 2, 3, 10, 11, 6, 7, 14, 15);
+        out[2] = __builtin_shufflevector(xy23, zw23, 0, 1, 8, 9, 4, 5, 12, 13);
+        out[3] = __builtin_shufflevector(xy23, zw23, 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+    std::memcpy(rows, out, sizeof rows);
+}
+
+}  // namespace
+
+template <class Real>
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
+                             LaneOrder order)
+    : window_(order == LaneOrder::apart ? 16 : 1),
+      tets_(elements.size()),
+      batches_((elements.size() + batch_width<Real> - 1) / batch_width<Real>) {
+    for (std::size_t k = 0; k < batches_.size() * batch_width<Real>; ++k) {
+        TetBatch<Real>& b = batches_[k / batch_width<Real>];
+        const std::size_t lane = k % batch_width<Real>, tet = tet_at(k / batch_width<Real>, lane);
+        const std::size_t e = std::min(tet, tets_ - 1);
+        const double volume = tet < tets_ ? elements[e].volume : 0;
+        for (int m = 0; m < 9; ++m) b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
+        b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
+        b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
+        for (int i = 0; i < 4; ++i) b.offset[i][lane] = 3 * tets[e][i];
+    }
+}
+
+template <class Real>
+std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations() const {
+    RotationBatch<Real> identity{};
+    for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
+    return std::vector<RotationBatch<Real>>(batches_.size(), identity);
+}
+
+template <class Real>
+void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
+                      std::span<RotationBatch<Real>> rotations) {
+    // The error after a step is about half the square of the step.
+    constexpr Real small_enough = sizeof(Real) == 4 ? Real(1e-7) : Real(1e-14);
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const Mat3<Real> F = plus_identity(gradient_of(batches[k], u.data()));
+        const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
+        // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or underflows.
+        const auto usual = det > 0 && det * det > Real(0.01) * third * third * third && n > Real(1e-2) && n < Real(1e2);
+        Mat3<Real> R = F;
+        auto moving = usual;
+        for (int step = 0; step < 12 && any(moving); ++step) {
+            const Mat3<Real> c = cofactor(R);
+            const Lanes<Real> half = all_lanes(Real(0.5)), s = half / dot(R.x, c.x);
+            const Mat3<Real> next{half * R.x + s * c.x, half * R.y + s * c.y, half * R.z + s * c.z};
+            const Mat3<Real> change = next - R;
+            R = next;
+            moving = usual && dot(change, change) > small_enough;
+        }
+        store3<Real>(R.x, rotations[k].R);
+        store3<Real>(R.y, rotations[k].R + 3);
+        store3<Real>(R.z, rotations[k].R + 6);
+        const auto left = !usual || moving;
+        if (!any(left)) continue;
+        Real whole[9][batch_width<Real>];
+        store3<Real>(F.x, whole);
+        store3<Real>(F.y, whole + 3);
+        store3<Real>(F.z, whole + 6);
+        for (int l = 0; l < batch_width<Real>; ++l) {
+            if (!left[l]) continue;
+            Eigen::Matrix3d one;
+            for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = whole[m][l];
+            one = rotation_of(one);
+            for (int m = 0; m < 9; ++m) rotations[k].R[m][l] = static_cast<Real>(one(m % 3, m / 3));
+        }
+    }
+}
+
+template <class Real>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+                std::span<const Real> u, std::span<Real> f) {
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), F, Real(1)), f.data());
+    }
+}
+
+template <class Real>
+void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f) {
+    const Lanes<Real> s = all_lanes(factor);
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> H = gradient_of(b, v.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+    }
+}
+
+template <class Real>
+double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              std::span<const Real> u) {
+    double sum = 0;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> F = plus_identity(gradient_of(b, u.data())), R = load_matrix<Real>(rotations[k].R);
+        const Mat3<Real> d = F - R;
+        const Lanes<Real> trace = dot(R, d);  // tr(R^T F - I)
+        const Lanes<Real> energies = load<Real>(b.mu) * dot(d, d) + load<Real>(b.lambda) * trace * trace / 2;
+        for (int l = 0; l < batch_width<Real>; ++l) sum += energies[l];
+    }
+    return sum;
+}
+
+/// h, the dot products and the last number of each block are made lane by lane; then each tet's blocks are made on
+/// their own, eight numbers a register (or two), because they go to memory that way: of a 3x3 block in column-major
+/// order, h_i h_j^T is (x y z x y z x y) of h_i times (x x x y y y z z) of h_j, and its transpose the same with i and j
+/// exchanged.
+template <class Real>
+void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              Real scale, std::span<const std::int32_t> slots, std::span<Real> values) {
+    constexpr int width = batch_width<Real>, parts = block_parts<Real>;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<Real>& b = batches[k];
+        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
+        const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
+        Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
+        h[0] = -(h[1] + h[2] + h[3]);
+        alignas(32) Real corners[4][width][4], dots[4][4][width], last[4][4][width];
+        for (int i = 0; i < 4; ++i) {
+            transpose(h[i], i == 0 ? lambda : mu, corners[i]);
+            for (int j = i; j < 4; ++j) {
+                const Lanes<Real> d = mu * dot(h[i], h[j]);
+                store<Real>(d, dots[i][j]);
+                store<Real>((lambda + mu) * h[i].z * h[j].z + d, last[i][j]);
+            }
+        }
+        for (int l = 0; l < width; ++l) {
+            const std::size_t e = batches.tet_at(k, l);
+            if (e >= batches.tets()) continue;
+            const int p = place<Real>(l);
+            const Real l_lambda = corners[0][p][3], l_mu = corners[1][p][3];
+            Lanes<Real> row[4][parts], column[4][parts], lambda_row[4][parts], mu_row[4][parts];
+            for (int i = 0; i < 4; ++i) {
+                spread(corners[i][p], row[i], column[i]);
+                for (int n = 0; n < parts; ++n) {
+                    lambda_row[i][n] = l_lambda * row[i][n];
+                    mu_row[i][n] = l_mu * row[i][n];
+                }
+            }
+            const std::int32_t* at = slots.data() + 16 * e;
+            // Unrolled so that the spread corners stay in registers: 1.4 times as fast.
+#pragma GCC unroll 4
+            for (int i = 0; i < 4; ++i)
+#pragma GCC unroll 4
+                for (int j = 0; j < 4; ++j) {
+                    const std::int32_t slot = at[4 * i + j];
+                    if (slot < 0) continue;
+                    Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
+                    const int low = std::min(i, j), high = std::max(i, j);
+                    const Lanes<Real> d = dots[low][high][l] * unit_block<Real>();
+                    for (int n = 0; n < parts; ++n)
+                        add_to(value + n * width, lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
+                    value[8] += last[low][high][l];
+                }
+        }
+    }
+}
+
+#define LIVETET_INSTANTIATE(Real)                                                                                      \
+    template class TetBatches<Real>;                                                                                   \
+    template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
+                                   std::span<RotationBatch<Real>>);                                                    \
+    template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \
+                             std::span<const Real>, std::span<Real>);                                                  \
+    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
+                                      std::span<const Real>, std::span<Real>);                                         \
+    template double energy(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                  \
+                           std::span<const Real>);                                                                     \
+    template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
+                           std::span<const std::int32_t>, std::span<Real>);
+LIVETET_INSTANTIATE(float)
+LIVETET_INSTANTIATE(double)
+#undef LIVETET_INSTANTIATE
+
+}  // namespace livetet

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mechanics/tet_kernels.hpp"
+
+/// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector register;
+/// `Real` is float or double. All are pure, allocate nothing, and run over a range of batches: ranges whose tets share
+/// no node (add_*) or no block (assemble) may run at once. Vectors of nodes hold 3 numbers a node, x y z.
+namespace livetet {
+
+/// Tets in a batch: one AVX register's worth, whatever the compiler's flags, so that every file sees the same layout.
+template <class Real>
+inline constexpr int batch_width = 32 / sizeof(Real);
+
+/// What the kernels read of `batch_width` tets; `[..][lane]`.
+template <class Real>
+struct alignas(32) TetBatch {
+    Real gradients[9][batch_width<Real>];       ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = - g_1 - g_2 - g_3
+    Real lambda[batch_width<Real>];             ///< volume times lambda, N m
+    Real mu[batch_width<Real>];                 ///< volume times mu, N m
+    std::int32_t offset[4][batch_width<Real>];  ///< 3 * node: where corner i stands in a vector of nodes
+};
+
+/// A rotation for each tet of a batch; row 3 b + a: R(a, b).
+template <class Real>
+struct alignas(32) RotationBatch {
+    Real R[9][batch_width<Real>];
+};
+
+/// Batches [begin, end).
+struct BatchRange {
+    std::size_t begin, end;
+};
+
+/// Which tets stand side by side in a batch. `apart`: in windows of 16 batches, tets 16 apart, for meshes whose
+/// neighbouring tets follow each other: these share nodes, and adding to one number several times in a row waits for
+/// each store (add_* takes a fifth less time). `consecutive`: tet after tet, for `assemble`, which lives from finding
+/// the last tets' blocks in the cache (`apart` takes up to twice as long).
+enum class LaneOrder { consecutive, apart };
+
+/// The tets of a mesh in batches. Lanes left over at the end hold copies of the last tet that have no volume: their
+/// forces, stiffness and energy are zero.
+template <class Real>
+class TetBatches {
+  public:
+    /// `tets[e]`: the corners of `elements[e]`.
+    TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
+               LaneOrder order = LaneOrder::consecutive);
+
+    std::size_t tets() const { return tets_; }
+    /// The tet in a lane; `tets()` or more: none.
+    std::size_t tet_at(std::size_t batch, std::size_t lane) const {
+        const std::size_t begin = batch / window_ * window_, batches = std::min(window_, batches_.size() - begin);
+        return begin * batch_width<Real> + lane * batches + (batch - begin);
+    }
+    BatchRange all() const { return {0, batches_.size()}; }
+    const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
+    /// A rotation store of the right size, filled with identities.
+    std::vector<RotationBatch<Real>> make_rotations() const;
+
+  private:
+    std::size_t window_;
+    std::size_t tets_;
+    std::vector<TetBatch<Real>> batches_;
+};
+
+/// R = rotation_of(F), F = I + grad u, of each tet; u in metres. By Newton's iteration in all lanes (Higham 1986, as
+/// in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of all proportion go through
+/// rotation_of one by one.
+template <class Real>
+void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
+                      std::span<RotationBatch<Real>> rotations);
+
+/// f_i += V P g_i, R held: P = R (2 mu eps + lambda tr(eps) I),
+/// eps = sym(R^T F) - I. u in m, f in N.
+template <class Real>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+                std::span<const Real> u, std::span<Real> f);
+
+/// f += factor K(R) v: the same with eps = sym(R^T grad v), times `factor`.
+template <class Real>
+void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f);
+
+/// Strain energy of `range`, J: sum of V (mu |F - R|^2 + lambda / 2 tr(R^T F - I)^2); summed in double.
+template <class Real>
+double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              std::span<const Real> u);
+
+/// Adds `scale` times the sixteen 3x3 blocks of R K R^T of each tet,
+/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major: block (i, j) of tet e to values[9 s ..], s = slots[16 e + 4 i + j]; a negative slot is left out.
+/// Values in N/m for scale 1.
+template <class Real>
+void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+              Real scale, std::span<const std::int32_t> slots, std::span<Real> values);
+
+}  // namespace livetet
