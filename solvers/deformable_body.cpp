@@ -221,7 +221,10 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
             operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), effort.linear_tolerance);
         report.solve_s += watch.lap();
         report.iterations += linear.iterations;
-        if (linear.converged || tangent != Tangent::exact) return linear;
+        // A direction that goes up is what an operator gives that is not positive, though Krylov may not have seen it.
+        PetscScalar downhill = 1;
+        if (!volume_) LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &downhill));
+        if ((linear.converged && downhill > 0) || tangent != Tangent::exact) return linear;
         tangent = Tangent::positive;
         positive_steps_ = 2;
         LIVETET_PETSC(VecSet(du_.get(), 0));
