@@ -25,10 +25,11 @@ Vector3 nodal_force(bool finite, std::size_t nodes) {
     return (finite ? 1.0 : 0.01) * Vector3(2, 3, -12) / static_cast<double>(nodes);
 }
 
+/// CalculiX reads at most 20 characters of a number.
 std::string input_text(const TetMesh& mesh, bool finite) {
     std::string text = "*NODE, NSET=ALL\n";
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        text += fmt::format("{}, {:.16e}, {:.16e}, {:.16e}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
+        text += fmt::format("{}, {:.12e}, {:.12e}, {:.12e}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
     text += fmt::format("*ELEMENT, TYPE={}, ELSET=BODY\n", mesh.edge_nodes.empty() ? "C3D4" : "C3D10");
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
         text += fmt::format("{}", e + 1);
@@ -37,7 +38,7 @@ std::string input_text(const TetMesh& mesh, bool finite) {
             for (const std::int32_t n : mesh.edge_nodes[e]) text += fmt::format(", {}", n + 1);
         text += "\n";
     }
-    text += fmt::format("*MATERIAL, NAME=RUBBER\n*ELASTIC\n{:.16e}, {}\n*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER\n*BOUNDARY\n",
+    text += fmt::format("*MATERIAL, NAME=RUBBER\n*ELASTIC\n{:.12e}, {}\n*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER\n*BOUNDARY\n",
                         rubber.E, rubber.nu);
     for (const std::int32_t n : mesh.node_sets.at("x0")) text += fmt::format("{}, 1, 3\n", n + 1);
     text += finite ? "*STEP, NLGEOM, INC=1000\n*STATIC\n0.1, 1.\n*CONTROLS, PARAMETERS=FIELD\n1e-9, 1e-9\n" : "*STEP\n*STATIC\n";
@@ -45,7 +46,7 @@ std::string input_text(const TetMesh& mesh, bool finite) {
     const auto& end = mesh.node_sets.at("x1");
     const Vector3 force = nodal_force(finite, end.size());
     for (const std::int32_t n : end)
-        for (int c = 0; c < 3; ++c) text += fmt::format("{}, {}, {:.16e}\n", n + 1, c + 1, force[c]);
+        for (int c = 0; c < 3; ++c) text += fmt::format("{}, {}, {:.12e}\n", n + 1, c + 1, force[c]);
     return text + "*NODE PRINT, NSET=ALL, FREQUENCY=1000\nU\n*END STEP\n";
 }
 

@@ -137,10 +137,11 @@ decltype(auto) with_energy(StrainModel model, Visitor&& visitor) {
     return visitor(StrainEnergy<StrainModel::corotated>{});
 }
 
-/// Whether a body of this model that starts flat, turned inside out or at random comes back to rest. Green's strain
-/// cannot tell an element from its mirror image, the linear one knows no rotations.
-inline bool recovers_from_inversion(StrainModel model) {
-    return model == StrainModel::corotated || model == StrainModel::neohookean || model == StrainModel::linear;
+/// Whether a body of this model that starts flat, turned inside out or at random is claimed to come back to rest. Green's
+/// strain cannot tell an element from its mirror image; a corotated tet of ten nodes can rest with a corner inside out.
+inline bool recovers_from_inversion(StrainModel model, bool quadratic) {
+    if (model == StrainModel::green) return false;
+    return model != StrainModel::corotated || !quadratic;
 }
 
 }  // namespace livetet

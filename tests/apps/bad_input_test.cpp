@@ -145,5 +145,34 @@ TEST(BadInput, HelpAndVersionAreNotErrors) {
     EXPECT_EQ(livetet(folder, "--version").status, 0);
 }
 
+TEST(BadInput, ABodyThatIsNotHeldSaysWhichMotionsAreFree) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    write_text(folder / "free.yaml", "mesh: {file: block.h5}\ngravity_m_per_s2: [0, 0, -9.81]\n");
+    expect_refused(livetet(folder, "solve free.yaml"), {"not held", "6 rigid motions", "translation along", "rotation about"});
+    write_text(folder / "slide.yaml", "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0], components: xy}]\n");
+    expect_refused(livetet(folder, "solve slide.yaml"), {"1 rigid motion is free", "translation along (0, 0, 1)"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
+    // A spring is enough.
+    write_text(folder / "soft.yaml",
+               "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0], stiffness_N_per_m: 100}]\n");
+    EXPECT_EQ(livetet(folder, "solve soft.yaml").status, 0);
+}
+
+TEST(BadInput, MaterialsAndFieldsThatCannotBe) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    write_text(folder / "a.yaml", held_scene + "materials: [{poisson: -1.2}]\n");
+    expect_refused(livetet(folder, "solve a.yaml"), {"poisson", "-1.2", "positive definite"});
+    write_text(folder / "b.yaml", held_scene + "materials: [{region: 4}]\n");
+    expect_refused(livetet(folder, "solve b.yaml"), {"materials", "region"});
+    write_text(folder / "c.yaml", held_scene + "output: {fields: [stres]}\n");
+    expect_refused(livetet(folder, "solve c.yaml"), {"output.fields", "stres", "von_mises"});
+    write_text(folder / "d.yaml", held_scene + "loads: [{group: lid, pressure_Pa: 10}]\n");
+    expect_refused(livetet(folder, "solve d.yaml"), {"loads[0].group", "lid"});
+    write_text(folder / "e.yaml", held_scene + "formulation: mixed\nmaterials: [{poisson: 0}]\n");
+    expect_refused(livetet(folder, "solve e.yaml"), {"poisson", "mixed"});
+}
+
 }  // namespace
 }  // namespace livetet

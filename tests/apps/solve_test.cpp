@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <nlohmann/json.hpp>
 
 #include "io/hierarchy_file.hpp"
@@ -149,6 +151,136 @@ TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
     for (const char* part :
          {"leaves out  mass, velocities", "leaves out  tracker", "builds      rotations", "builds      coarse levels"})
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+}
+
+/// `press` with a line of its own instead of one of its keys.
+std::string press_with(const std::string& key, const std::string& line) {
+    std::string scene = press;
+    if (const auto at = scene.find("\n" + key + ":"); at != std::string::npos) {
+        scene.replace(at + 1, scene.find('\n', at + 1) - at - 1, line);
+        return scene;
+    }
+    return scene + line + "\n";
+}
+
+TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
+    const Folder folder;
+    prepare(folder);
+    const std::string scene = press_with("materials", "materials: [{young_Pa: 5000, poisson: 0.4999}]") +
+                              "elements: P2\noutput: {fields: [stress, von_mises, strain_energy, volume_change, reactions]}\n";
+    write_text(folder / "scene.yaml", scene);
+    const auto one = livetet(folder, "solve scene.yaml --json one.json");
+    ASSERT_EQ(one.status, 0) << one.err;
+    const ResultReader result(folder / "result.h5");
+    const TetMesh& mesh = result.mesh();
+    EXPECT_EQ(mesh.edge_nodes.size(), mesh.tets.size());
+    // Little volume is lost in the mean, though the patch is pressed by an eighth of the height.
+    const auto change = result.field("volume_change", 0, 1);
+    double lost = 0;
+    for (std::size_t e = 0; e < change.size(); ++e) lost += change[e] * signed_volume(mesh, mesh.tets[e]);
+    EXPECT_LT(std::abs(lost), 2e-3 * volume(mesh));
+    // Forces balance, and the press is pushed back.
+    const auto reactions = result.field("reactions", 0, 3);
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) sum += Eigen::Map<const Vector3>(&reactions[3 * n]);
+    const auto json = nlohmann::json::parse(text_of(folder / "one.json"));
+    const double pushed = json["reactions_N"]["drive[0]"][2];
+    EXPECT_LT(pushed, -0.1);
+    EXPECT_LT(sum.norm(), 1e-6 * std::abs(pushed));
+    // Von Mises' stress is the stress's.
+    const auto stress = result.field("stress", 0, 9), mises = result.field("von_mises", 0, 1);
+    const auto* s = &stress[9 * 100];
+    EXPECT_NEAR(mises[100],
+                std::sqrt(0.5 * (std::pow(s[0] - s[4], 2) + std::pow(s[4] - s[8], 2) + std::pow(s[8] - s[0], 2)) +
+                          3 * (s[1] * s[1] + s[2] * s[2] + s[5] * s[5])),
+                1e-6 * mises[100]);
+    EXPECT_NE(text_of(folder / "result.xdmf").find("Tetrahedron_10"), std::string::npos);
+
+    const auto u1 = last_displacement(folder / "result.h5");
+    const auto two = livetet(folder, "solve scene.yaml", "mpirun --oversubscribe -n 2");
+    ASSERT_EQ(two.status, 0) << two.err;
+    const auto u2 = last_displacement(folder / "result.h5");
+    for (std::size_t n = 0; n < u1.size(); ++n) ASSERT_LT((u1[n] - u2[n]).norm(), 1e-8 * 0.012);
+}
+
+TEST(Solve, ASoftPatchPullsWithItsStiffnessAndATurnedOneTurns) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "scene.yaml",
+               press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [5, 0, 0], "
+                                   "stiffness_N_per_m: 30}]"));
+    ASSERT_EQ(livetet(folder, "solve scene.yaml --json soft.json").status, 0);
+    const auto u = last_displacement(folder / "result.h5");
+    const TetMesh mesh = ResultReader(folder / "result.h5").mesh();
+    double mean = 0;
+    const auto end = test::nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; });
+    for (const std::int32_t n : end) mean += u[n].x() / static_cast<double>(end.size());
+    const double force = nlohmann::json::parse(text_of(folder / "soft.json"))["reactions_N"]["drive[0]"][0];
+    EXPECT_NEAR(force, 30 * (5e-3 - mean), 1e-9);
+    EXPECT_GT(mean, 1e-4);
+    EXPECT_LT(mean, 4e-3);
+
+    write_text(folder / "scene.yaml", press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], rotation_deg: "
+                                                          "[40, 0, 0], displacement_mm: [3, 0, 0]}]"));
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    const auto turned = last_displacement(folder / "result.h5");
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(40 * M_PI / 180, Vector3::UnitX()).toRotationMatrix();
+    const Vector3 centre(0.2, 0.05, 0.05);
+    for (const std::int32_t n : end)
+        EXPECT_LT((mesh.nodes[n] + turned[n] - (centre + R * (mesh.nodes[n] - centre) + Vector3(0.003, 0, 0))).norm(),
+                  1e-12);
+}
+
+TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
+    const Folder folder;
+    prepare(folder);
+    const auto swing = [&](const std::string& time) {
+        write_text(folder / "swing.yaml",
+                   "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e4, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
+                   "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -3]\nsolver: {newton_tolerance: "
+                   "1e-8, relative_tolerance: 1e-5}\ntime: {duration_s: 0.3, " +
+                       time + "}\n");
+        const auto outcome = livetet(folder, "solve swing.yaml --json swing.json");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return last_displacement(folder / "result.h5");
+    };
+    const auto reference = swing("scheme: newmark, step_s: 5e-4");
+    double last = 1;
+    for (const double tolerance : {0.1, 0.01}) {
+        const auto u = swing("scheme: newmark, step_s: 0.01, adaptive_tolerance_mm: " + std::to_string(tolerance));
+        double error = 0;
+        for (std::size_t n = 0; n < u.size(); ++n) error = std::max(error, (u[n] - reference[n]).norm());
+        EXPECT_LT(error, 0.5 * last) << tolerance;
+        last = error;
+        const auto json = nlohmann::json::parse(text_of(folder / "swing.json"));
+        double time = 0;
+        for (const auto& step : json["steps"]) time = std::max(time, step["time_s"].get<double>());
+        EXPECT_NEAR(time, 0.3, 1e-9);
+    }
+    EXPECT_LT(last, 1e-3);
+    const auto alpha = swing("scheme: generalized-alpha, step_s: 2e-3, rho_inf: 0.9");
+    double error = 0;
+    for (std::size_t n = 0; n < alpha.size(); ++n) error = std::max(error, (alpha[n] - reference[n]).norm());
+    EXPECT_LT(error, 1e-3);
+}
+
+TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
+    const Folder folder;
+    prepare(folder);
+    // Green's strain collapses in compression beyond 1 / sqrt 3.
+    write_text(folder / "scene.yaml",
+               press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [-190, 0, 0]}]") +
+                   "strain: green\ntime: {load_steps: 8}\n");
+    const auto outcome = livetet(folder, "solve scene.yaml --json failed.json");
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_NE(outcome.err.find("no equilibrium was found beyond"), std::string::npos) << outcome.err;
+    const auto json = nlohmann::json::parse(text_of(folder / "failed.json"));
+    const double share = json["share"];
+    EXPECT_GT(share, 0);
+    EXPECT_LT(share, 1);
+    const ResultReader result(folder / "result.h5");
+    EXPECT_NEAR(result.times_s().back(), share, 1e-12);
+    for (const Vector3& u : last_displacement(folder / "result.h5")) ASSERT_LE(u.norm(), 0.3);
 }
 
 }  // namespace

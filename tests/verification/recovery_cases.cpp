@@ -36,21 +36,21 @@ Outcome recovery(const Discretisation& d, Start start) {
     problem.body().set_displacement(start_of(problem.mesh(), start));
     int linearisations = 0, steps = 0;
     double largest = 1;
-    for (; steps < 400 && largest > 1e-8; ++steps) {
+    const bool claimed = recovers_from_inversion(d.strain, d.quadratic);
+    for (; steps < (claimed ? 400 : 60) && largest > 1e-8; ++steps) {
         linearisations +=
             problem.body().step(0.2, {.linearisations = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6}).linearisations;
         largest = 0;
         for (const Vector3& u : problem.body().displacement()) largest = std::max(largest, u.norm());
     }
     return {.name = fmt::format("{} start, {}: distance from rest", names[static_cast<int>(start)], d.name()),
-            .source = "rest", .reference = 0, .unit = "m", .tolerance = 1e-6,
+            .source = "rest", .reference = 0, .unit = "m", .tolerance = claimed ? 1e-6 : 0,
             .runs = {{fmt::format("{} steps, {} linearisations", steps, linearisations), 0, largest, largest, problem.seconds()}}};
 }
 
 std::vector<Outcome> recoveries() {
     std::vector<Outcome> outcomes;
     for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated, StrainModel::green, StrainModel::neohookean}) {
-        if (!recovers_from_inversion(strain)) continue;
         for (const bool quadratic : {false, true})
             for (const Start start : {Start::flat, Start::everted, Start::random})
                 outcomes.push_back(recovery({strain, quadratic}, start));
