@@ -41,7 +41,7 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std:
       reference_filter_(filter_options(*scene.track)),
       sensor_filter_(filter_options(*scene.track)),
       registration_(in_reference(fiducials), in_image(fiducials)),
-      drive_({.base_window_s = scene.track->base_window_s}),
+      drive_({.motion = scene.track->motion, .base_window_s = scene.track->base_window_s}),
       fixed_(body.mesh().nodes.size()),
       constraints_(fixed_) {
     SceneConstraints scene_constraints(scene, body.mesh());

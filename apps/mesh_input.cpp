@@ -3,6 +3,7 @@
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/label_regions.hpp"
 
 namespace livetet {
 
@@ -24,8 +25,9 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     const std::string name = source.file.filename().string();
     MeshedInput meshed;
     TriangleMesh surface;
+    LabelImage labels;
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
-        const LabelImage labels = read_label_image(source.file);
+        labels = read_label_image(source.file);
         if (progress) progress(0, "surface of the labels");
         meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
@@ -33,6 +35,9 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         surface = read_surface(source.file, source.space);
     }
     meshed.result = naming(source.file.string(), [&] { return build_hierarchy(surface, options, progress); });
+    if (meshed.image)
+        for (TetMesh& level : meshed.result.hierarchy.levels)
+            level.regions = regions_by_label(level, labels, options.labels);
     meshed.result.hierarchy.provenance = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
     return meshed;
 }

@@ -12,6 +12,7 @@
 #include "mechanics/time_scheme.hpp"
 #include "mesh/node_selection.hpp"
 #include "solvers/options.hpp"
+#include "tracking/sensor_drive.hpp"
 
 namespace livetet {
 
@@ -71,6 +72,7 @@ struct TrackOptions {
     std::string reference_tool = "Reference";
     std::string sensor_tool = "Sensor";
     double patch_radius_mm = 15;
+    DriveMotion motion = DriveMotion::translation;
     double base_window_s = 1;
     double smoothing_Hz = 1;
     int linearisations = 1;
@@ -196,6 +198,9 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("sensor_tool", t.sensor_tool, "", "the sensor that moves the patch");
     v.field("patch_radius_mm", t.patch_radius_mm, "mm",
             "the surface within this distance of the sensor's place follows it", greater_than<0>());
+    v.choice("motion", t.motion, "what of the sensor's motion the patch follows",
+             {{DriveMotion::translation, "translation", "its way alone: right for a sensor that rolls on the surface"},
+              {DriveMotion::rigid, "rigid", "its turn too: right for a sensor that is fixed to the organ"}});
     v.field("base_window_s", t.base_window_s, "s", "the sensor's place at rest is the mean over this first time",
             at_least<0>());
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz", "cut-off of the pose filter at rest (one-euro); 0: no filter",

@@ -49,7 +49,9 @@ std::string describe(const Vector6& motion, const Vector3& centre, double size, 
     const auto text = [](const Vector3& v) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", v.x(), v.y(), v.z()); };
     if (turn.norm() * size < 1e-6 * motion.norm()) return "translation along " + text(tidy(along)) + where;
     // The axis passes where the turn about the centre makes up for the translation across it.
-    const Vector3 through = centre + turn.cross(along) / turn.squaredNorm();
+    Vector3 through = centre + turn.cross(along) / turn.squaredNorm();
+    for (int c = 0; c < 3; ++c)
+        if (std::abs(through[c]) < 1e-9 * size) through[c] = 0;  // no -0.0
     return fmt::format("rotation about {} through ({:.1f}, {:.1f}, {:.1f}) mm{}", text(tidy(turn)), 1e3 * through.x(),
                        1e3 * through.y(), 1e3 * through.z(), where);
 }
