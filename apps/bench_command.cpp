@@ -9,6 +9,9 @@
 #include "base/progress.hpp"
 #include "solvers/petsc_session.hpp"
 #include "verification/suite.hpp"
+#ifdef LIVETET_IMAGES
+#include "apps/pictures.hpp"
+#endif
 
 namespace livetet {
 
@@ -20,7 +23,7 @@ using verification::Outcome;
 
 struct VerificationArguments {
     std::string only;
-    std::filesystem::path csv, json;
+    std::filesystem::path csv, json, figure;
 };
 
 std::string order_text(const Outcome& o) {
@@ -66,6 +69,32 @@ json json_of(const std::vector<Outcome>& outcomes) {
     return list;
 }
 
+#ifdef LIVETET_IMAGES
+/// Error against time of the cases with a sequence of meshes: what P2 buys, and what pressures do.
+void draw(const std::filesystem::path& path, const std::vector<Outcome>& outcomes) {
+    const auto chart = [&](const std::string& title, const std::string& error, const std::string& begin,
+                           const std::string& end) {
+        WorkPrecisionChart c{title, error, {}};
+        for (const Outcome& o : outcomes) {
+            if (!o.name.starts_with(begin) || !o.name.ends_with(end)) continue;
+            WorkPrecisionLine line{o.name.substr(begin.size(), o.name.size() - begin.size() - end.size()), {}, {}};
+            for (const auto& run : o.runs) {
+                line.seconds.push_back(std::max(run.seconds, 1e-3));
+                line.error.push_back(run.error);
+            }
+            c.lines.push_back(std::move(line));
+        }
+        if (c.lines.empty()) fail("--figure draws the order study and the thick cylinder, --only left them out");
+        return c;
+    };
+    const WorkPrecisionChart charts[] = {
+        chart("A smooth field", "relative error of u, L2", "manufactured field, ", ": u in L2"),
+        chart("A thick cylinder, nu = 0.4999", "relative error of u at the inner face", "thick cylinder, nu = 0.4999, linear ",
+              ": u_r(a)")};
+    write_work_precision_picture(path, charts);
+}
+#endif
+
 int verify(const VerificationArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench verification runs on one rank, found {}", session.ranks());
@@ -99,6 +128,9 @@ int verify(const VerificationArguments& arguments) {
                outcomes.size() - judged);
     if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_text(outcomes));
     if (!arguments.json.empty()) write_text_file(arguments.json, json_of(outcomes).dump(2) + "\n");
+#ifdef LIVETET_IMAGES
+    if (!arguments.figure.empty()) draw(arguments.figure, outcomes);
+#endif
     return failed ? 1 : 0;
 }
 
@@ -113,6 +145,9 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     command->add_option("--only", arguments->only, "only the cases with this in their name");
     command->add_option("--csv", arguments->csv, "write every run of every case to this file");
     command->add_option("--json", arguments->json, "the same as JSON");
+#ifdef LIVETET_IMAGES
+    command->add_option("--figure", arguments->figure, "draw error against time to this PNG (needs an X server, or xvfb-run)");
+#endif
     command->callback([arguments, &status] { status.value = verify(*arguments); });
 }
 

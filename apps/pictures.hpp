@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "apps/pictures_display.hpp"
@@ -26,5 +27,21 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
 /// The time that each frame took, against the budget, and how these times are distributed.
 void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames,
                                const Report& report);
+
+/// One method's errors against what they took, a point for each mesh.
+struct WorkPrecisionLine {
+    std::string name;
+    std::vector<double> seconds, error;  ///< both above 0
+};
+
+/// One chart of error against time, both logarithmic.
+struct WorkPrecisionChart {
+    std::string title;
+    std::string error_axis;
+    std::vector<WorkPrecisionLine> lines;
+};
+
+/// Charts side by side.
+void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts);
 
 }  // namespace livetet

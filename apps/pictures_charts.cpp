@@ -7,6 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPen.h>
 #include <vtkPlot.h>
+#include <vtkPlotPoints.h>
 #include <vtkRenderer.h>
 #include <vtkTable.h>
 
@@ -175,6 +176,44 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
              {"budget", {budget, budget}, {0, 1.1 * largest(counts.y)}, look::red, 2.5F, vtkPen::SOLID_LINE});
     set_axis(histogram, vtkAxis::BOTTOM, "frame time [ms]", 0, widest);
     set_axis(histogram, vtkAxis::LEFT, "frames", 0, 1.1 * largest(counts.y));
+    write_window(out.window, path);
+}
+
+void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts) {
+    constexpr look::Colour colours[] = {look::red, look::blue, {0.90, 0.55, 0.10}, {0.15, 0.60, 0.35}, look::grey};
+    ChartWindow out;
+    const float width = (look::width - 20.F) / static_cast<float>(charts.size());
+    float left = 10;
+    for (const WorkPrecisionChart& c : charts) {
+        const auto chart = make_chart(out.scene(), c.title, {left, 10, width - 10, look::height - 20});
+        left += width;
+        double low[2] = {1e30, 1e30}, high[2] = {0, 0};
+        for (std::size_t i = 0; i < c.lines.size(); ++i) {
+            const WorkPrecisionLine& l = c.lines[i];
+            Line line{l.name, l.seconds, l.error, colours[i % std::size(colours)], 3};
+            add_plot(chart, vtkChart::LINE, line);
+            auto* marks = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, line));
+            marks->SetMarkerStyle(vtkPlotPoints::CIRCLE);
+            marks->SetMarkerSize(14);
+            marks->SetLabel("");
+            for (std::size_t k = 0; k < l.seconds.size(); ++k) {
+                low[0] = std::min(low[0], l.seconds[k]);
+                high[0] = std::max(high[0], l.seconds[k]);
+                low[1] = std::min(low[1], l.error[k]);
+                high[1] = std::max(high[1], l.error[k]);
+            }
+        }
+        for (const int axis : {vtkAxis::BOTTOM, vtkAxis::LEFT}) {
+            const int d = axis == vtkAxis::LEFT;
+            chart->GetAxis(axis)->SetLogScale(true);
+            chart->GetAxis(axis)->SetNotation(vtkAxis::SCIENTIFIC_NOTATION);
+            chart->GetAxis(axis)->SetPrecision(0);
+            // Whole decades, and room above for the legend.
+            set_axis(chart, axis, d ? c.error_axis : "seconds, set-up and solve", std::pow(10, std::floor(std::log10(low[d]))),
+                     std::pow(10, std::ceil(std::log10(high[d])) + d));
+        }
+        show_legend(chart);
+    }
     write_window(out.window, path);
 }
 
