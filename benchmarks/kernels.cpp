@@ -141,6 +141,7 @@ LIVETET_BENCHMARK(assemble<MatrixLayout::scalars>);
 LIVETET_BENCHMARK(assemble_by_matsetvaluesblocked);
 LIVETET_BENCHMARK(matrix_vector_product<MatrixLayout::blocks>);
 LIVETET_BENCHMARK(matrix_vector_product<MatrixLayout::scalars>);
+LIVETET_BENCHMARK(frame<SolverKind::live, CoarseOperator::rediscretised>)->Iterations(200);
 LIVETET_BENCHMARK(frame<SolverKind::multigrid, CoarseOperator::rediscretised>)->Iterations(40);
 LIVETET_BENCHMARK(frame<SolverKind::multigrid, CoarseOperator::galerkin>)->Iterations(20);
 LIVETET_BENCHMARK(frame<SolverKind::gamg, CoarseOperator::galerkin>)->Iterations(5);

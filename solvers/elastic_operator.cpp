@@ -87,6 +87,7 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     make_levels(comm, hierarchy, parts, model);
     work_ = make_vector(fine().share());
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
+    if (kind_ == SolverKind::live) make_live(hierarchy, model);
     make_krylov(comm);
     if (coupling_) make_saddle_krylov(comm);
 }
@@ -95,7 +96,8 @@ ElasticOperator::~ElasticOperator() = default;
 
 void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                   std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model) {
-    const std::size_t count = kind_ == SolverKind::multigrid ? hierarchy.levels.size() : 1;
+    const bool has_levels = kind_ == SolverKind::multigrid || kind_ == SolverKind::live;
+    const std::size_t count = has_levels ? hierarchy.levels.size() : 1;
     const Formulation formulation = resolved_formulation(model);
     // What the coarse levels precondition in the mixed form holds no volumetric stiffness: lambda = 0, the same mu.
     std::vector<Material> coarse(model.materials.begin(), model.materials.end());
@@ -113,11 +115,43 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l]),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout));
-        if (l == 0) continue;
+        if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
         displacements_.push_back(make_vector(levels_[l]->share()));
     }
+}
+
+void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticModel& model) {
+    int ranks = 1;
+    MPI_Comm_size(fine().share().comm, &ranks);
+    const bool strain = model.strain == StrainModel::linear || model.strain == StrainModel::corotated;
+    if (ranks > 1 || !strain || coupling_ || !hierarchy.levels.front().edge_nodes.empty())
+        fail("solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; found {} rank(s), {} "
+             "nodes a tet{}{}",
+             ranks, hierarchy.levels.front().edge_nodes.empty() ? 4 : 10, coupling_ ? ", pressures" : "",
+             strain ? "" : ", another strain");
+    std::vector<const ElasticLevel*> levels;
+    std::vector<const BarycentricMap*> maps;
+    for (const auto& level : levels_) levels.push_back(level.get());
+    for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
+    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), options_.smoothing_steps);
+    const PetscInt n = 3 * fine().share().owned;
+    LIVETET_PETSC(MatCreateShell(fine().share().comm, n, n, n, n, live_.get(), live_matrix_.out()));
+    const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
+        try {
+            void* live = nullptr;
+            LIVETET_PETSC(MatShellGetContext(A, &live));
+            const ReadArray from(x);
+            WriteArray to(y);
+            static_cast<FloatMultigrid*>(live)->multiply(from.span(), to.span());
+            return 0;
+        } catch (const std::exception&) {
+            return PETSC_ERR_LIB;
+        }
+    };
+    LIVETET_PETSC(MatShellSetOperation(live_matrix_.get(), MATOP_MULT,
+                                       reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
 }
 
 void ElasticOperator::make_krylov(MPI_Comm comm) {
@@ -131,13 +165,31 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
         LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
         LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
     }
-    LIVETET_PETSC(KSPSetOperators(ksp, fine().matrix(), fine().matrix()));
+    Mat A = live_ ? live_matrix_.get() : fine().matrix();
+    LIVETET_PETSC(KSPSetOperators(ksp, A, A));
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
     switch (kind_) {
         case SolverKind::automatic:
         case SolverKind::multigrid:
             configure_multigrid(pc);
+            break;
+        case SolverKind::live:
+            LIVETET_PETSC(PCSetType(pc, PCSHELL));
+            LIVETET_PETSC(PCShellSetName(pc, "multigrid in single precision, re-discretised"));
+            LIVETET_PETSC(PCShellSetContext(pc, live_.get()));
+            LIVETET_PETSC(PCShellSetApply(pc, [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
+                try {
+                    void* live = nullptr;
+                    LIVETET_PETSC(PCShellGetContext(shell, &live));
+                    const ReadArray from(r);
+                    WriteArray to(z);
+                    static_cast<FloatMultigrid*>(live)->cycle(from.span(), to.span());
+                    return 0;
+                } catch (const std::exception&) {
+                    return PETSC_ERR_LIB;
+                }
+            }));
             break;
         case SolverKind::boomeramg:
             configure_boomeramg(pc);
@@ -227,6 +279,14 @@ void ElasticOperator::configure_multigrid(PC pc) {
 void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) {
     components_.assign(1, {components.begin(), components.end()});
     fine().set_constrained(components);
+    if (live_) {
+        for (std::size_t l = 1; l < levels_.size(); ++l) {
+            components_.push_back(
+                coarse_components(live_->map(l - 1), components_[l - 1], levels_[l]->share().number_of_node.size()));
+            levels_[l]->set_constrained(components_[l]);
+        }
+        live_->set_constrained();
+    }
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
         ElasticLevel &upper = *levels_[l], &lower = *levels_[l + 1];
         components_.push_back(
@@ -240,17 +300,23 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
 void ElasticOperator::set_springs(std::span<const double> stiffness) {
     std::vector<double> level(stiffness.begin(), stiffness.end());
     fine().set_springs(level);
-    for (std::size_t l = 0; l < transfers_.size(); ++l) {
+    for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
         std::vector<double> lower(level.empty() ? 0 : levels_[l + 1]->share().number_of_node.size(), 0.0);
-        const BarycentricMap& map = transfers_[l]->map();
+        const BarycentricMap& map = live_ ? live_->map(l) : transfers_[l]->map();
         for (std::size_t i = 0; i < level.size(); ++i)
             for (int k = 0; k < 4; ++k) lower[map.nodes[i][k]] += map.weights[i][k] * level[i];
         levels_[l + 1]->set_springs(lower);
         level = std::move(lower);
     }
+    if (live_) live_->set_constrained();
 }
 
 void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent) {
+    if (live_) {
+        const ReadArray u(at.u);
+        live_->update(u.span(), s, m);
+        return;
+    }
     if (kind_ == SolverKind::multigrid && !bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
         assemble_levels(at, s, 0, tangent);
@@ -337,7 +403,7 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, double r
         LIVETET_PETSC(VecSet(x, 0));
     } else {
         PetscReal size = 0, residual = 0;
-        LIVETET_PETSC(MatMult(fine().matrix(), x, work_.get()));
+        LIVETET_PETSC(MatMult(live_ ? live_matrix_.get() : fine().matrix(), x, work_.get()));
         LIVETET_PETSC(VecAYPX(work_.get(), -1, b));
         LIVETET_PETSC(VecNorm(b, NORM_2, &size));
         LIVETET_PETSC(VecNorm(work_.get(), NORM_2, &residual));

@@ -6,6 +6,7 @@
 
 #include "mesh/hierarchy.hpp"
 #include "solvers/elastic_level.hpp"
+#include "solvers/float_multigrid.hpp"
 #include "solvers/options.hpp"
 #include "solvers/pressure_coupling.hpp"
 #include "solvers/transfer.hpp"
@@ -77,6 +78,7 @@ class ElasticOperator {
                      const ElasticModel& model);
     void make_krylov(MPI_Comm comm);
     void make_saddle_krylov(MPI_Comm comm);
+    void make_live(const MeshHierarchy& hierarchy, const ElasticModel& model);
     void configure_multigrid(PC pc);
     void assemble_levels(const ElasticState& at, double s, double m, Tangent tangent);
     void apply_saddle_preconditioner(Vec r, Vec y);
@@ -90,6 +92,8 @@ class ElasticOperator {
     std::vector<PetscHandle<Vec>> displacements_;        ///< of coarse levels, for their rotations
     std::vector<PetscHandle<Mat>> galerkin_;             ///< coarse operators P^T A P
     std::vector<std::vector<std::uint8_t>> components_;  ///< constrained, by level
+    std::unique_ptr<FloatMultigrid> live_;
+    PetscHandle<Mat> live_matrix_;
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
     PetscHandle<Vec> work_;
     std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows

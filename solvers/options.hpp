@@ -4,7 +4,7 @@
 
 namespace livetet {
 
-enum class SolverKind { automatic, multigrid, boomeramg, gamg, direct, petsc };
+enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
 enum class CoarseOperator { galerkin, rediscretised };
 enum class TangentChoice { automatic, held_rotation, exact };
 
@@ -32,6 +32,9 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice("kind", s.kind, "conjugate gradients preconditioned by ...",
              {{SolverKind::automatic, "automatic", "multigrid where the mesh has levels, else boomeramg"},
               {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
+              {SolverKind::live, "live",
+               "the same cycle in single precision on kernels of our own: one rank, P1, linear or corotated, by "
+               "displacements; what `track` takes where it can"},
               {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
               {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
               {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
