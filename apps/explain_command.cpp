@@ -35,7 +35,8 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
     fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns", "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
         const TetMesh& mesh = hierarchy.levels[l];
-        const double bytes = 76.0 * block_count(mesh) + (sizeof(TetElement) + 104 + 72 + 192 + 20) * mesh.tets.size() +
+        const double blocks = mesh.edge_nodes.empty() ? block_count(mesh) : 28.0 * mesh.nodes.size();
+        const double bytes = 76.0 * blocks + (sizeof(TetElement) + 104 + 72 + 192 + 20) * mesh.tets.size() +
                              400.0 * mesh.nodes.size();
         fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
                    3 * mesh.nodes.size(), bytes / 1e6);
@@ -48,8 +49,9 @@ void explain(const std::filesystem::path& path) {
     MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
-    const SolverKind kind = resolved_kind(scene.solver.kind, hierarchy.levels.size());
-    const bool multigrid = kind == SolverKind::multigrid;
+    const SolverKind kind = resolved_kind(
+        solver_options(scene, hierarchy.levels.size(), scene.track.has_value()).kind, hierarchy.levels.size());
+    const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 
     Explanation e;
@@ -63,7 +65,8 @@ void explain(const std::filesystem::path& path) {
     if (scene.strain != StrainModel::corotated)
         e.leaves_out("rotations", "strain is not corotated");
     else
-        e.uses("rotations", fmt::format("one for each tet, each linearisation: about {:.0f} ms", 2.5e-5 * tets));
+        e.uses("rotations", fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
+                                     (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
     if (is_static)
         e.leaves_out("mass, velocities", "time.scheme: static");
     else

@@ -34,6 +34,14 @@ Scene load_scene(const std::filesystem::path& path) {
     const auto check_all = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i) check_selection(list[i], fmt::format("{}[{}]", name, i), file);
     };
+    const auto check_soft = [&](auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i)
+            if (list[i].stiffness_N_per_m && list[i].components.size() != 3)
+                fail("{}[{}].components = {} with a stiffness: springs pull along x, y and z, expected xyz ({})", name, i,
+                     list[i].components, file);
+    };
+    check_soft(scene.fix, "fix");
+    check_soft(scene.drive, "drive");
     check_all(scene.fix, "fix");
     check_all(scene.drive, "drive");
     check_all(scene.loads, "loads");

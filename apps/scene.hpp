@@ -171,7 +171,7 @@ void visit_fields(Visitor& v, DriveOptions& d) {
     v.field("components", d.components, "", "which components are driven", some_components());
     v.field("stiffness_N_per_m", d.stiffness_N_per_m, "N/m",
             "driven softly, by springs of this stiffness in all, shared evenly by the nodes", greater_than<0>());
-    v.field("ramp_s", d.ramp_s, "s", "euler, newmark: reached after this time", at_least<0>());
+    v.field("ramp_s", d.ramp_s, "s", "dynamic schemes: reached after this time", at_least<0>());
 }
 
 template <class Visitor>

@@ -133,27 +133,36 @@ void SceneConstraints::move(const Driven& d, double share) {
     const Eigen::Matrix3d turned = rotation_of_vector(share * d.turn) - Eigen::Matrix3d::Identity();
     for (const std::int32_t n : d.nodes) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
-        if (d.stiffness)
-            springs_.target[n] = value;
+        if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their mean
+            springs_.target[n] += *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
         else
             constraints_.prescribe(std::span(&n, 1), value, d.components);
     }
 }
 
 std::vector<std::pair<std::string, Vector3>> SceneConstraints::sums(std::span<const Vector3> forces) const {
+    // A node of several sets counts for the last, which is the one it obeys.
     std::vector<std::pair<std::string, Vector3>> sums;
-    for (const Driven& d : driven_) {
-        sums.emplace_back(d.key, Vector3::Zero());
-        for (const std::int32_t n : d.nodes) sums.back().second += forces[n];
+    std::vector<bool> counted(forces.size(), false);
+    for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
+        sums.emplace_back(d->key, Vector3::Zero());
+        for (const std::int32_t n : d->nodes)
+            if (!counted[n]) {
+                sums.back().second += forces[n];
+                counted[n] = true;
+            }
     }
+    std::reverse(sums.begin(), sums.end());
     return sums;
 }
 
 void SceneConstraints::move_to_time(double time_s) {
+    std::fill(springs_.target.begin(), springs_.target.end(), Vector3::Zero());
     for (const Driven& d : driven_) move(d, d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0);
 }
 
 void SceneConstraints::move_to_share(double share) {
+    std::fill(springs_.target.begin(), springs_.target.end(), Vector3::Zero());
     for (const Driven& d : driven_) move(d, share);
 }
 
@@ -212,6 +221,15 @@ ElasticModel elastic_model(const Scene& scene, bool live) {
     return model;
 }
 
+SolverOptions solver_options(const Scene& scene, std::size_t levels, bool live) {
+    SolverOptions options = scene.solver;
+    const bool strain = scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
+    if (live && options.kind == SolverKind::automatic && levels > 1 && strain && scene.elements == Elements::p1 &&
+        elastic_model(scene, live).formulation == Formulation::displacement)
+        options.kind = SolverKind::live;
+    return options;
+}
+
 void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints) {
     if (scene.time.scheme != TimeScheme::static_equilibrium) return;
     std::vector<std::uint8_t> held = constraints.constraints().components;
@@ -242,7 +260,8 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         for (const TetMesh& level : scene_body.hierarchy.levels)
             scene_body.parts.push_back(partition_tets(level.tets, ranks));
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts,
-                                                       elastic_model(scene, live), scene.time, scene.solver);
+                                                       elastic_model(scene, live), scene.time,
+                                                       solver_options(scene, scene_body.hierarchy.levels.size(), live));
     return scene_body;
 }
 

@@ -56,6 +56,9 @@ StepEffort batch_effort(const Scene& scene);
 /// What a body's operators need of a scene. `live`: `automatic` means no pressures.
 ElasticModel elastic_model(const Scene& scene, bool live);
 
+/// The scene's solver; `live`: `automatic` means the live one where that can be, on a mesh of so many levels.
+SolverOptions solver_options(const Scene& scene, std::size_t levels, bool live);
+
 /// Throws Error where rigid motions of the body are free in a static scene: which, and how many.
 void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
 

@@ -16,6 +16,14 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     DeformableBody& body = *scene_body.body;
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
     std::vector<Vector3> scaled = force;
+    const auto load_to = [&](double share) {
+        constraints.move_to_share(share);
+        for (std::size_t n = 0; n < force.size(); ++n) scaled[n] = share * force[n];
+        body.set_constraints(constraints.constraints());
+        body.set_springs(constraints.springs());
+        body.set_external_force(scaled);
+    };
+    double kept = -1;
     const double whole = 1.0 / scene.time.load_steps;
     RunHistory history;
     history.share = 0;
@@ -24,11 +32,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         const double goal = planned * whole;
         for (double part = whole; history.share < goal - 1e-12;) {
             const double share = std::min(goal, history.share + part);
-            constraints.move_to_share(share);
-            for (std::size_t n = 0; n < force.size(); ++n) scaled[n] = share * force[n];
-            body.set_constraints(constraints.constraints());
-            body.set_springs(constraints.springs());
-            body.set_external_force(scaled);
+            load_to(share);
             history.steps.push_back({share, share - history.share, body.step(0, batch_effort(scene))});
             const StepReport& report = history.steps.back().report;
             if (progress) progress(share, progress_text(history.steps.back(), history.steps.size()));
@@ -47,11 +51,12 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
                     "equilibrium at {:.4g}",
                     history.share, share, report.imbalance, report.linearisations, scene.solver.newton_tolerance,
                     history.share);
-                if (history.share > 0) keep(history.share);
+                load_to(history.share);
+                if (history.share > kept) keep(history.share);
                 return history;
             }
         }
-        if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(history.share);
+        if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(kept = history.share);
     }
     return history;
 }

@@ -42,7 +42,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
         for (PetscHandle<Vec>* v : {&v_, &a_, &velocity_}) *v = vector();
     if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
     if (operator_.is_mixed())
-        for (PetscHandle<Vec>* v : {&p_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
+        for (PetscHandle<Vec>* v : {&p_, &p0_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
     operator_.set_constrained(constraints_.components);
 }
 
@@ -64,6 +64,7 @@ void DeformableBody::set_external_force(std::span<const Vector3> force) {
 
 void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
     fill(operator_.fine().share(), displacement, u_.get());
+    if (p_) LIVETET_PETSC(VecSet(p_.get(), 0));
     started_ = false;
 }
 
@@ -132,13 +133,7 @@ double DeformableBody::residual_norm() const {
 double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
     const ElasticLevel& fine = operator_.fine();
     fine.elastic_force(state(), force_.get());
-    if (const auto springs = fine.springs(); !springs.empty()) {
-        const ReadArray u(u_.get());
-        WriteArray f(force_.get());
-        for (std::size_t i = 0; i < f.span().size(); ++i)
-            if (springs[i / 3] > 0)
-                f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
-    }
+    subtract_spring_pull();
     scale_ = std::max(start_scale_, norm(force_.get()) + norm(external_.get()));
     if (is_dynamic()) {
         // v1 = v_u (u - u0) + v_v v0 + v_a a0
@@ -166,6 +161,16 @@ double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
     return residual_norm();
 }
 
+void DeformableBody::subtract_spring_pull() {
+    const ElasticLevel& fine = operator_.fine();
+    const auto springs = fine.springs();
+    if (springs.empty()) return;
+    const ReadArray u(u_.get());
+    WriteArray f(force_.get());
+    for (std::size_t i = 0; i < f.span().size(); ++i)
+        if (springs[i / 3] > 0) f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+}
+
 double DeformableBody::subtract_prescribed(const TimeCoefficients& c) {
     // residual(u + w) is about residual(u) - A w: with the forces at u no layer of elements is torn.
     update_ghosts(prescribed_.get());
@@ -182,6 +187,7 @@ void DeformableBody::start_acceleration() {
     // M a0 = f_ext - f_int(u0) - C v0: with a0 = 0 under loads the scheme would be first order only.
     const ElasticLevel& fine = operator_.fine();
     fine.elastic_force(state(), force_.get());
+    subtract_spring_pull();
     if (time_.rayleigh_beta > 0) {
         update_ghosts(v_.get());
         fine.add_stiffness_times(time_.rayleigh_beta, state(), v_.get(), force_.get());
@@ -228,7 +234,6 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         tangent = Tangent::positive;
         positive_steps_ = 2;
         LIVETET_PETSC(VecSet(du_.get(), 0));
-        if (volume_) LIVETET_PETSC(VecScale(volume_.get(), -1));  // `solve` has turned its sign
     }
 }
 
@@ -237,14 +242,15 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     StepReport report;
     Stopwatch watch;
     LIVETET_PETSC(VecCopy(u_.get(), u0_.get()));
+    if (p_) LIVETET_PETSC(VecCopy(p_.get(), p0_.get()));
     take_rotations();
     if (is_dynamic() && !started_) start_acceleration();
     start_scale_ = 0;
     positive_steps_ = 0;
     double imbalance = evaluate_residual(c);
+    start_scale_ = scale_;
     const bool moved = find_prescribed();
     if (moved) imbalance = subtract_prescribed(c);
-    start_scale_ = scale_;
     LIVETET_PETSC(VecSet(du_.get(), 0));
     if (is_dynamic()) {  // the body goes on as it went
         LIVETET_PETSC(VecAXPY(du_.get(), dt, v_.get()));
@@ -275,14 +281,16 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
         report.forces_s += watch.lap();
         if (!is_finite() || !std::isfinite(imbalance)) {
             LIVETET_PETSC(VecCopy(u0_.get(), u_.get()));
-            if (p_) LIVETET_PETSC(VecSet(p_.get(), 0));
+            if (p_) LIVETET_PETSC(VecCopy(p0_.get(), p_.get()));
+            take_rotations();
             report.converged = false;
             report.kept_old = true;
-            break;
+            report.imbalance = 1;
+            return report;  // velocity and acceleration stay too: the body waits
         }
     }
     report.imbalance = scale_ > 0 ? imbalance / scale_ : 0;
-    if (effort.tolerance > 0) report.converged = report.imbalance <= effort.tolerance && !report.kept_old;
+    if (effort.tolerance > 0) report.converged = report.imbalance <= effort.tolerance;
     finish_step(c, dt, report);
     return report;
 }

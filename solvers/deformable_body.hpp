@@ -56,6 +56,8 @@ class DeformableBody {
 
     /// Displacement, m, of every node of the finest mesh, on every rank.
     std::vector<Vector3> displacement() const { return gather(operator_.fine().share(), u_.get()); }
+    /// Velocity, m/s, likewise; dynamic bodies only.
+    std::vector<Vector3> velocity() const { return gather(operator_.fine().share(), v_.get()); }
     /// Elastic force at each node, N.
     std::vector<Vector3> elastic_force();
     /// Force that each constraint puts on its node, N: constrained components and springs; zero elsewhere.
@@ -80,6 +82,8 @@ class DeformableBody {
     /// Ghosts of the state, and the rotations there.
     void take_rotations();
     void start_acceleration();
+    /// force_ -= what the springs pull with.
+    void subtract_spring_pull();
     /// prescribed_ = the way of the constrained nodes to their values; false where they are there already.
     bool find_prescribed();
     void zero_constrained(Vec v) const;
@@ -105,7 +109,7 @@ class DeformableBody {
     Springs springs_;
     PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, prescribed_;
     PetscHandle<Vec> net_;              ///< generalized-alpha: h0
-    PetscHandle<Vec> p_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
+    PetscHandle<Vec> p_, p0_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;
     bool started_ = false, kept_started_ = false;
     double scale_ = 0;        ///< size of the forces at work, N: now, or when the step began where that is more

@@ -81,6 +81,8 @@ class ElasticLevel {
     void visit_volume_strain(Vec u, Visit&& visit) const;
 
   private:
+    static double away_from_zero(double J) { return std::abs(J) > 1e-12 ? J : 1e-12; }
+
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
@@ -177,7 +179,7 @@ void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
               strain_ == StrainModel::linear
                   ? P
                   : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
-                                    std::max(std::abs(1 + Energy::dilation(H)), 1e-12)));
+                                    away_from_zero(1 + Energy::dilation(H))));
     });
 }
 

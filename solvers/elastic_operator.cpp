@@ -11,22 +11,24 @@ MatrixLayout layout_for(SolverKind kind, CoarseOperator coarse, bool coarsest) {
     return blocks ? MatrixLayout::blocks : MatrixLayout::scalars;
 }
 
-void set_option(const char* name, const char* value) {
-    PetscBool given = PETSC_FALSE;
-    LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, name, &given));
-    if (!given) LIVETET_PETSC(PetscOptionsSetValue(nullptr, name, value));
-}
-
 /// What hypre needs to treat elasticity as a system whose near-nullspace are the rigid motions (Baker, Kolev, Yang
 /// 2010).
 void configure_boomeramg(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCHYPRE));
     LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));
-    set_option("-pc_hypre_boomeramg_strong_threshold", "0.5");
-    set_option("-pc_hypre_boomeramg_nodal_coarsen", "4");
-    set_option("-pc_hypre_boomeramg_nodal_coarsen_diag", "1");
-    set_option("-pc_hypre_boomeramg_vec_interp_variant", "2");
-    set_option("-pc_hypre_boomeramg_vec_interp_qmax", "4");
+    const char* prefix = nullptr;  // "displacement_" in the mixed form
+    LIVETET_PETSC(PCGetOptionsPrefix(pc, &prefix));
+    const auto set_option = [&](const std::string& name, const char* value) {
+        const std::string option = "-" + std::string(prefix ? prefix : "") + name;
+        PetscBool given = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, option.c_str(), &given));
+        if (!given) LIVETET_PETSC(PetscOptionsSetValue(nullptr, option.c_str(), value));
+    };
+    set_option("pc_hypre_boomeramg_strong_threshold", "0.5");
+    set_option("pc_hypre_boomeramg_nodal_coarsen", "4");
+    set_option("pc_hypre_boomeramg_nodal_coarsen_diag", "1");
+    set_option("pc_hypre_boomeramg_vec_interp_variant", "2");
+    set_option("pc_hypre_boomeramg_vec_interp_qmax", "4");
 }
 
 /// The largest eigenvalue of D^-1 A, D the 3x3 blocks of A's diagonal, from a few steps of conjugate gradients
@@ -73,9 +75,10 @@ void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> c
 
 Formulation resolved_formulation(const ElasticModel& model) {
     if (model.formulation != Formulation::automatic) return model.formulation;
-    const bool stiff = std::any_of(model.materials.begin(), model.materials.end(),
-                                   [](const Material& m) { return m.poisson >= 0.49; });
-    return stiff ? Formulation::mixed : Formulation::displacement;
+    const auto any = [&](auto&& is) { return std::any_of(model.materials.begin(), model.materials.end(), is); };
+    const bool locks = any([](const Material& m) { return m.poisson >= 0.49; });
+    const bool cork = any([](const Material& m) { return m.poisson <= 0; });  // has no pressure
+    return locks && !cork ? Formulation::mixed : Formulation::displacement;
 }
 
 ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
@@ -410,7 +413,10 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, double r
         if (!(residual < size)) LIVETET_PETSC(VecSet(x, 0));
     }
     LIVETET_PETSC(KSPSolve(ksp, b, x));
-    if (coupling_) LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
+    if (coupling_) {
+        LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
+        LIVETET_PETSC(VecScale(b_p, -1));  // as it was given
+    }
     LinearReport report;
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     PetscInt iterations = 0;
@@ -431,6 +437,8 @@ std::string ElasticOperator::name() const {
     LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
     LIVETET_PETSC(PCGetType(pc, &preconditioner));
     std::string text = fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");
+    if (kind_ == SolverKind::live)
+        return fmt::format("{} + multigrid in single precision, {} levels, rediscretised", krylov ? krylov : "?", level_count());
     if (kind_ == SolverKind::multigrid)
         text += fmt::format(", {} levels, {}", level_count(),
                             options_.coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");

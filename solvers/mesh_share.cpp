@@ -23,7 +23,8 @@ PetscHandle<DM> whole_plex(MPI_Comm comm, const TetMesh& mesh, int rank) {
     if (rank == 0) {
         for (const Tet& t : mesh.tets)
             cells.insert(cells.end(), {t[1], t[0], t[2], t[3]});  // DMPlex winds the other way
-        for (std::int32_t n = 0; n < corner_count(mesh); ++n)
+        const std::int32_t corners = corner_count(mesh);
+        for (std::int32_t n = 0; n < corners; ++n)
             coordinates.insert(coordinates.end(), mesh.nodes[n].data(), mesh.nodes[n].data() + 3);
     }
     PetscHandle<DM> dm;

@@ -30,7 +30,7 @@ struct SolverOptions {
 template <class Visitor>
 void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice("kind", s.kind, "conjugate gradients preconditioned by ...",
-             {{SolverKind::automatic, "automatic", "multigrid where the mesh has levels, else boomeramg"},
+             {{SolverKind::automatic, "automatic", "multigrid where the mesh has levels, else boomeramg; `track`: live where it can"},
               {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
               {SolverKind::live, "live",
                "the same cycle in single precision on kernels of our own: one rank, P1, linear or corotated, by "

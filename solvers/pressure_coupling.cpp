@@ -34,7 +34,6 @@ PressureCoupling::PressureCoupling(const ElasticLevel& level) : level_(level) {
     MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, share.comm);
     scale_ = std::sqrt(sums[0] / sums[2] / (sums[1] / sums[3]));
     schur_ = make_vector(space);
-    work_ = make_vector(space);
 
     const int n = share.nodes_per_tet();
     std::vector<PetscInt> rows, columns;

@@ -17,7 +17,7 @@ class PressureCoupling {
 
     Mat b() const { return b_.get(); }
     Mat minus_c() const { return minus_c_.get(); }
-    /// Pa by N: the pressure that a unit of the scaled unknown stands for.
+    /// The pressure that a unit of the scaled unknown stands for, Pa/m.
     double scale() const { return scale_; }
 
     /// Renews B from displacement `u` and the level's rotations; columns of constrained components are zero.
@@ -38,7 +38,7 @@ class PressureCoupling {
     const ElasticLevel& level_;
     double scale_ = 1;
     PetscHandle<Mat> b_, minus_c_;
-    PetscHandle<Vec> schur_, work_;
+    PetscHandle<Vec> schur_;
     std::vector<PetscScalar> values_;
 };
 

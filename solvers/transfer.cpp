@@ -4,6 +4,7 @@ namespace livetet {
 
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
                                             std::size_t coarse_nodes) {
+    constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
     std::vector<double> total(coarse_nodes, 0);
     std::vector<std::array<double, 3>> held(coarse_nodes, {0, 0, 0});
     for (std::size_t i = 0; i < fine_in_coarse.size(); ++i)
@@ -12,7 +13,7 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
             const double w = fine_in_coarse.weights[i][k];
             total[n] += w;
             for (int c = 0; c < 3; ++c)
-                if (fine[i] >> c & 1) held[n][c] += w;
+                if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
         }
     std::vector<std::uint8_t> components(coarse_nodes, 0);
     for (std::size_t n = 0; n < coarse_nodes; ++n)

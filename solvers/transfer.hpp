@@ -12,7 +12,8 @@ namespace livetet {
 
 /// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole meshes): a coarse component
 /// is, where at least 0.3 of the weight that it lends to fine nodes goes to constrained ones (of 0.05 to 0.95 the value
-/// with the fewest iterations on an organ pressed at a patch), or where it lends none.
+/// with the fewest iterations on an organ pressed at a patch), where it is itself a fine node that is, or where it lends
+/// none.
 /// One rule for masks, groups, patches and node lists, and no coarse level has an unknown without an equation.
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
                                             std::size_t coarse_nodes);

@@ -29,7 +29,7 @@ void visit_fields(Visitor& v, TimeOptions& t) {
              {{TimeScheme::static_equilibrium, "static", "equilibrium; no mass, no velocities"},
               {TimeScheme::implicit_euler, "euler", "implicit Euler: first order, damps"},
               {TimeScheme::newmark, "newmark", "Newmark with beta and gamma: second order at 1/4, 1/2"},
-              {TimeScheme::generalized_alpha, "generalized-alpha",
+              {TimeScheme::generalized_alpha, "generalized_alpha",
                "second order, damps what the step cannot resolve, by rho_inf"}});
     v.field("step_s", t.step_s, "s", "time step of `solve`; `track` steps from sample to sample", greater_than<0>());
     v.field("adaptive_tolerance_mm", t.adaptive_tolerance_mm, "mm",

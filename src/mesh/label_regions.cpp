@@ -17,7 +17,8 @@ std::vector<std::int32_t> regions_by_label(const TetMesh& mesh, const LabelImage
     std::map<std::int32_t, std::size_t> counts;
     for (const std::int32_t label : image.values)
         if (is_body(label)) ++counts[label];
-    if (counts.size() < 2) return {};
+    if (counts.empty()) return {};
+    if (counts.size() == 1) return std::vector<std::int32_t>(mesh.tets.size(), counts.begin()->first);
     const std::int32_t frequent =
         std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })
             ->first;

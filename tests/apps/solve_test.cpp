@@ -258,7 +258,7 @@ TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
         EXPECT_NEAR(time, 0.3, 1e-9);
     }
     EXPECT_LT(last, 1e-3);
-    const auto alpha = swing("scheme: generalized-alpha, step_s: 2e-3, rho_inf: 0.9");
+    const auto alpha = swing("scheme: generalized_alpha, step_s: 2e-3, rho_inf: 0.9");
     double error = 0;
     for (std::size_t n = 0; n < alpha.size(); ++n) error = std::max(error, (alpha[n] - reference[n]).norm());
     EXPECT_LT(error, 1e-3);

@@ -209,6 +209,26 @@ TEST(DeformableBody, OneRankAndManyAgree) {
     EXPECT_LT(largest_difference(many, alone.displacement()), 1e-8 * 0.012);
 }
 
+TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
+    const std::vector<Material> silicone{{.young_Pa = 5000, .poisson = 0.499, .density_kg_per_m3 = 1000}};
+    for (const bool quadratic : {false, true})
+        for (const StrainModel strain : {StrainModel::corotated, StrainModel::neohookean}) {
+            MeshHierarchy hierarchy = beam(3);
+            if (quadratic) hierarchy = with_quadratic_level(std::move(hierarchy));
+            const auto parts = partitions(hierarchy);
+            const ElasticModel model{silicone, strain, Formulation::mixed};
+            const Constraints press = pressed(hierarchy.levels.front(), {0, 0.002, -0.006});
+            DeformableBody many(PETSC_COMM_WORLD, hierarchy, parts, model, {}, {.kind = SolverKind::multigrid});
+            DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, model, {}, {.kind = SolverKind::multigrid});
+            for (DeformableBody* body : {&many, &alone}) {
+                body->set_constraints(press);
+                const StepReport report = body->step(0, to_equilibrium);
+                ASSERT_TRUE(report.converged) << report.imbalance;
+            }
+            EXPECT_LT(largest_difference(many.displacement(), alone.displacement()), 1e-7 * 0.006);
+        }
+}
+
 TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
     Case c(3, StrainModel::corotated, {}, {.kind = SolverKind::multigrid});
     for (const double depth : {0.01, 0.02, 0.03, 0.04, 0.05, 0.03, 0.0}) {

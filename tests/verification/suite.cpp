@@ -14,7 +14,7 @@ double Outcome::observed_order() const {
 bool Outcome::passed() const {
     if (tolerance == 0) return true;
     if (!std::isfinite(last().error) || last().error > tolerance) return false;
-    return expected_order == 0 || observed_order() >= expected_order - order_tolerance;
+    return expected_order == 0 || std::abs(observed_order() - expected_order) <= order_tolerance;
 }
 
 std::span<const Case> cases() {

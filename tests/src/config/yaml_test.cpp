@@ -55,7 +55,7 @@ TEST(Yaml, SaysValueLimitAndPlace) {
               "material.young_Pa = .nan Pa must be greater than 0 (liver.yaml:1)");
     EXPECT_EQ(refusal("gravity: [0, 1]"), "gravity = [0, 1] must be three numbers [x, y, z] (liver.yaml:1)");
     EXPECT_EQ(refusal("time: {scheme: newton}"),
-              "time.scheme = newton must be one of static, euler, newmark, generalized-alpha (liver.yaml:1)");
+              "time.scheme = newton must be one of static, euler, newmark, generalized_alpha (liver.yaml:1)");
     EXPECT_EQ(refusal("others:\n - {young_Pa: soft}"), "others[0].young_Pa = soft must be a number (liver.yaml:2)");
     EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"), "material.young_Pa is given twice (liver.yaml:1)");
     EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");

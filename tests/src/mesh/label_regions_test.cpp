@@ -31,9 +31,10 @@ TEST(RegionsByLabel, AreThoseOfTheNearestVoxelOfTheBody) {
     }
 }
 
-TEST(RegionsByLabel, OneLabelNeedsNone) {
-    const std::vector<std::int32_t> chosen{2};
-    EXPECT_TRUE(regions_by_label(test::block({2, 2, 2}, {0.1, 0.1, 0.1}), halves(), chosen).empty());
+TEST(RegionsByLabel, OneLabelIsEverywhereAndNoneNowhere) {
+    const TetMesh mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
+    EXPECT_EQ(regions_by_label(mesh, halves(), std::vector{2}), std::vector<std::int32_t>(mesh.tets.size(), 2));
+    EXPECT_TRUE(regions_by_label(mesh, halves(), std::vector{7}).empty());
 }
 
 }  // namespace
