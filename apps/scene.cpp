@@ -34,6 +34,9 @@ Scene load_scene(const std::filesystem::path& path) {
     const auto check_all = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i) check_selection(list[i], fmt::format("{}[{}]", name, i), file);
     };
+    if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
+        fail("time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least that ({})",
+             scene.time.beta, scene.time.gamma / 2, file);
     const auto check_soft = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i)
             if (list[i].stiffness_N_per_m && list[i].components.size() != 3)

@@ -246,7 +246,7 @@ void visit_fields(Visitor& v, Scene& s) {
     v.group("time", s.time, "how it moves in time");
     v.field("gravity_m_per_s2", s.gravity_m_per_s2, "m/s^2", "acceleration on the whole body");
     v.list("fix", s.fix, "nodes that are held");
-    v.list("drive", s.drive, "nodes that are moved");
+    v.list("drive", s.drive, "nodes that are moved; where hard sets overlap the last wins, and fix wins over drive");
     v.list("loads", s.loads, "forces");
     v.group("solver", s.solver, "how the equations are solved");
     v.group("track", s.track, "`livetet track`: the tracker, and what it moves");

@@ -129,10 +129,12 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
     move_to_share(0);
 }
 
-void SceneConstraints::move(const Driven& d, double share) {
+void SceneConstraints::move(Driven& d, double share) {
+    d.values.clear();
     const Eigen::Matrix3d turned = rotation_of_vector(share * d.turn) - Eigen::Matrix3d::Identity();
     for (const std::int32_t n : d.nodes) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
+        d.values.push_back(value);
         if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their mean
             springs_.target[n] += *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
         else
@@ -140,30 +142,39 @@ void SceneConstraints::move(const Driven& d, double share) {
     }
 }
 
-std::vector<std::pair<std::string, Vector3>> SceneConstraints::sums(std::span<const Vector3> forces) const {
-    // A node of several sets counts for the last, which is the one it obeys.
-    std::vector<std::pair<std::string, Vector3>> sums;
-    std::vector<bool> counted(forces.size(), false);
+std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(std::span<const Vector3> reactions,
+                                                                      std::span<const Vector3> displacement) const {
+    std::vector<std::pair<std::string, Vector3>> forces;
+    std::vector<std::uint8_t> told(reactions.size(), 0);
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
-        sums.emplace_back(d->key, Vector3::Zero());
-        for (const std::int32_t n : d->nodes)
-            if (!counted[n]) {
-                sums.back().second += forces[n];
-                counted[n] = true;
+        Vector3 force = Vector3::Zero();
+        for (std::size_t k = 0; k < d->nodes.size(); ++k) {
+            const std::int32_t n = d->nodes[k];
+            if (d->stiffness) {
+                force += *d->stiffness / static_cast<double>(d->nodes.size()) * (d->values[k] - displacement[n]);
+                continue;
             }
+            for (int c = 0; c < 3; ++c) {
+                if (!(d->components >> c & 1) || (told[n] >> c & 1)) continue;
+                force[c] += reactions[n][c];
+                if (!springs_.empty()) force[c] -= springs_.stiffness[n] * (springs_.target[n][c] - displacement[n][c]);
+            }
+            told[n] |= d->components;
+        }
+        forces.emplace_back(d->key, force);
     }
-    std::reverse(sums.begin(), sums.end());
-    return sums;
+    std::reverse(forces.begin(), forces.end());
+    return forces;
 }
 
 void SceneConstraints::move_to_time(double time_s) {
     std::fill(springs_.target.begin(), springs_.target.end(), Vector3::Zero());
-    for (const Driven& d : driven_) move(d, d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0);
+    for (Driven& d : driven_) move(d, d.ramp_s > 0 ? std::min(1.0, time_s / d.ramp_s) : 1.0);
 }
 
 void SceneConstraints::move_to_share(double share) {
     std::fill(springs_.target.begin(), springs_.target.end(), Vector3::Zero());
-    for (const Driven& d : driven_) move(d, share);
+    for (Driven& d : driven_) move(d, share);
 }
 
 namespace {
@@ -252,6 +263,15 @@ StepEffort batch_effort(const Scene& scene) {
 }
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live) {
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const int region = scene.materials[i].region;
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.materials[j].region == region)
+                fail("materials[{}].region = {} is materials[{}]'s too, expected one material for each region", i, region, j);
+        const auto& regions = hierarchy.levels.front().regions;
+        if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
+            fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
+    }
     SceneBody scene_body{std::move(hierarchy), {}, nullptr};
     if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
     int ranks = 1;

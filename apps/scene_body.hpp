@@ -24,8 +24,10 @@ class SceneConstraints {
     /// All driven sets by this share of their way, from 0 to 1.
     void move_to_share(double share);
 
-    /// The sum of nodal forces over each set, by the scene's key.
-    std::vector<std::pair<std::string, Vector3>> sums(std::span<const Vector3> forces) const;
+    /// What each set pulls the body with, N, by the scene's key: springs by their stretch, hard sets by the reactions of
+    /// the components that they are the last to prescribe.
+    std::vector<std::pair<std::string, Vector3>> forces(std::span<const Vector3> reactions,
+                                                        std::span<const Vector3> displacement) const;
 
     const Constraints& constraints() const { return constraints_; }
     const Springs& springs() const { return springs_; }
@@ -38,8 +40,9 @@ class SceneConstraints {
         std::uint8_t components;
         std::optional<double> stiffness;  ///< N/m of all nodes together: soft
         double ramp_s;
+        std::vector<Vector3> values{};  ///< of the nodes, now
     };
-    void move(const Driven& driven, double share);
+    void move(Driven& driven, double share);
 
     const TetMesh& mesh_;
     std::vector<Driven> driven_;  ///< fixed ones last, with nowhere to go

@@ -75,7 +75,9 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     while (time < end * (1 - 1e-9)) {
         // Without adaption, whole steps; with it, the last two share what is left.
         const double left = end - time;
-        const double step = tolerance > 0 ? (dt >= left ? left : std::min(dt, std::max(left / 2, least))) : dt;
+        const double step = dt >= left * (1 - 1e-9) ? left
+                            : tolerance > 0         ? std::min(dt, std::max(left / 2, least))
+                                                    : dt;
         if (tolerance > 0) body.keep_state();
         constraints.move_to_time(time + step);
         body.set_constraints(constraints.constraints());
@@ -96,6 +98,10 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         if (!report.converged && history.failure.empty())
             history.failure = fmt::format("the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
                                           time + step, report.imbalance, scene.solver.newton_tolerance);
+        if (report.kept_old) {
+            history.failure = fmt::format("the step to {:.4g} s came to no finite state; the run ends at {:.4g} s", time + step, time);
+            return history;
+        }
         time += step;
         ++accepted;
         if (progress) progress(std::min(1.0, time / end), progress_text(history.steps.back(), accepted));

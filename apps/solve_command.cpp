@@ -154,7 +154,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
                iterations, history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
     json forces = json::object();
-    for (const auto& [key, force] : constraints.sums(reactions)) {
+    for (const auto& [key, force] : constraints.forces(reactions, last)) {
         fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
         forces[key] = {force.x(), force.y(), force.z()};
     }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace livetet {
@@ -44,6 +45,8 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
     if (operator_.is_mixed())
         for (PetscHandle<Vec>* v : {&p_, &p0_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
     operator_.set_constrained(constraints_.components);
+    // Stresses are made of F = I + grad u: no force is better than the moduli's last digit.
+    round_off_ = 16 * std::numeric_limits<double>::epsilon() * operator_.fine().force_at_unit_strain();
 }
 
 void DeformableBody::set_constraints(const Constraints& constraints) {
@@ -228,9 +231,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         report.solve_s += watch.lap();
         report.iterations += linear.iterations;
         // A direction that goes up is what an operator gives that is not positive, though Krylov may not have seen it.
-        PetscScalar downhill = 1;
-        if (!volume_) LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &downhill));
-        if ((linear.converged && downhill > 0) || tangent != Tangent::exact) return linear;
+        if ((linear.converged && downhill() > 0) || tangent != Tangent::exact) return linear;
         tangent = Tangent::positive;
         positive_steps_ = 2;
         LIVETET_PETSC(VecSet(du_.get(), 0));
@@ -259,7 +260,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     report.forces_s += watch.lap();
     for (int k = 0; k < effort.linearisations; ++k) {
         if (k > 0) {
-            if (imbalance <= effort.tolerance * scale_) break;
+            if (imbalance <= allowed(effort)) break;
             LIVETET_PETSC(VecSet(du_.get(), 0));
         }
         if (imbalance == 0 && !(k == 0 && moved)) break;
@@ -290,7 +291,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
         }
     }
     report.imbalance = scale_ > 0 ? imbalance / scale_ : 0;
-    if (effort.tolerance > 0) report.converged = report.imbalance <= effort.tolerance;
+    if (effort.tolerance > 0) report.converged = imbalance <= allowed(effort);
     finish_step(c, dt, report);
     return report;
 }
@@ -300,22 +301,34 @@ void DeformableBody::move(double length) {
     if (p_) LIVETET_PETSC(VecAXPY(p_.get(), length, dp_.get()));
 }
 
+double DeformableBody::allowed(const StepEffort& effort) const {
+    return std::max(effort.tolerance * scale_, effort.tolerance > 0 ? round_off_ : 0);
+}
+
+double DeformableBody::downhill() const {
+    PetscScalar slope = 0, of_pressure = 0;
+    LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &slope));
+    if (volume_) LIVETET_PETSC(VecDot(volume_.get(), dp_.get(), &of_pressure));
+    return slope + (volume_ ? of_pressure / operator_.coupling().scale() : 0);
+}
+
 double DeformableBody::search_line(const TimeCoefficients& c, double norm_before) {
     // Along d, the energy's slope is -residual . d: a step is long enough, and not too long, where the slope has come
-    // near zero (PETSc's "critical point" search). In the mixed form there is no energy to go down: the norm decides.
-    PetscScalar before = 0, after = 0;
-    LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &before));
+    // near zero (PETSc's "critical point" search). In the mixed form the same holds for the monotone operator
+    // (dL/du, -dL/dp): the slope takes in the pressures. Where the slope says nothing, the residual's norm decides.
+    const double before = downhill();
+    double after = 0;
     double length = 1, taken = 0;
     for (int trial = 0;; ++trial) {
         move(length - taken);
         taken = length;
         take_rotations();
         const double norm_after = evaluate_residual(c);
-        LIVETET_PETSC(VecDot(residual_.get(), du_.get(), &after));
-        const bool good = volume_ || before <= 0 ? norm_after <= (1 - 1e-4 * length) * norm_before
-                                                 : after >= -0.9 * before || norm_after <= 0.5 * norm_before;
+        after = downhill();
+        const bool good = before <= 0 ? norm_after <= (1 - 1e-4 * length) * norm_before
+                                      : after >= -0.9 * before || norm_after <= 0.5 * norm_before;
         if ((good && std::isfinite(norm_after)) || trial == 6) return norm_after;
-        const double ideal = !volume_ && before > 0 && std::isfinite(after) ? before / (before - after) : 0.5;
+        const double ideal = before > 0 && std::isfinite(after) ? before / (before - after) : 0.5;
         length *= std::clamp(ideal, 0.1, 0.5);
     }
 }

@@ -96,6 +96,10 @@ class DeformableBody {
     void assemble(const TimeCoefficients& c, Tangent tangent);
     /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
     LinearReport solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report);
+    /// residual_ . du_, with the pressures' part: what the energy falls by, to first order.
+    double downhill() const;
+    /// The force out of balance that counts as none: the tolerance's, or round-off where that is more.
+    double allowed(const StepEffort& effort) const;
     /// Goes along du_ as far as is good; returns the norm of the residual there.
     double search_line(const TimeCoefficients& c, double norm);
     void move(double length);
@@ -114,6 +118,7 @@ class DeformableBody {
     bool started_ = false, kept_started_ = false;
     double scale_ = 0;        ///< size of the forces at work, N: now, or when the step began where that is more
     double start_scale_ = 0;
+    double round_off_ = 0;    ///< N
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
 

@@ -184,6 +184,20 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
     });
 }
 
+double ElasticLevel::force_at_unit_strain() const {
+    std::vector<double> force(share_.owned, 0.0);
+    for (std::size_t e = 0; e < elements_.size(); ++e)
+        for (int i = 0; i < share_.nodes_per_tet(); ++i)
+            if (const std::int32_t n = share_.node(e, i); n < share_.owned) {
+                const TetElement& t = elements_[e];
+                force[n] += (std::abs(t.lambda) + 2 * t.mu) * t.volume * t.gradients.col(i % 4).norm();
+            }
+    double sum = 0;
+    for (const double f : force) sum += f * f;
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, share_.comm);
+    return std::sqrt(sum);
+}
+
 double ElasticLevel::strain_energy(const ElasticState& at) const {
     double energy = 0;
     visit_fields(at, [&](std::size_t e, const TetFields& fields) {

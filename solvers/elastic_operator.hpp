@@ -68,6 +68,7 @@ class ElasticOperator {
 
     bool is_mixed() const { return coupling_ != nullptr; }
     PressureCoupling& coupling() { return *coupling_; }
+    const PressureCoupling& coupling() const { return *coupling_; }
 
     /// A x = b, from the x given (or from zero, where that is nearer); stops at |b - A x| <= relative_tolerance |b|.
     /// Mixed form: b_p the constraint's residual as PressureCoupling::residual gives it, x_p in Pa; else both null.

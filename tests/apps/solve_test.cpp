@@ -283,5 +283,44 @@ TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
     for (const Vector3& u : last_displacement(folder / "result.h5")) ASSERT_LE(u.norm(), 0.3);
 }
 
+TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
+    const Folder folder;
+    prepare(folder);
+    const std::string scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+                              "solver: {kind: direct}\n";
+    write_text(folder / "steel.yaml", scene + "materials: [{young_Pa: 2.1e11, poisson: 0.3}]\n"
+                                              "loads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [1000, 0, 0]}]\n");
+    const auto steel = livetet(folder, "solve steel.yaml --json steel.json");
+    ASSERT_EQ(steel.status, 0) << steel.err;
+    const auto forces = nlohmann::json::parse(text_of(folder / "steel.json"))["reactions_N"]["fix[0]"];
+    EXPECT_NEAR(forces[0].get<double>(), -10, 1e-3);
+
+    int linearisations[2] = {0, 0};
+    for (const bool mixed : {false, true}) {
+        write_text(folder / "bend.yaml",
+                   scene + "materials: [{young_Pa: 1e4, poisson: 0.4}]\nformulation: " +
+                       (mixed ? "mixed" : "displacement") +
+                       "\nloads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [0, 0, -200]}]\n");
+        const auto bend = livetet(folder, "solve bend.yaml --json bend.json");
+        ASSERT_EQ(bend.status, 0) << bend.err;
+        linearisations[mixed] = nlohmann::json::parse(text_of(folder / "bend.json"))["linearisations"];
+    }
+    EXPECT_LE(linearisations[1], 2 * linearisations[0] + 4);
+}
+
+TEST(Solve, EachSetIsToldItsOwnForce) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "two.yaml",
+               press_with("drive", "drive:\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [1, 0, 0], "
+                                   "stiffness_N_per_m: 100}\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: "
+                                   "[3, 0, 0], stiffness_N_per_m: 100}"));
+    ASSERT_EQ(livetet(folder, "solve two.yaml --json two.json").status, 0);
+    const auto forces = nlohmann::json::parse(text_of(folder / "two.json"))["reactions_N"];
+    const double first = forces["drive[0]"][0], second = forces["drive[1]"][0], held = forces["fix[0]"][0];
+    EXPECT_NEAR(second - first, 100 * 2e-3, 1e-9);
+    EXPECT_NEAR(first + second + held, 0, 1e-6);
+}
+
 }  // namespace
 }  // namespace livetet
