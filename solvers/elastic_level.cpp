@@ -190,7 +190,7 @@ double ElasticLevel::force_at_unit_strain() const {
         for (int i = 0; i < share_.nodes_per_tet(); ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned) {
                 const TetElement& t = elements_[e];
-                force[n] += (std::abs(t.lambda) + 2 * t.mu) * t.volume * t.gradients.col(i % 4).norm();
+                force[n] += ((is_mixed() ? 0 : std::abs(t.lambda)) + 2 * t.mu) * t.volume * t.gradients.col(i % 4).norm();
             }
     double sum = 0;
     for (const double f : force) sum += f * f;

@@ -64,7 +64,8 @@ class ElasticLevel {
     /// f += factor K v, K at `at` with the rotations held.
     void add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const;
 
-    /// The norm of nodal forces as large as those of each tet under a strain of one, N; collective.
+    /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form: of shear, the
+    /// pressures being unknowns); collective.
     double force_at_unit_strain() const;
 
     /// Strain energy, J; collective.
