@@ -8,7 +8,7 @@ say "1. what a user would have brought: an MR-like image, labels, fiducials, tra
 "$livetet" phantom -o "$demo"
 cd "$demo"
 
-say "2. label map -> three tetrahedral meshes"
+say "2. label map -> four tetrahedral meshes"
 "$livetet" mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5
 
 say "3. the tool's tip; the registration of the image to the reference sensor"

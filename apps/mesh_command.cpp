@@ -96,9 +96,11 @@ void add_mesh_command(CLI::App& app) {
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
         ->capture_default_str()
         ->check(CLI::Range(100, 20'000'000));
-    command->add_option("--levels", a->source.levels, "how many levels")
+    command
+        ->add_option("--levels", a->source.levels,
+                     "how many levels; 0: as many as bring the coarsest to about 150 tets")
         ->capture_default_str()
-        ->check(CLI::Range(1, 8));
+        ->check(CLI::Range(0, 8));
     command
         ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
                      "edge length of each level, finest first; instead of --tets and --levels")

@@ -35,7 +35,7 @@ struct MeshSource {
     std::vector<int> labels;
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
-    int levels = 3;
+    int levels = 0;
 };
 
 struct FixOptions : SelectionOptions {
@@ -133,8 +133,8 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "edge length of each level, the finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "about how many tetrahedra the finest level gets",
             Check<int>{"from 100 to 20000000", [](const int& n) { return n >= 100 && n <= 20000000; }});
-    v.field("levels", m.levels, "", "how many levels",
-            Check<int>{"from 1 to 8", [](const int& n) { return n >= 1 && n <= 8; }});
+    v.field("levels", m.levels, "", "how many levels; 0: as many as bring the coarsest to about 150 tets",
+            Check<int>{"from 0 to 8", [](const int& n) { return n >= 0 && n <= 8; }});
 }
 
 inline Check<std::string> some_components() {

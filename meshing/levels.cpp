@@ -92,6 +92,11 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std
     return best;
 }
 
+std::size_t level_count(const MeshingOptions& o, std::int64_t finest_tets) {
+    if (!o.edge_lengths_mm.empty()) return o.edge_lengths_mm.size();
+    return static_cast<std::size_t>(o.levels > 0 ? o.levels : automatic_levels(finest_tets, o.coarsening));
+}
+
 std::string provenance_of(const MeshingOptions& o, const std::vector<LevelReport>& levels) {
     std::vector<std::string> edges;
     for (const LevelReport& level : levels) edges.push_back(fmt::format("{:.3f}", 1e3 * level.remesh.edge_length_m));
@@ -138,7 +143,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         tell(0.05, "level 0");
         take(maker.make(1e-3 * edges[0]));
     }
-    const std::size_t count = edges.empty() ? static_cast<std::size_t>(options.levels) : edges.size();
+    const std::size_t count = level_count(options, result.levels.front().quality.tets);
     for (std::size_t l = 1; l < count; ++l) {
         tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count), fmt::format("level {}", l));
         const double edge = edges.empty() ? result.levels.front().asked_edge_length_m * std::pow(options.coarsening, l)

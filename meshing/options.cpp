@@ -1,5 +1,6 @@
 #include "meshing/options.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -8,16 +9,28 @@ namespace livetet {
 
 namespace {
 
+constexpr int most_levels = 12;
+constexpr double coarsest_tets = 150;
+
 void positive(const char* name, double value) {
     if (!(value > 0) || !std::isfinite(value)) fail("meshing.{} = {} must be > 0 and finite", name, value);
 }
 
 }  // namespace
 
+int automatic_levels(std::int64_t finest_tets, double coarsening) {
+    const double ratio = coarsening * coarsening * coarsening;
+    int levels = 1;
+    for (auto tets = static_cast<double>(finest_tets); tets > coarsest_tets && levels < most_levels; tets /= ratio)
+        ++levels;
+    return std::max(levels, 2);
+}
+
 void check_options(const MeshingOptions& o) {
     positive("voxel_mm", o.voxel_mm);
     if (!(o.smoothing_mm >= 0)) fail("meshing.smoothing_mm = {} must be >= 0", o.smoothing_mm);
-    if (o.levels < 1 || o.levels > 12) fail("meshing.levels = {} must be 1 to 12", o.levels);
+    if (o.levels < 0 || o.levels > most_levels)
+        fail("meshing.levels = {} must be 1 to {}, or 0: automatic", o.levels, most_levels);
     if (o.target_tets < 50) fail("meshing.target_tets = {} must be at least 50", o.target_tets);
     if (!(o.coarsening > 1)) fail("meshing.coarsening = {} must be > 1", o.coarsening);
     for (std::size_t l = 0; l < o.edge_lengths_mm.size(); ++l) {

@@ -6,7 +6,7 @@
 namespace livetet {
 
 /// How an image or a surface becomes a hierarchy of tet meshes. The defaults give a liver of about 150 x 110 x 80 mm
-/// three levels of about 60,000, 7,500 and 1,000 tets.
+/// four levels of about 60,000, 7,500, 1,000 and 150 tets.
 struct MeshingOptions {
     // Which voxels, and how smooth their surface.
     std::vector<std::int32_t> labels;  ///< labels that make the body, together; empty: every label but 0
@@ -14,9 +14,9 @@ struct MeshingOptions {
     double smoothing_mm = 1.5;  ///< Gaussian's standard deviation, mm; at least 0.6 voxels along each axis is taken
 
     // How many levels, how fine.
-    int levels = 3;                       ///< non-nested levels, where `edge_lengths_mm` is empty
-    std::int64_t target_tets = 60000;     ///< tets wanted on the finest level, where `edge_lengths_mm` is empty
-    double coarsening = 2.0;              ///< edge length of each level over that of the next finer one
+    int levels = 0;                    ///< non-nested levels, where `edge_lengths_mm` is empty; 0: see automatic_levels
+    std::int64_t target_tets = 60000;  ///< tets wanted on the finest level, where `edge_lengths_mm` is empty
+    double coarsening = 2.0;           ///< edge length of each level over that of the next finer one
     std::vector<double> edge_lengths_mm;  ///< edge length of each level, mm, the finest first; overrides the above
     double target_tolerance = 0.1;        ///< relative miss of `target_tets` that is good enough
     int target_tries = 5;                 ///< finest meshes made, at most, on the way to `target_tets`
@@ -27,6 +27,10 @@ struct MeshingOptions {
     double gmsh_time_limit_s = 300;  ///< seconds for each volume, after which Gmsh's process is killed
     int optimise_passes = 2;         ///< passes of Gmsh's optimiser over each volume; 0: none
 };
+
+/// As many levels as bring the coarsest to at most 150 tets where each has 1 / coarsening^3 of the tets of the one
+/// before it: the live solver factors the coarsest densely whenever the time step changes. At least 2, at most 12.
+int automatic_levels(std::int64_t finest_tets, double coarsening);
 
 /// Throws Error, naming the field, if a value cannot be used.
 void check_options(const MeshingOptions& options);

@@ -37,17 +37,39 @@ void expect_valid(const HierarchyResult& result) {
 }
 
 TEST(Hierarchy, has_the_number_of_tets_asked_for) {
-    for (const std::int64_t tets : {1500, 8000, 30000}) {
+    for (const auto& [tets, levels] : {std::pair{1500, 3u}, {8000, 3u}, {30000, 4u}}) {
         MeshingOptions options;
         options.target_tets = tets;
         const HierarchyResult result = build_hierarchy(organ(), options);
         expect_valid(result);
-        EXPECT_EQ(result.levels.size(), 3u);
+        EXPECT_EQ(result.levels.size(), levels);
+        EXPECT_LT(result.levels.back().quality.tets, 200);
         EXPECT_NEAR(static_cast<double>(result.levels[0].quality.tets), static_cast<double>(tets), 0.1 * tets);
         const double ratio = static_cast<double>(result.levels[0].quality.tets) / result.levels[1].quality.tets;
         EXPECT_GT(ratio, 5);
         EXPECT_LT(ratio, 11);
         EXPECT_TRUE(result.notes.empty());
+    }
+}
+
+TEST(Hierarchy, goes_down_to_about_150_tets_where_no_number_of_levels_is_given) {
+    EXPECT_EQ(automatic_levels(8000, 2), 3);
+    EXPECT_EQ(automatic_levels(60000, 2), 4);
+    EXPECT_EQ(automatic_levels(360000, 2), 5);
+    EXPECT_EQ(automatic_levels(8 * 150, 2), 2);
+    EXPECT_EQ(automatic_levels(8 * 150 + 1, 2), 3);
+    EXPECT_EQ(automatic_levels(60000, 4), 3);
+    for (const std::int64_t tiny : {1, 100, 150, 151}) EXPECT_EQ(automatic_levels(tiny, 2), 2);
+    EXPECT_EQ(automatic_levels(60000, 1.01), 12);
+}
+
+TEST(Hierarchy, has_the_number_of_levels_given) {
+    MeshingOptions options;
+    options.target_tets = 3000;
+    for (options.levels = 1; options.levels <= 3; ++options.levels) {
+        const HierarchyResult result = build_hierarchy(organ(), options);
+        expect_valid(result);
+        EXPECT_EQ(result.levels.size(), static_cast<std::size_t>(options.levels));
     }
 }
 
@@ -86,7 +108,8 @@ TEST(Hierarchy, refuses_options_out_of_range_by_name) {
             EXPECT_NE(std::string(error.what()).find("meshing." + name), std::string::npos) << error.what();
         }
     };
-    refused([](MeshingOptions& o) { o.levels = 0; }, "levels");
+    refused([](MeshingOptions& o) { o.levels = -1; }, "levels");
+    refused([](MeshingOptions& o) { o.levels = 13; }, "levels");
     refused([](MeshingOptions& o) { o.target_tets = 0; }, "target_tets");
     refused([](MeshingOptions& o) { o.coarsening = 1; }, "coarsening");
     refused([](MeshingOptions& o) { o.voxel_mm = std::nan(""); }, "voxel_mm");

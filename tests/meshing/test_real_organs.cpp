@@ -36,10 +36,10 @@ class RealOrgan : public testing::Test {
         if (!folder) GTEST_SKIP() << "LIVETET_DATA is not set: no real organs to mesh";
         folder_ = folder;
     }
-    /// Three valid levels of about 60,000, 7,500 and 1,000 tets.
+    /// Four valid levels of about 60,000, 7,500, 1,000 and 150 tets.
     static void expect_default_hierarchy(const TriangleMesh& surface, double volume_ml) {
         const HierarchyResult result = build_hierarchy(surface, {});
-        ASSERT_EQ(result.hierarchy.levels.size(), 3u);
+        ASSERT_EQ(result.hierarchy.levels.size(), 4u);
         for (const TetMesh& mesh : result.hierarchy.levels) check_tet_mesh(mesh, "organ");
         EXPECT_NEAR(result.levels[0].quality.tets, 60000, 6000);
         // A level that had a nearly flat tet is made again with edges up to 14 % shorter: up to 1.6 times the tets.
@@ -47,6 +47,8 @@ class RealOrgan : public testing::Test {
         EXPECT_LT(result.levels[1].quality.tets, 13000);
         EXPECT_GT(result.levels[2].quality.tets, 700);
         EXPECT_LT(result.levels[2].quality.tets, 2000);
+        EXPECT_GT(result.levels[3].quality.tets, 50);
+        EXPECT_LT(result.levels[3].quality.tets, 400);
         EXPECT_NEAR(1e6 * result.levels[0].quality.volume_m3, volume_ml, 0.005 * volume_ml);
         for (const LevelReport& level : result.levels) EXPECT_GT(level.quality.min_radius_ratio, 0.05);
     }
