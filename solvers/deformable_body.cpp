@@ -1,9 +1,10 @@
 #include "solvers/deformable_body.hpp"
 
-#include <chrono>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <thread>
 
 namespace livetet {
 
@@ -13,20 +14,27 @@ class Stopwatch {
   public:
     /// Seconds since the last lap.
     double lap() {
-        const auto now = std::chrono::steady_clock::now();
+        const auto now = Clock::now();
         const double seconds = std::chrono::duration<double>(now - last_).count();
         last_ = now;
         return seconds;
     }
 
   private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    Clock::time_point last_ = Clock::now();
 };
 
 double norm(Vec v) {
     PetscReal n = 0;
     LIVETET_PETSC(VecNorm(v, NORM_2, &n));
     return n;
+}
+
+/// Threads beyond the caller's serve the live solver alone: the others have ranks.
+int team_size(const SolverOptions& options) {
+    if (options.kind != SolverKind::live) return 1;
+    if (options.threads > 0) return options.threads;
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
 }
 
 }  // namespace
@@ -36,9 +44,12 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                const TimeOptions& time, const SolverOptions& options)
     : time_(time),
       options_(options),
-      operator_(comm, hierarchy, parts, model, options),
+      team_(team_size(options)),
+      operator_(comm, hierarchy, parts, model, options, team_),
       constraints_(hierarchy.levels.front().nodes.size()) {
-    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_}) *v = vector();
+    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_, &previous_[0], &previous_[1]})
+        *v = vector();
+    if (operator_.fine().holds_rotations()) at_ = vector();
     if (is_dynamic())
         for (PetscHandle<Vec>* v : {&v_, &a_, &velocity_}) *v = vector();
     if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
@@ -52,7 +63,22 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
 void DeformableBody::set_constraints(const Constraints& constraints) {
     const bool same = constraints.components == constraints_.components;
     constraints_ = constraints;
-    if (!same) operator_.set_constrained(constraints_.components);
+    if (same) return;
+    operator_.set_constrained(constraints_.components);
+    find_held();
+}
+
+void DeformableBody::find_held() {
+    const MeshShare& share = operator_.fine().share();
+    held_nodes_.clear();
+    for (std::int32_t i = 0; i < share.owned; ++i)
+        if (operator_.fine().constrained()[i]) held_nodes_.push_back(i);
+    LIVETET_PETSC(VecSet(prescribed_.get(), 0));
+    guesses_ = 0;
+}
+
+void DeformableBody::move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values) {
+    for (std::size_t k = 0; k < nodes.size(); ++k) constraints_.values[nodes[k]] = values[k];
 }
 
 void DeformableBody::set_springs(const Springs& springs) {
@@ -63,6 +89,7 @@ void DeformableBody::set_springs(const Springs& springs) {
 
 void DeformableBody::set_external_force(std::span<const Vector3> force) {
     fill(operator_.fine().share(), force, external_.get());
+    external_size_ = norm(external_.get());
 }
 
 void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
@@ -112,13 +139,13 @@ bool DeformableBody::find_prescribed() {
     {
         const ReadArray u(u_.get());
         WriteArray way(prescribed_.get());
-        for (std::int32_t i = 0; i < share.owned; ++i)
+        for (const std::int32_t i : held_nodes_)
             for (int c = 0; c < 3; ++c) {
-                way[3 * i + c] = constrained[i] >> c & 1 ? constraints_.values[share.nodes[i]][c] - u[3 * i + c] : 0;
+                if (constrained[i] >> c & 1) way[3 * i + c] = constraints_.values[share.nodes[i]][c] - u[3 * i + c];
                 moved |= way[3 * i + c] != 0;
             }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_LOR, share.comm);
+    if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_LOR, share.comm);
     return moved;
 }
 
@@ -133,35 +160,67 @@ double DeformableBody::residual_norm() const {
     return volume_ ? std::hypot(norm(residual_.get()), norm(volume_.get())) : norm(residual_.get());
 }
 
-double DeformableBody::evaluate_residual(const TimeCoefficients& c) {
+double DeformableBody::evaluate_residual(const TimeCoefficients& c, bool prescribed) {
     const ElasticLevel& fine = operator_.fine();
-    fine.elastic_force(state(), force_.get());
-    subtract_spring_pull();
-    scale_ = std::max(start_scale_, norm(force_.get()) + norm(external_.get()));
+    const double beta = time_.rayleigh_beta;
     if (is_dynamic()) {
         // v1 = v_u (u - u0) + v_v v0 + v_a a0
-        LIVETET_PETSC(VecWAXPY(velocity_.get(), -1, u0_.get(), u_.get()));
-        LIVETET_PETSC(VecScale(velocity_.get(), c.v_u));
-        LIVETET_PETSC(VecAXPY(velocity_.get(), c.v_v, v_.get()));
-        LIVETET_PETSC(VecAXPY(velocity_.get(), c.v_a, a_.get()));
-        if (time_.rayleigh_beta > 0) {
-            update_ghosts(velocity_.get());
-            fine.add_stiffness_times(time_.rayleigh_beta, state(), velocity_.get(), force_.get());
+        const ReadArray u(u_.get()), u0(u0_.get()), v0(v_.get()), a0(a_.get());
+        WriteArray v1(velocity_.get());
+        over_components([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) v1[i] = c.v_u * (u[i] - u0[i]) + c.v_v * v0[i] + c.v_a * a0[i];
+        });
+    }
+    if (fine.holds_rotations()) {
+        // With the rotations held forces are affine: f(u) + beta K v1 + (1 + beta v_u) K w is the force at one place.
+        Vec at = u_.get();
+        if (prescribed || (is_dynamic() && beta > 0)) {
+            at = at_.get();
+            const double of_w = prescribed ? 1 + beta * c.v_u : 0;
+            const ReadArray u(u_.get()), w(prescribed_.get()), v1(is_dynamic() ? velocity_.get() : u_.get());
+            const double of_v = is_dynamic() ? beta : 0;
+            WriteArray y(at);
+            over_components([&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) y[i] = u[i] + of_w * w[i] + of_v * v1[i];
+            });
         }
-        const ReadArray u(u_.get()), u0(u0_.get()), v0(v_.get()), a0(a_.get()), v1(velocity_.get());
-        WriteArray f(force_.get());
-        const auto mass = fine.node_mass();
-        const double part_m = (1 - c.alpha_m) / (1 - c.alpha_f), rest_m = c.alpha_m / (1 - c.alpha_f);
-        for (std::size_t i = 0; i < f.span().size(); ++i) {
+        if (at != u_.get()) update_ghosts(at);
+        fine.held_force(at, force_.get());
+    } else {
+        fine.elastic_force(state(), force_.get());
+        if (is_dynamic() && beta > 0) {
+            update_ghosts(velocity_.get());
+            fine.add_stiffness_times(beta, state(), velocity_.get(), force_.get());
+        }
+    }
+    subtract_spring_pull();
+    scale_ = std::max(start_scale_, norm(force_.get()) + external_size_);
+    if (is_dynamic()) add_inertia(c);
+    {
+        const auto constrained = fine.constrained();
+        const ReadArray f(force_.get()), external(external_.get()), net(net_ ? net_.get() : external_.get());
+        const double of_net = net_ ? c.alpha_f / (1 - c.alpha_f) : 0;
+        WriteArray r(residual_.get());
+        over_components([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                r[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : external[i] - f[i] + of_net * net[i];
+        });
+    }
+    if (volume_) operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
+    return residual_norm();
+}
+
+void DeformableBody::add_inertia(const TimeCoefficients& c) {
+    const ReadArray u(u_.get()), u0(u0_.get()), v0(v_.get()), a0(a_.get()), v1(velocity_.get());
+    WriteArray f(force_.get());
+    const auto mass = operator_.fine().node_mass();
+    const double part_m = (1 - c.alpha_m) / (1 - c.alpha_f), rest_m = c.alpha_m / (1 - c.alpha_f);
+    over_components([&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
             const double a1 = c.a_u * (u[i] - u0[i]) - c.a_v * v0[i] - c.a_a * a0[i];
             f[i] += mass[i / 3] * (part_m * a1 + rest_m * a0[i] + time_.rayleigh_alpha * v1[i]);
         }
-    }
-    LIVETET_PETSC(VecWAXPY(residual_.get(), -1, force_.get(), external_.get()));
-    if (net_) LIVETET_PETSC(VecAXPY(residual_.get(), c.alpha_f / (1 - c.alpha_f), net_.get()));
-    zero_constrained(residual_.get());
-    if (volume_) operator_.coupling().residual(u_.get(), p_.get(), volume_.get());
-    return residual_norm();
+    });
 }
 
 void DeformableBody::subtract_spring_pull() {
@@ -226,15 +285,20 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
     for (;;) {
         assemble(c, tangent);
         report.operator_s += watch.lap();
-        const LinearReport linear =
-            operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), effort.linear_tolerance);
+        const LinearEffort how{effort.linear_tolerance, effort.iterations > 0 ? effort.iterations : options_.max_iterations,
+                               effort.deadline};
+        const Vec guesses[] = {previous_[0].get(), previous_[1].get()};
+        const std::size_t guessed = report.linearisations == 0 ? guesses_ : 0;
+        const LinearReport linear = operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), how,
+                                                    std::span(guesses, guessed));
         report.solve_s += watch.lap();
         report.iterations += linear.iterations;
+        report.cut_short |= linear.cut_short;
+        report.solve_error = linear.error;
         // A direction that goes up is what an operator gives that is not positive, though Krylov may not have seen it.
         if ((linear.converged && downhill() > 0) || tangent != Tangent::exact) return linear;
         tangent = Tangent::positive;
         positive_steps_ = 2;
-        LIVETET_PETSC(VecSet(du_.get(), 0));
     }
 }
 
@@ -248,31 +312,31 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     if (is_dynamic() && !started_) start_acceleration();
     start_scale_ = 0;
     positive_steps_ = 0;
-    double imbalance = evaluate_residual(c);
-    start_scale_ = scale_;
+    const bool live = effort.tolerance == 0;
     const bool moved = find_prescribed();
-    if (moved) imbalance = subtract_prescribed(c);
-    LIVETET_PETSC(VecSet(du_.get(), 0));
-    if (is_dynamic()) {  // the body goes on as it went
-        LIVETET_PETSC(VecAXPY(du_.get(), dt, v_.get()));
-        zero_constrained(du_.get());
-    }
+    const bool at_once = live && operator_.fine().holds_rotations();
+    double imbalance = evaluate_residual(c, at_once && moved);
+    start_scale_ = scale_;
+    if (moved && !at_once) imbalance = subtract_prescribed(c);
+    if (!live && !is_dynamic()) guesses_ = 0;  // load steps need not go on as they went
     report.forces_s += watch.lap();
     for (int k = 0; k < effort.linearisations; ++k) {
-        if (k > 0) {
-            if (imbalance <= allowed(effort)) break;
-            LIVETET_PETSC(VecSet(du_.get(), 0));
-        }
+        if (k > 0 && imbalance <= allowed(effort)) break;
         if (imbalance == 0 && !(k == 0 && moved)) break;
         const LinearReport linear = solve_linear(c, effort, report);
         watch.lap();
-        report.converged = report.converged && linear.converged;
+        report.converged = report.converged && (linear.converged || (linear.cut_short && (effort.deadline || effort.iterations > 0)));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.linearisations;
-        if (k == 0 && (moved || effort.tolerance == 0)) {
+        if (k == 0) {
+            std::swap(previous_[0], previous_[1]);
+            LIVETET_PETSC(VecCopy(du_.get(), previous_[0].get()));
+            guesses_ = std::min(guesses_ + 1, 2);
+        }
+        if (k == 0 && (moved || live)) {
             move(1);
             LIVETET_PETSC(VecAXPY(u_.get(), 1, prescribed_.get()));
-            if (effort.tolerance > 0 || effort.linearisations > 1) {  // else a live frame, which does not ask
+            if (!live || effort.linearisations > 1) {  // else a live frame, which does not ask
                 take_rotations();
                 imbalance = evaluate_residual(c);
             }
@@ -287,6 +351,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
             report.converged = false;
             report.kept_old = true;
             report.imbalance = 1;
+            guesses_ = 0;
             return report;  // velocity and acceleration stay too: the body waits
         }
     }
@@ -338,12 +403,14 @@ void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepRepor
     if (!is_dynamic()) return;
     const auto constrained = operator_.fine().constrained();
     const auto mass = operator_.fine().node_mass();
-    {
-        const ReadArray u(u_.get()), u0(u0_.get());
-        WriteArray v(v_.get()), a(a_.get());
-        std::optional<WriteArray> net;
-        if (net_) net.emplace(net_.get());
-        for (std::size_t i = 0; i < v.span().size(); ++i) {
+    const ReadArray u(u_.get()), u0(u0_.get());
+    WriteArray v(v_.get()), a(a_.get());
+    std::optional<WriteArray> net;
+    if (net_) net.emplace(net_.get());
+    std::atomic<double> largest{0};
+    over_components([&](std::size_t begin, std::size_t end) {
+        double error = 0;
+        for (std::size_t i = begin; i < end; ++i) {
             const double du = u[i] - u0[i], v0 = v[i], a0 = a[i];
             if (constrained[i / 3] >> (i % 3) & 1) {
                 // A prescribed motion has the velocity of its step: the scheme's own would ring on for ever.
@@ -353,13 +420,17 @@ void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepRepor
                 v[i] = c.v_u * du + c.v_v * v0 + c.v_a * a0;
                 a[i] = c.a_u * du - c.a_v * v0 - c.a_a * a0;
             }
-            report.time_error = std::max(report.time_error, c.error * std::abs(a[i] - c.error_from * a0));
+            error = std::max(error, std::abs(a[i] - c.error_from * a0));
             if (net)
                 (*net)[i] = (mass[i / 3] * ((1 - c.alpha_m) * a[i] + c.alpha_m * a0) - c.alpha_f * (*net)[i]) /
                             (1 - c.alpha_f);
         }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &report.time_error, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
+        for (double seen = largest.load(); error > seen && !largest.compare_exchange_weak(seen, error);) {
+        }
+    });
+    report.time_error = c.error * largest.load();
+    const MeshShare& share = operator_.fine().share();
+    if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &report.time_error, 1, MPI_DOUBLE, MPI_MAX, share.comm);
 }
 
 bool DeformableBody::is_finite() const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,23 +13,28 @@ namespace livetet {
 
 /// What one step, or one static solve, came to. Times in seconds.
 struct [[nodiscard]] StepReport {
-    bool converged = true;  ///< every linear solve met its tolerance, and Newton too where it was asked to
+    bool converged = true;  ///< every linear solve met its tolerance or was cut short, and Newton met its own if asked to
+    bool cut_short = false;  ///< the deadline, or the iterations allowed, came before the linear tolerance
     bool kept_old = false;  ///< the new state was not finite
     int linearisations = 0;
     int iterations = 0;    ///< of all linear solves
     double imbalance = 0;  ///< force out of balance relative to the forces at work: at the end where a tolerance was
                            ///< asked for, else before the last linear solve
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
+    double solve_error = 0;      ///< what the step left unsolved of its displacement, m, RMS over the nodes, estimated; live only
     double time_error = 0;       ///< the displacement's error that the time step made, m, about (largest of all nodes)
     double forces_s = 0, operator_s = 0, solve_s = 0;
 };
 
 /// How far a step goes: `linearisations` at most, stopping early at `tolerance` (force out of balance relative to the
-/// forces at work); each linear solve to `linear_tolerance`.
+/// forces at work); each linear solve to `linear_tolerance`, by at most `iterations` (0: as the solver's options say) and
+/// not past the deadline.
 struct StepEffort {
     int linearisations = 1;
     double tolerance = 0;
     double linear_tolerance = 1e-3;
+    int iterations = 0;
+    std::optional<Clock::time_point> deadline{};
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
@@ -41,6 +48,8 @@ class DeformableBody {
 
     /// Constraints of the finest mesh. What is constrained may change between steps; new values alone cost nothing.
     void set_constraints(const Constraints& constraints);
+    /// New values of components that are constrained already.
+    void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
     /// Soft constraints; new targets alone cost nothing.
     void set_springs(const Springs& springs);
     /// External force at each node of the finest mesh, N.
@@ -56,6 +65,8 @@ class DeformableBody {
 
     /// Displacement, m, of every node of the finest mesh, on every rank.
     std::vector<Vector3> displacement() const { return gather(operator_.fine().share(), u_.get()); }
+    /// The same into `values`, whose storage is used again.
+    void displacement(std::vector<Vector3>& values) const { gather(operator_.fine().share(), u_.get(), values); }
     /// Velocity, m/s, likewise; dynamic bodies only.
     std::vector<Vector3> velocity() const { return gather(operator_.fine().share(), v_.get()); }
     /// Elastic force at each node, N.
@@ -73,6 +84,7 @@ class DeformableBody {
     void set_velocity(std::span<const Vector3> velocity);
 
     ElasticOperator& elastic_operator() { return operator_; }
+    int threads() const { return team_.size(); }
 
   private:
     PetscHandle<Vec> vector() const { return make_vector(operator_.fine().share()); }
@@ -82,14 +94,24 @@ class DeformableBody {
     /// Ghosts of the state, and the rotations there.
     void take_rotations();
     void start_acceleration();
+    /// work(begin, end) on pieces of the components of the owned nodes.
+    template <class Work>
+    void over_components(Work&& work) const {
+        team_.run_pieces(3 * static_cast<std::size_t>(operator_.fine().share().owned), 3000, work);
+    }
     /// force_ -= what the springs pull with.
     void subtract_spring_pull();
+    /// force_ += damping and inertia at u_, as the scheme weighs them; velocity_ is that of u_.
+    void add_inertia(const TimeCoefficients& c);
+    /// Takes up which nodes are constrained.
+    void find_held();
     /// prescribed_ = the way of the constrained nodes to their values; false where they are there already.
     bool find_prescribed();
     void zero_constrained(Vec v) const;
     /// Fills residual_ = f_ext - f_int - C v1 - M a1 (as the scheme weighs them), zero at constrained components, and the
     /// constraint's residual in the mixed form; returns their norm and sets scale_. Rotations must be those of u_.
-    double evaluate_residual(const TimeCoefficients& c);
+    /// `prescribed`: less the effect of prescribed_, to first order, in the same loop; where the level holds_rotations().
+    double evaluate_residual(const TimeCoefficients& c, bool prescribed = false);
     double residual_norm() const;
     /// Takes the effect of prescribed_ off the residuals, to first order.
     double subtract_prescribed(const TimeCoefficients& c);
@@ -108,16 +130,22 @@ class DeformableBody {
 
     TimeOptions time_;
     SolverOptions options_;
+    mutable ThreadTeam team_;
     ElasticOperator operator_;
     Constraints constraints_;
     Springs springs_;
     PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, prescribed_;
+    PetscHandle<Vec> at_;               ///< where forces are taken with the rotations held
+    std::array<PetscHandle<Vec>, 2> previous_;  ///< du_ of the last steps, newest first: what the next is guessed from
+    int guesses_ = 0;                           ///< how many of them there are
+    std::vector<std::int32_t> held_nodes_;      ///< owned nodes with constrained components
     PetscHandle<Vec> net_;              ///< generalized-alpha: h0
     PetscHandle<Vec> p_, p0_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;
     bool started_ = false, kept_started_ = false;
     double scale_ = 0;        ///< size of the forces at work, N: now, or when the step began where that is more
     double start_scale_ = 0;
+    double external_size_ = 0;  ///< N
     double round_off_ = 0;    ///< N
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };

@@ -32,14 +32,13 @@ class LocalForces {
 }  // namespace
 
 ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
-                           StrainModel strain, Formulation formulation, MatrixLayout layout)
-    : share_(std::move(share)),
-      strain_(strain),
-      constrained_(share_.nodes.size(), 0),
-      matrix_(share_, mesh.nodes, layout) {
+                           StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
+                           ThreadTeam& team)
+    : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
+    if (layout) matrix_.emplace(share_, mesh.nodes, *layout);
     if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
     make_elements(mesh, materials);
-    find_slots();
+    if (matrix_) find_slots();
     const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
     if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches();
 }
@@ -69,22 +68,26 @@ void ElasticLevel::find_slots() {
     slots_.reserve(share_.tets.size() * n * n);
     for (std::size_t e = 0; e < share_.tets.size(); ++e)
         for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) slots_.push_back(matrix_.slot(share_.node(e, i), share_.node(e, j)));
+            for (int j = 0; j < n; ++j) slots_.push_back(matrix_->slot(share_.node(e, i), share_.node(e, j)));
 }
 
 void ElasticLevel::make_batches() {
-    batches_.emplace(elements_, share_.tets);
+    parts_ = part_batches(share_.tets, team_.size(), lanes);
+    batches_.emplace(elements_, share_.tets, parts_);
+    lane_of_tet_.resize(elements_.size());
+    for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
+        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
     batch_rotations_ = batches_->make_rotations();
     std::vector<Eigen::Matrix3d>().swap(rotations_);
-    if (matrix_.layout() != MatrixLayout::blocks) return;
+    if (!matrix_ || matrix_->layout() != MatrixLayout::blocks) return;
     for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
         for (const BlockMatrix::Slot& slot : slots_)
-            block_slots_[part].push_back(slot.row >= 0 && (slot.block < 0) == part ? matrix_.block_index(slot) : -1);
+            block_slots_[part].push_back(slot.row >= 0 && (slot.block < 0) == part ? matrix_->block_index(slot) : -1);
 }
 
 void ElasticLevel::set_constrained(std::span<const std::uint8_t> components) {
     for (std::size_t i = 0; i < share_.nodes.size(); ++i) constrained_[i] = components[share_.nodes[i]];
-    matrix_.set_constrained(constrained_);
+    if (matrix_) matrix_->set_constrained(constrained_);
 }
 
 void ElasticLevel::set_springs(std::span<const double> stiffness) {
@@ -97,7 +100,9 @@ void ElasticLevel::update_rotations(Vec u) {
     if (strain_ != StrainModel::corotated) return;
     const LocalValues values(u);
     if (batches_) {
-        livetet::update_rotations<double>(*batches_, batches_->all(), all_of(values, share_), batch_rotations_);
+        team_.run_pieces(batches_->all().end, 150, [&](std::size_t begin, std::size_t end) {
+            livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_), batch_rotations_);
+        });
         return;
     }
     with_shape([&](auto count) {
@@ -113,12 +118,13 @@ void ElasticLevel::update_rotations(Vec u) {
 }
 
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
-    BlockMatrix::Filling matrix(matrix_);
+    BlockMatrix::Filling matrix(*matrix_);
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
     if (held && !block_slots_[0].empty()) {
         for (int part = 0; part < (block_slots_[1].empty() ? 1 : 2); ++part)
-            livetet::assemble<double>(*batches_, batches_->all(), batch_rotations_, s, block_slots_[part],
-                                      matrix.blocks(part));
+            over_batches([&](BatchRange range) {
+                livetet::assemble<double>(*batches_, range, batch_rotations_, s, block_slots_[part], matrix.blocks(part));
+            });
     } else {
         visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g,
                              const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
@@ -135,19 +141,27 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
     matrix.finish();
 }
 
-void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
-    LIVETET_PETSC(VecSet(f, 0));
-    if (batches_) {
-        const LocalValues u(at.u);
-        LocalForces forces(f);
+void ElasticLevel::held_force(Vec y, Vec f) const {
+    const LocalValues at(y);
+    LocalForces forces(f);
+    const auto to = forces.span(share_);
+    team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
+        std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin), to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    });
+    over_batches([&](BatchRange range) {
         if (strain_ == StrainModel::linear)
-            livetet::add_stiffness_times<double>(1, *batches_, batches_->all(), batch_rotations_, all_of(u, share_),
-                                                 forces.span(share_));
+            livetet::add_stiffness_times<double>(1, *batches_, range, batch_rotations_, all_of(at, share_), to);
         else
-            livetet::add_forces<double>(*batches_, batches_->all(), batch_rotations_, all_of(u, share_),
-                                        forces.span(share_));
+            livetet::add_forces<double>(*batches_, range, batch_rotations_, all_of(at, share_), to);
+    });
+}
+
+void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
+    if (batches_) {
+        held_force(at.u, f);
         return;
     }
+    LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
     visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
@@ -162,8 +176,10 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
     const LocalValues direction(v);
     if (batches_) {
         LocalForces forces(f);
-        livetet::add_stiffness_times<double>(factor, *batches_, batches_->all(), batch_rotations_,
-                                             all_of(direction, share_), forces.span(share_));
+        over_batches([&](BatchRange range) {
+            livetet::add_stiffness_times<double>(factor, *batches_, range, batch_rotations_, all_of(direction, share_),
+                                                 forces.span(share_));
+        });
         return;
     }
     WriteArray forces(f);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/thread_team.hpp"
 #include "mechanics/batch_kernels.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/tet_kernels.hpp"
@@ -30,14 +31,15 @@ struct TetFields {
 /// of the displacements alone, psi_mu + p theta at a given p.
 class ElasticLevel {
   public:
-    /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does).
+    /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does). No layout: no
+    /// matrix, `assemble` may not be called. `team`: works on the batches; must outlive this.
     ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
-                 Formulation formulation, MatrixLayout layout);
+                 Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone());
 
     const MeshShare& share() const { return share_; }
     StrainModel strain() const { return strain_; }
     std::span<const TetElement> elements() const { return elements_; }
-    Mat matrix() const { return matrix_.get(); }
+    Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
     /// Lumped mass of each owned node, kg.
@@ -60,6 +62,11 @@ class ElasticLevel {
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the reaction).
     void elastic_force(const ElasticState& at, Vec f) const;
+
+    /// Whether `held_force` can be had: P1, linear or corotated strain, by displacements.
+    bool holds_rotations() const { return batches_.has_value(); }
+    /// f = elastic force at `y` (ghosts up to date) by the rotations that were taken last: affine in y.
+    void held_force(Vec y, Vec f) const;
 
     /// f += factor K v, K at `at` with the rotations held.
     void add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const;
@@ -93,6 +100,12 @@ class ElasticLevel {
     void make_elements(const TetMesh& mesh, std::span<const Material> materials);
     void find_slots();
     void make_batches();
+    /// work(batches) on all of them, by the whole team; work may add to nodes.
+    template <class Work>
+    void over_batches(Work&& work) const {
+        team_.run([&](int thread) { work(parts_.parts[thread]); });
+        work(parts_.shared);
+    }
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
     static std::span<const double> all_of(const LocalValues& values, const MeshShare& share) {
         return {values.data(), 3 * share.nodes.size()};
@@ -114,7 +127,8 @@ class ElasticLevel {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
         if (!batches_) return rotations_[e * points + point];
         Eigen::Matrix3d R;
-        for (int k = 0; k < 9; ++k) R.data()[k] = batch_rotations_[e / lanes].R[k][e % lanes];
+        const std::size_t lane = lane_of_tet_[e];
+        for (int k = 0; k < 9; ++k) R.data()[k] = batch_rotations_[lane / lanes].R[k][lane % lanes];
         return R;
     }
     /// lambda theta, or the interpolated pressure.
@@ -137,12 +151,15 @@ class ElasticLevel {
     std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
     // P1, linear and corotated strain in the displacement form, which is what moves live: kernels over batches of tets.
     static constexpr std::size_t lanes = batch_width<double>;
+    ThreadTeam& team_;
+    BatchParts parts_;
     std::optional<TetBatches<double>> batches_;
+    std::vector<std::int32_t> lane_of_tet_;
     std::vector<RotationBatch<double>> batch_rotations_;
     std::vector<std::int32_t> block_slots_[2];  ///< for `assemble`: of the diagonal and the off-diagonal part
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
-    BlockMatrix matrix_;
+    std::optional<BlockMatrix> matrix_;
     std::vector<BlockMatrix::Slot> slots_;  ///< of local tet e: nodes x nodes, row by row
     std::optional<PressureSpace> pressure_;
 };

@@ -1,12 +1,16 @@
 #include "solvers/elastic_operator.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
+#include <cmath>
 
 namespace livetet {
 
 namespace {
 
-MatrixLayout layout_for(SolverKind kind, CoarseOperator coarse, bool coarsest) {
+std::optional<MatrixLayout> layout_for(SolverKind kind, CoarseOperator coarse, bool coarsest) {
+    if (kind == SolverKind::live) return std::nullopt;
     const bool blocks = kind == SolverKind::multigrid && coarse == CoarseOperator::rediscretised && !coarsest;
     return blocks ? MatrixLayout::blocks : MatrixLayout::scalars;
 }
@@ -71,6 +75,21 @@ void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> c
     LIVETET_PETSC(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
 }
 
+/// What PETSc's shell objects do: work(context, x, y); exceptions become PETSc's error codes.
+template <class Context, class Shell, class Get, class Work>
+PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work&& work) noexcept {
+    try {
+        void* context = nullptr;
+        LIVETET_PETSC(get(shell, &context));
+        const ReadArray from(x);
+        WriteArray to(y);
+        work(*static_cast<Context*>(context), from.span(), to.span());
+        return 0;
+    } catch (const std::exception&) {
+        return PETSC_ERR_LIB;
+    }
+}
+
 }  // namespace
 
 Formulation resolved_formulation(const ElasticModel& model) {
@@ -81,14 +100,82 @@ Formulation resolved_formulation(const ElasticModel& model) {
     return locks && !cork ? Formulation::mixed : Formulation::displacement;
 }
 
+struct ElasticOperator::Stopping {
+    explicit Stopping(ElasticOperator& o) : owner(o) {}
+
+    void begin(const LinearEffort& e, double allowed_residual) {
+        effort = e;
+        allowed = allowed_residual;
+        steps[0] = steps[1] = 0;
+        if (!previous && owner.live_) LIVETET_PETSC(VecDuplicate(owner.rest_.get(), previous.out()));
+        if (previous) LIVETET_PETSC(VecSet(previous.get(), 0));
+        last = Clock::now();
+    }
+
+    static PetscErrorCode test(KSP ksp, PetscInt iteration, PetscReal residual, KSPConvergedReason* reason,
+                               void* self) noexcept {
+        try {
+            *reason = static_cast<Stopping*>(self)->reason(ksp, static_cast<int>(iteration), residual);
+            return 0;
+        } catch (const std::exception&) {
+            return PETSC_ERR_LIB;
+        }
+    }
+
+    KSPConvergedReason reason(KSP ksp, int iteration, double residual) {
+        if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
+        if (iteration > 0) measure_step(ksp);
+        if (residual <= allowed) return KSP_CONVERGED_RTOL;
+        if (iteration >= effort.max_iterations) return KSP_DIVERGED_ITS;
+        if (effort.deadline && iteration > 0) {
+            const auto now = Clock::now();
+            const auto next = now + (now - last);
+            last = now;
+            if (next > *effort.deadline) return KSP_CONVERGED_ITS;
+        }
+        return KSP_CONVERGED_ITERATING;
+    }
+
+    /// How far the last iteration went, RMS over the nodes, m.
+    void measure_step(KSP ksp) {
+        if (!previous) return;
+        Vec now = nullptr;
+        LIVETET_PETSC(KSPBuildSolution(ksp, nullptr, &now));
+        const ReadArray x(now);
+        WriteArray y(previous.get());
+        double sum = 0;
+        for (std::size_t i = 0; i < y.span().size(); ++i) {
+            const double step = x[i] - y[i];
+            sum += step * step;
+            y[i] = x[i];
+        }
+        steps[0] = steps[1];
+        steps[1] = std::sqrt(sum / (static_cast<double>(y.span().size()) / 3));
+    }
+
+    /// What further steps would add up to, each shorter than the one before by the same ratio.
+    double error() {
+        if (steps[0] > 0) ratio += 0.2 * (std::clamp(steps[1] / steps[0], 0.05, 0.8) - ratio);
+        return steps[1] * ratio / (1 - ratio);
+    }
+
+    ElasticOperator& owner;
+    LinearEffort effort;
+    double allowed = 0;
+    PetscHandle<Vec> previous;
+    double steps[2] = {0, 0};
+    double ratio = 0.3;  ///< of a step to the one before it: a running mean
+    Clock::time_point last;
+};
+
 ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                  std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
-                                 const SolverOptions& options)
+                                 const SolverOptions& options, ThreadTeam& team)
     : options_(options),
+      team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
       tet_count_(hierarchy.levels.front().tets.size()) {
     make_levels(comm, hierarchy, parts, model);
-    work_ = make_vector(fine().share());
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
     if (kind_ == SolverKind::live) make_live(hierarchy, model);
     make_krylov(comm);
@@ -112,12 +199,12 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             m.poisson = 0;
         }
     for (std::size_t l = 0; l < count; ++l) {
-        const MatrixLayout layout = layout_for(kind_, options_.coarse, l + 1 == count);
+        const auto layout = layout_for(kind_, options_.coarse, l + 1 == count);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l]),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
-            l == 0 ? formulation : Formulation::displacement, layout));
+            l == 0 ? formulation : Formulation::displacement, layout, team_));
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
@@ -138,20 +225,12 @@ void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticMod
     std::vector<const BarycentricMap*> maps;
     for (const auto& level : levels_) levels.push_back(level.get());
     for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
-    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), options_.smoothing_steps);
+    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), options_.smoothing_steps, team_);
     const PetscInt n = 3 * fine().share().owned;
     LIVETET_PETSC(MatCreateShell(fine().share().comm, n, n, n, n, live_.get(), live_matrix_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        try {
-            void* live = nullptr;
-            LIVETET_PETSC(MatShellGetContext(A, &live));
-            const ReadArray from(x);
-            WriteArray to(y);
-            static_cast<FloatMultigrid*>(live)->multiply(from.span(), to.span());
-            return 0;
-        } catch (const std::exception&) {
-            return PETSC_ERR_LIB;
-        }
+        return in_shell<FloatMultigrid>(MatShellGetContext, A, x, y,
+                                        [](FloatMultigrid& m, auto from, auto to) { m.multiply(from, to); });
     };
     LIVETET_PETSC(MatShellSetOperation(live_matrix_.get(), MATOP_MULT,
                                        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
@@ -166,10 +245,11 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
     } else {
         LIVETET_PETSC(KSPSetType(ksp, KSPCG));
         LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-        LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+        stopping_ = std::make_unique<Stopping>(*this);
+        LIVETET_PETSC(KSPSetConvergenceTest(ksp, Stopping::test, stopping_.get(), nullptr));
+        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]}) *v = make_vector(fine().share());
     }
-    Mat A = live_ ? live_matrix_.get() : fine().matrix();
-    LIVETET_PETSC(KSPSetOperators(ksp, A, A));
+    LIVETET_PETSC(KSPSetOperators(ksp, displacement_matrix(), displacement_matrix()));
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
     switch (kind_) {
@@ -182,16 +262,8 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             LIVETET_PETSC(PCShellSetName(pc, "multigrid in single precision, re-discretised"));
             LIVETET_PETSC(PCShellSetContext(pc, live_.get()));
             LIVETET_PETSC(PCShellSetApply(pc, [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-                try {
-                    void* live = nullptr;
-                    LIVETET_PETSC(PCShellGetContext(shell, &live));
-                    const ReadArray from(r);
-                    WriteArray to(z);
-                    static_cast<FloatMultigrid*>(live)->cycle(from.span(), to.span());
-                    return 0;
-                } catch (const std::exception&) {
-                    return PETSC_ERR_LIB;
-                }
+                return in_shell<FloatMultigrid>(PCShellGetContext, shell, r, z,
+                                                [](FloatMultigrid& m, auto from, auto to) { m.cycle(from, to); });
             }));
             break;
         case SolverKind::boomeramg:
@@ -387,37 +459,56 @@ void ElasticOperator::set_smoother_bounds() {
     bounds_known_ = true;
 }
 
-LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, double relative_tolerance) {
+bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {
+    // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in energy.
+    const std::size_t count = std::min<std::size_t>(guesses.size(), most_guesses);
+    Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
+    Eigen::Vector2d work = Eigen::Vector2d::Zero();
+    for (std::size_t i = 0; i < count; ++i) {
+        LIVETET_PETSC(MatMult(displacement_matrix(), guesses[i], images_[i].get()));
+        LIVETET_PETSC(VecDot(guesses[i], b, &work[i]));
+        for (std::size_t j = 0; j <= i; ++j) {
+            LIVETET_PETSC(VecDot(guesses[j], images_[i].get(), &gram(i, j)));
+            gram(j, i) = gram(i, j);
+        }
+    }
+    LIVETET_PETSC(VecCopy(b, rest_.get()));
+    for (std::size_t i = 0; i < count; ++i) gram(i, i) = gram(i, i) * (1 + 1e-6) + 1e-300;
+    const Eigen::Vector2d share = gram.inverse() * work;
+    if (!share.allFinite() || !(work.dot(share) > 0)) return false;
+    LIVETET_PETSC(VecSet(x, 0));
+    for (std::size_t i = 0; i < count; ++i) {
+        LIVETET_PETSC(VecAXPY(x, share[i], guesses[i]));
+        LIVETET_PETSC(VecAXPY(rest_.get(), -share[i], images_[i].get()));
+    }
+    return true;
+}
+
+LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const LinearEffort& effort,
+                                    std::span<const Vec> guesses) {
     KSP ksp = coupling_ ? saddle_.get() : krylov_.get();
-    Vec b = b_u, x = x_u;
-    PetscHandle<Vec> b_nest, x_nest;
+    LIVETET_PETSC(KSPSetTolerances(ksp, effort.relative_tolerance, 1e-50, PETSC_DEFAULT, effort.max_iterations));
+    LinearReport report;
     if (coupling_) {
         MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(ksp));
         Vec b_parts[2] = {b_u, b_p}, x_parts[2] = {x_u, x_p};
-        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, b_parts, b_nest.out()));
-        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, x_parts, x_nest.out()));
+        PetscHandle<Vec> b, x;
+        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, b_parts, b.out()));
+        LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, x_parts, x.out()));
         LIVETET_PETSC(VecScale(b_p, -1));  // B du - C dp = -g
-        b = b_nest.get();
-        x = x_nest.get();
-    }
-    LIVETET_PETSC(KSPSetTolerances(ksp, relative_tolerance, 1e-50, PETSC_DEFAULT, options_.max_iterations));
-    // A guess that is worse than none is dropped: after a gap in time, where a body went says nothing of where it is.
-    if (coupling_) {
-        LIVETET_PETSC(VecSet(x, 0));
-    } else {
-        PetscReal size = 0, residual = 0;
-        LIVETET_PETSC(MatMult(live_ ? live_matrix_.get() : fine().matrix(), x, work_.get()));
-        LIVETET_PETSC(VecAYPX(work_.get(), -1, b));
-        LIVETET_PETSC(VecNorm(b, NORM_2, &size));
-        LIVETET_PETSC(VecNorm(work_.get(), NORM_2, &residual));
-        if (!(residual < size)) LIVETET_PETSC(VecSet(x, 0));
-    }
-    LIVETET_PETSC(KSPSolve(ksp, b, x));
-    if (coupling_) {
+        LIVETET_PETSC(VecSet(x.get(), 0));
+        LIVETET_PETSC(KSPSolve(ksp, b.get(), x.get()));
         LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
         LIVETET_PETSC(VecScale(b_p, -1));  // as it was given
+    } else {
+        PetscReal size = 0;
+        LIVETET_PETSC(VecNorm(b_u, NORM_2, &size));
+        const bool started = start_from(guesses, b_u, start_.get());
+        stopping_->begin(effort, effort.relative_tolerance * size);
+        LIVETET_PETSC(KSPSolve(ksp, rest_.get(), x_u));
+        if (started) LIVETET_PETSC(VecAXPY(x_u, 1, start_.get()));
+        report.error = stopping_->error();
     }
-    LinearReport report;
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
@@ -425,7 +516,8 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, double r
     LIVETET_PETSC(KSPGetResidualNorm(ksp, &report.residual));
     LIVETET_PETSC(KSPGetConvergedReasonString(ksp, &report.reason));
     report.iterations = static_cast<int>(iterations);
-    report.converged = reason > 0;
+    report.converged = reason > 0 && reason != KSP_CONVERGED_ITS;
+    report.cut_short = reason == KSP_CONVERGED_ITS || reason == KSP_DIVERGED_ITS;
     return report;
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "base/thread_team.hpp"
 #include "mesh/hierarchy.hpp"
 #include "solvers/elastic_level.hpp"
 #include "solvers/float_multigrid.hpp"
@@ -13,11 +16,23 @@
 
 namespace livetet {
 
+using Clock = std::chrono::steady_clock;
+
+/// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond `max_iterations`, nor, after its
+/// first iteration, past the deadline (it stops where the next iteration would end later).
+struct LinearEffort {
+    double relative_tolerance = 1e-3;
+    int max_iterations = 200;
+    std::optional<Clock::time_point> deadline{};
+};
+
 /// What a linear solve came to.
 struct [[nodiscard]] LinearReport {
     int iterations = 0;
-    double residual = 0;  ///< N, true residual's norm
-    bool converged = false;
+    double residual = 0;     ///< N, true residual's norm
+    bool converged = false;  ///< the tolerance was met
+    bool cut_short = false;  ///< the deadline or the number of iterations came first; x is as far as it went
+    double error = 0;        ///< of x, m, RMS over the nodes, estimated from the iterations' steps; live only, else 0
     const char* reason = "";
 };
 
@@ -42,7 +57,7 @@ class ElasticOperator {
   public:
     /// Collective. The hierarchy must outlive the operator. `parts[l]`: the tets' parts of level l (see share_mesh).
     ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
-                    const ElasticModel& model, const SolverOptions& options);
+                    const ElasticModel& model, const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
     ~ElasticOperator();
 
     ElasticLevel& fine() { return *levels_.front(); }
@@ -70,9 +85,15 @@ class ElasticOperator {
     PressureCoupling& coupling() { return *coupling_; }
     const PressureCoupling& coupling() const { return *coupling_; }
 
-    /// A x = b, from the x given (or from zero, where that is nearer); stops at |b - A x| <= relative_tolerance |b|.
-    /// Mixed form: b_p the constraint's residual as PressureCoupling::residual gives it, x_p in Pa; else both null.
-    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, double relative_tolerance);
+    /// A x = b. Displacement form: from the combination of `guesses` (zero at constrained components; at most
+    /// `most_guesses`, of no use to the mixed form) that is nearest to x in energy. Mixed form: b_p the constraint's residual
+    /// as PressureCoupling::residual gives it, x_p in Pa; else both null.
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearEffort& effort, std::span<const Vec> guesses = {});
+    static constexpr int most_guesses = 2;
+
+    /// Bytes that the live solver's operators and an iteration of it have to move; 0 for the others.
+    double bytes_of_update() const { return live_ ? live_->bytes_of_update() : 0; }
+    double bytes_of_iteration() const { return live_ ? live_->bytes_of_multiply() + live_->bytes_of_cycle() : 0; }
 
   private:
     void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
@@ -85,8 +106,14 @@ class ElasticOperator {
     void apply_saddle_preconditioner(Vec r, Vec y);
     void set_level_operators();
     void set_smoother_bounds();
+    Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
+    /// x = the best combination of guesses, rest_ = b - A x. True where x is not zero.
+    bool start_from(std::span<const Vec> guesses, Vec b, Vec x);
+    /// What PETSc asks after each iteration of the displacement form's solve.
+    struct Stopping;
 
     SolverOptions options_;
+    ThreadTeam& team_;
     SolverKind kind_;
     std::vector<std::unique_ptr<ElasticLevel>> levels_;  ///< finest first
     std::vector<std::unique_ptr<Transfer>> transfers_;
@@ -96,7 +123,9 @@ class ElasticOperator {
     std::unique_ptr<FloatMultigrid> live_;
     PetscHandle<Mat> live_matrix_;
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
-    PetscHandle<Vec> work_;
+    std::unique_ptr<Stopping> stopping_;
+    PetscHandle<Vec> rest_, start_;            ///< displacement form: what is left of b, and x, before Krylov
+    PetscHandle<Vec> images_[most_guesses];    ///< A times the guesses
     std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows
     PetscHandle<Mat> b_transposed_, saddle_matrix_;
     PetscHandle<KSP> saddle_;

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstring>
 
 namespace livetet {
 
@@ -14,8 +14,19 @@ using Four = float __attribute__((vector_size(16)));
 
 Four load(const float* p) {
     Four v;
-    __builtin_memcpy(&v, p, sizeof v);
+    std::memcpy(&v, p, sizeof v);
     return v;
+}
+
+/// The first three lanes.
+void store(Four v, float* p) {
+    std::memcpy(p, &v, 2 * sizeof(float));
+    p[2] = v[2];
+}
+
+/// 3x3 block, column-major, times v in the first three lanes.
+Four times(const float* block, const float* v) {
+    return load(block) * v[0] + load(block + 3) * v[1] + load(block + 6) * v[2];
 }
 
 /// Rows of 3x3 blocks, each of nine floats, column-major; room for one float more behind the last.
@@ -23,61 +34,96 @@ struct Blocks {
     std::vector<std::int32_t> start, columns, diagonal;
     std::vector<float> values;
 
-    /// visit(row, A x in the first three lanes).
+    /// visit(row, A x in the first three lanes) for rows [begin, end).
     template <class Visit>
-    void multiply(const float* x, Visit&& visit) const {
-        const float* a = values.data();
-        for (std::size_t i = 0; i + 1 < start.size(); ++i) {
+    void multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const {
+        const float* a = values.data() + 9 * static_cast<std::size_t>(start[begin]);
+        for (std::size_t i = begin; i < end; ++i) {
             Four even{}, odd{};
             std::int32_t k = start[i];
-            for (; k + 1 < start[i + 1]; k += 2) {
-                const float *p = a + 9 * static_cast<std::size_t>(k), *q = p + 9;
-                const float *u = x + 3 * columns[k], *v = x + 3 * columns[k + 1];
-                even += load(p) * u[0] + load(p + 3) * u[1] + load(p + 6) * u[2];
-                odd += load(q) * v[0] + load(q + 3) * v[1] + load(q + 6) * v[2];
+            for (; k + 1 < start[i + 1]; k += 2, a += 18) {
+                even += times(a, x + 3 * columns[k]);
+                odd += times(a + 9, x + 3 * columns[k + 1]);
             }
             if (k < start[i + 1]) {
-                const float* p = a + 9 * static_cast<std::size_t>(k);
-                const float* u = x + 3 * columns[k];
-                even += load(p) * u[0] + load(p + 3) * u[1] + load(p + 6) * u[2];
+                even += times(a, x + 3 * columns[k]);
+                a += 9;
             }
             visit(i, even + odd);
         }
     }
 };
 
-void add3(float* to, Four v) {
-    for (int c = 0; c < 3; ++c) to[c] += v[c];
-}
+/// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node `nodes[k]`, k from
+/// start[n] to start[n + 1].
+struct Lent {
+    std::vector<std::int32_t> start, nodes;
+    std::vector<float> weights;
+
+    Lent(const BarycentricMap& map, std::size_t coarse_nodes) : start(coarse_nodes + 1, 0) {
+        for (const auto& four : map.nodes)
+            for (const std::int32_t n : four) ++start[n + 1];
+        for (std::size_t n = 0; n < coarse_nodes; ++n) start[n + 1] += start[n];
+        nodes.resize(start.back());
+        weights.resize(start.back());
+        std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+        for (std::size_t i = 0; i < map.size(); ++i)
+            for (int k = 0; k < 4; ++k) {
+                const std::int32_t place = next[map.nodes[i][k]]++;
+                nodes[place] = static_cast<std::int32_t>(i);
+                weights[place] = static_cast<float>(map.weights[i][k]);
+            }
+    }
+    /// The weighted sum of the fine nodes' values around coarse node n.
+    Four gather(std::size_t n, const float* fine) const {
+        Four sum{};
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k] * load(fine + 3 * nodes[k]);
+        return sum;
+    }
+    float weight(std::size_t n) const {
+        float sum = 0;
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k];
+        return sum;
+    }
+};
+
+/// Nodes a thread should have at least to be worth waking.
+constexpr std::size_t grain = 150;
 
 }  // namespace
 
 struct FloatMultigrid::Level {
     const ElasticLevel& level;
+    ThreadTeam& team;
+    BatchParts parts;
     TetBatches<float> batches;
     std::vector<RotationBatch<float>> rotations;
     std::vector<std::int32_t> slots;
     Blocks A;
     std::vector<float> inverse;  ///< of the diagonal blocks, as A's values
-    std::vector<float> u, b, x, r, d;
+    std::vector<float> u, b, x, next, r, d;
     struct Masked {
         std::int32_t block;
         std::uint8_t row, column;
         bool diagonal;
     };
     std::vector<Masked> masked;
-    std::vector<float> keep;  ///< 0 at constrained components, else 1
-    std::vector<float> column_sum;  ///< of the transfer to this level: the weight that fine nodes lend
-    double bound = 2;         ///< largest eigenvalue of D^-1 A
-    Eigen::LLT<Eigen::MatrixXf> factor;
+    std::vector<float> keep;       ///< 0 at constrained components, else 1
+    std::unique_ptr<Lent> lent;    ///< to the next finer level's nodes
+    float identity = 1;            ///< on the diagonal of constrained components
+    double bound = 2;              ///< largest eigenvalue of D^-1 A
 
-    explicit Level(const ElasticLevel& l)
-        : level(l), batches(l.elements(), l.share().tets), rotations(batches.make_rotations()) {
+    Level(const ElasticLevel& l, ThreadTeam& t)
+        : level(l),
+          team(t),
+          parts(part_batches(l.share().tets, t.size(), batch_width<float>)),
+          batches(l.elements(), l.share().tets, parts),
+          rotations(batches.make_rotations()) {
         const std::size_t nodes = l.share().nodes.size();
-        for (std::vector<float>* v : {&u, &b, &x, &r, &d, &keep}) v->assign(3 * nodes + 1, 0.0F);
+        for (std::vector<float>* v : {&u, &b, &x, &next, &r, &d, &keep}) v->assign(3 * nodes + 1, 0.0F);
         std::vector<std::vector<std::int32_t>> neighbours(nodes);
-        for (const Tet& t : l.share().tets)
-            for (const std::int32_t i : t) neighbours[i].insert(neighbours[i].end(), t.begin(), t.end());
+        for (const Tet& tet : l.share().tets)
+            for (const std::int32_t i : tet) neighbours[i].insert(neighbours[i].end(), tet.begin(), tet.end());
         A.start.push_back(0);
         for (std::size_t i = 0; i < nodes; ++i) {
             auto& row = neighbours[i];
@@ -90,15 +136,21 @@ struct FloatMultigrid::Level {
         }
         A.values.assign(9 * A.columns.size() + 4, 0.0F);
         inverse.assign(9 * nodes + 4, 0.0F);
-        for (const Tet& t : l.share().tets)
-            for (const std::int32_t i : t)
-                for (const std::int32_t j : t)
+        for (const Tet& tet : l.share().tets)
+            for (const std::int32_t i : tet)
+                for (const std::int32_t j : tet)
                     slots.push_back(static_cast<std::int32_t>(
                         std::lower_bound(A.columns.begin() + A.start[i], A.columns.begin() + A.start[i + 1], j) -
                         A.columns.begin()));
     }
 
     std::size_t nodes() const { return A.diagonal.size(); }
+
+    /// work(begin, end) on pieces of the rows.
+    template <class Work>
+    void over_rows(Work&& work) const {
+        team.run_pieces(nodes(), grain, work);
+    }
 
     void set_constrained() {
         masked.clear();
@@ -111,25 +163,55 @@ struct FloatMultigrid::Level {
         }
     }
 
+    void update_rotations() {
+        if (level.strain() != StrainModel::corotated) return;
+        team.run_pieces(batches.all().end, grain, [&](std::size_t begin, std::size_t end) {
+            livetet::update_rotations<float>(batches, {begin, end}, u, rotations);
+        });
+    }
+
     void assemble(double s, double m) {
-        std::fill(A.values.begin(), A.values.end(), 0.0F);
-        livetet::assemble<float>(batches, batches.all(), rotations, static_cast<float>(s), slots, A.values);
+        over_rows([&](std::size_t begin, std::size_t end) {
+            std::fill(A.values.begin() + 9 * static_cast<std::ptrdiff_t>(A.start[begin]),
+                      A.values.begin() + 9 * static_cast<std::ptrdiff_t>(A.start[end]), 0.0F);
+        });
+        const auto add = [&](BatchRange range) {
+            livetet::assemble<float>(batches, range, rotations, static_cast<float>(s), slots, A.values);
+        };
+        team.run([&](int thread) { add(parts.parts[thread]); });
+        add(parts.shared);
         const auto mass = level.node_mass(), springs = level.springs();
+        over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto more = static_cast<float>(m * mass[i] + (springs.empty() ? 0 : springs[i]));
+                for (int c = 0; c < 3; ++c) diagonal_block(i)[4 * c] += more;
+            }
+        });
+        team.run_pieces(masked.size(), 8 * grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) mask(masked[k]);
+        });
+        over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                Eigen::Map<Eigen::Matrix3f>(inverse.data() + 9 * i) =
+                    Eigen::Map<const Eigen::Matrix3f>(diagonal_block(i)).inverse();
+        });
+    }
+
+    float* diagonal_block(std::size_t i) { return A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]); }
+
+    void mask(const Masked& k) {
+        for (int b = 0; b < 3; ++b)
+            for (int a = 0; a < 3; ++a)
+                if ((k.row >> a & 1) || (k.column >> b & 1))
+                    A.values[9 * static_cast<std::size_t>(k.block) + 3 * b + a] = k.diagonal && a == b ? identity : 0;
+    }
+
+    /// Constrained rows get a diagonal like the others': what it is exactly matters to nobody.
+    void find_identity() {
         double sum = 0;
-        for (std::size_t i = 0; i < nodes(); ++i) {
-            float* block = A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]);
-            const auto more = static_cast<float>(m * mass[i] + (springs.empty() ? 0 : springs[i]));
-            for (int c = 0; c < 3; ++c) sum += block[4 * c] += more;
-        }
-        const auto identity = static_cast<float>(sum / (3.0 * static_cast<double>(nodes())));
-        for (const Masked& k : masked)
-            for (int b = 0; b < 3; ++b)
-                for (int a = 0; a < 3; ++a)
-                    if ((k.row >> a & 1) || (k.column >> b & 1))
-                        A.values[9 * static_cast<std::size_t>(k.block) + 3 * b + a] = k.diagonal && a == b ? identity : 0;
         for (std::size_t i = 0; i < nodes(); ++i)
-            Eigen::Map<Eigen::Matrix3f>(inverse.data() + 9 * i) =
-                Eigen::Map<const Eigen::Matrix3f>(A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i])).inverse();
+            for (int c = 0; c < 3; ++c) sum += diagonal_block(i)[4 * c];
+        identity = static_cast<float>(sum / (3.0 * static_cast<double>(nodes())));
     }
 
     Four jacobi(std::size_t i, Four v) const {
@@ -143,41 +225,46 @@ struct FloatMultigrid::Level {
         const float theta = (high + low) / 2, delta = (high - low) / 2, sigma = theta / delta;
         float rho = 1 / sigma;
         for (int step = 0; step < steps; ++step) {
-            const float next = step == 0 ? rho : 1 / (2 * sigma - rho);
-            const float of_d = step == 0 ? 0 : next * rho, of_r = step == 0 ? 1 / theta : 2 * next / delta;
-            const auto advance = [&](std::size_t i, Four Ax) {
-                const Four z = jacobi(i, load(b.data() + 3 * i) - Ax);
-                for (int c = 0; c < 3; ++c) d[3 * i + c] = of_d * d[3 * i + c] + of_r * z[c];
-            };
+            const float following = step == 0 ? rho : 1 / (2 * sigma - rho);
+            const float of_d = step == 0 ? 0 : following * rho, of_r = step == 0 ? 1 / theta : 2 * following / delta;
             if (step == 0 && from_zero)
-                for (std::size_t i = 0; i < nodes(); ++i) advance(i, Four{});
+                over_rows([&](std::size_t begin, std::size_t end) {
+                    for (std::size_t i = begin; i < end; ++i) {
+                        const Four z = of_r * jacobi(i, load(b.data() + 3 * i));
+                        store(z, d.data() + 3 * i);
+                        store(z, next.data() + 3 * i);
+                    }
+                });
             else
-                A.multiply(x.data(), advance);
-            if (step == 0 && from_zero)
-                std::copy(d.begin(), d.end(), x.begin());
-            else
-                for (std::size_t i = 0; i < x.size(); ++i) x[i] += d[i];
-            rho = next;
+                over_rows([&](std::size_t begin, std::size_t end) {
+                    A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
+                        const Four z = of_d * load(d.data() + 3 * i) + of_r * jacobi(i, load(b.data() + 3 * i) - Ax);
+                        store(z, d.data() + 3 * i);
+                        store(load(x.data() + 3 * i) + z, next.data() + 3 * i);
+                    });
+                });
+            std::swap(x, next);
+            rho = following;
         }
     }
 
+    /// r = b - A x, zero at constrained components.
     void residual() {
-        A.multiply(x.data(), [&](std::size_t i, Four Ax) {
-            for (int c = 0; c < 3; ++c) r[3 * i + c] = b[3 * i + c] - Ax[c];
+        over_rows([&](std::size_t begin, std::size_t end) {
+            A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
+                store((load(b.data() + 3 * i) - Ax) * load(keep.data() + 3 * i), r.data() + 3 * i);
+            });
         });
     }
 };
 
 FloatMultigrid::FloatMultigrid(std::vector<const ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
-                               int smoothing_steps)
-    : maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
-    for (const ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level));
-    for (std::size_t l = 0; l < maps_.size(); ++l) {
-        auto& sum = levels_[l + 1]->column_sum;
-        sum.assign(levels_[l + 1]->nodes(), 0.0F);
-        for (std::size_t i = 0; i < maps_[l]->size(); ++i)
-            for (int k = 0; k < 4; ++k) sum[maps_[l]->nodes[i][k]] += static_cast<float>(maps_[l]->weights[i][k]);
-    }
+                               int smoothing_steps, ThreadTeam& team)
+    : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
+    for (const ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
+    for (std::size_t l = 0; l < maps_.size(); ++l)
+        levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
+    dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()), static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
 }
 
 FloatMultigrid::~FloatMultigrid() = default;
@@ -191,31 +278,34 @@ void FloatMultigrid::restrict_displacements() {
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         const Level& fine = *levels_[l];
         Level& coarse = *levels_[l + 1];
-        std::fill(coarse.u.begin(), coarse.u.end(), 0.0F);
-        for (std::size_t i = 0; i < maps_[l]->size(); ++i)
-            for (int k = 0; k < 4; ++k) {
-                const auto w = static_cast<float>(maps_[l]->weights[i][k]);
-                const std::int32_t n = maps_[l]->nodes[i][k];
-                for (int c = 0; c < 3; ++c) coarse.u[3 * n + c] += w * fine.u[3 * i + c];
-            }
-        for (std::size_t n = 0; n < coarse.nodes(); ++n)
-            for (int c = 0; c < 3; ++c) coarse.u[3 * n + c] /= std::max(coarse.column_sum[n], 1e-6F);
+        coarse.over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n)
+                store(coarse.lent->gather(n, fine.u.data()) / std::max(coarse.lent->weight(n), 1e-6F),
+                      coarse.u.data() + 3 * n);
+        });
     }
 }
 
 void FloatMultigrid::update(std::span<const double> u, double s, double m) {
-    std::copy(u.begin(), u.end(), levels_.front()->u.begin());
+    Level& fine = *levels_.front();
+    team_.run_pieces(u.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) fine.u[i] = static_cast<float>(u[i]);
+    });
     restrict_displacements();
+    const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     for (auto& level : levels_) {
-        if (level->level.strain() == StrainModel::corotated)
-            update_rotations<float>(level->batches, level->batches.all(), level->u, level->rotations);
+        if (level == levels_.back() && !invert) break;
+        level->update_rotations();
         if (fresh_) {  // mass only lowers the bound
+            level->assemble(s, 0);
+            level->find_identity();
             level->assemble(s, 0);
             find_bounds(*level);
         }
-        if (level != levels_.back() || fresh_ || s != s_ || m != m_) level->assemble(s, m);
+        level->assemble(s, m);
     }
-    if (fresh_ || s != s_ || m != m_) factor_coarsest();
+    if (!invert) return;
+    invert_coarsest();
     fresh_ = false;
     s_ = s;
     m_ = m;
@@ -229,96 +319,114 @@ void FloatMultigrid::find_bounds(Level& level) {
     for (int k = 0; k < 20; ++k) {
         double before = 0, after = 0;
         for (const float v : level.x) before += v * v;
-        level.A.multiply(level.x.data(), [&](std::size_t i, Four Ax) {
-            const Four z = level.jacobi(i, Ax);
-            for (int c = 0; c < 3; ++c) level.d[3 * i + c] = z[c];
+        level.over_rows([&](std::size_t begin, std::size_t end) {
+            level.A.multiply(begin, end, level.x.data(), [&](std::size_t i, Four Ax) {
+                store(level.jacobi(i, Ax), level.next.data() + 3 * i);
+            });
         });
-        for (const float v : level.d) after += v * v;
+        for (const float v : level.next) after += v * v;
         level.bound = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
-        for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.d[i];
+        for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];
     }
 }
 
-void FloatMultigrid::factor_coarsest() {
+void FloatMultigrid::invert_coarsest() {
     Level& level = *levels_.back();
-    const auto n = static_cast<Eigen::Index>(3 * level.nodes());
-    Eigen::MatrixXf dense = Eigen::MatrixXf::Zero(n, n);
+    dense_.setZero();
     for (std::size_t i = 0; i < level.nodes(); ++i)
         for (std::int32_t k = level.A.start[i]; k < level.A.start[i + 1]; ++k)
-            dense.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * level.A.columns[k]) =
+            dense_.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * level.A.columns[k]) =
                 Eigen::Map<const Eigen::Matrix3f>(level.A.values.data() + 9 * static_cast<std::size_t>(k));
-    level.factor.compute(dense);
+    factor_.compute(dense_);
+    dense_.setIdentity();
+    factor_.solveInPlace(dense_);
 }
 
 void FloatMultigrid::descend(std::size_t l) {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
-        Eigen::Map<Eigen::VectorXf> x(level.x.data(), static_cast<Eigen::Index>(3 * level.nodes()));
-        x = Eigen::Map<const Eigen::VectorXf>(level.b.data(), x.size());
-        level.factor.matrixL().solveInPlace(x);
-        level.factor.matrixU().solveInPlace(x);
+        const auto n = static_cast<Eigen::Index>(3 * level.nodes());
+        const Eigen::Map<const Eigen::VectorXf> b(level.b.data(), n);
+        level.over_rows([&](std::size_t begin, std::size_t end) {  // symmetric: rows are columns
+            for (auto i = static_cast<Eigen::Index>(3 * begin); i < static_cast<Eigen::Index>(3 * end); ++i)
+                level.x[i] = dense_.col(i).dot(b);
+        });
         return;
     }
     level.smooth(smoothing_steps_, true);
     level.residual();
     Level& coarse = *levels_[l + 1];
-    const BarycentricMap& map = *maps_[l];
-    std::fill(coarse.b.begin(), coarse.b.end(), 0.0F);
-    for (std::size_t i = 0; i < map.size(); ++i)
-        for (int k = 0; k < 4; ++k) {
-            const auto w = static_cast<float>(map.weights[i][k]);
-            const std::int32_t n = map.nodes[i][k];
-            for (int c = 0; c < 3; ++c) coarse.b[3 * n + c] += w * level.keep[3 * i + c] * level.r[3 * i + c];
-        }
-    for (std::size_t i = 0; i < coarse.b.size(); ++i) coarse.b[i] *= coarse.keep[i];
+    coarse.over_rows([&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+            store(coarse.lent->gather(n, level.r.data()) * load(coarse.keep.data() + 3 * n), coarse.b.data() + 3 * n);
+    });
     descend(l + 1);
-    for (std::size_t i = 0; i < map.size(); ++i) {
-        Four sum{};
-        for (int k = 0; k < 4; ++k)
-            sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + 3 * map.nodes[i][k]);
-        add3(level.x.data() + 3 * i, sum * load(level.keep.data() + 3 * i));
-    }
+    const BarycentricMap& map = *maps_[l];
+    level.over_rows([&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Four sum{};
+            for (int k = 0; k < 4; ++k)
+                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + 3 * map.nodes[i][k]);
+            store(load(level.x.data() + 3 * i) + sum * load(level.keep.data() + 3 * i), level.x.data() + 3 * i);
+        }
+    });
     level.smooth(smoothing_steps_, false);
 }
 
 void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     Level& fine = *levels_.front();
-    std::copy(x.begin(), x.end(), fine.d.begin());
-    fine.A.multiply(fine.d.data(), [&](std::size_t i, Four Ax) {
-        for (int c = 0; c < 3; ++c) y[3 * i + c] = Ax[c];
+    team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) fine.d[i] = static_cast<float>(x[i]);
+    });
+    fine.over_rows([&](std::size_t begin, std::size_t end) {
+        fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
+            for (int c = 0; c < 3; ++c) y[3 * i + c] = Ax[c];
+        });
     });
 }
 
 void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
     Level& fine = *levels_.front();
-    // Scaled to its own size: single precision has few exponents to lose.
-    double size = 0;
-    for (const double v : r) size = std::max(size, std::abs(v));
-    if (!(size > 0) || !std::isfinite(size)) {
-        std::fill(z.begin(), z.end(), 0.0);
-        return;
-    }
-    for (std::size_t i = 0; i < r.size(); ++i) fine.b[i] = static_cast<float>(r[i] / size);
+    team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) fine.b[i] = static_cast<float>(r[i]);
+    });
     descend(0);
-    for (std::size_t i = 0; i < z.size(); ++i) z[i] = size * fine.x[i];
+    team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i];
+    });
 }
 
 double FloatMultigrid::bytes_of_update() const {
     double bytes = 0;
-    for (const auto& level : levels_)  // batches and rotations twice, slots, the blocks added to
-        bytes += static_cast<double>(level->batches.tets()) * (2 * (60 + 36) + 64) + 72.0 * level->A.columns.size();
+    for (const auto& level : levels_) {
+        if (level == levels_.back()) break;
+        const double batches = static_cast<double>(level->batches.all().end);
+        bytes += batches * (2.0 * sizeof(TetBatch<float>) + 2.0 * sizeof(RotationBatch<float>))  // rotations, assembly
+                 + 4.0 * level->slots.size() + 3 * 36.0 * level->A.columns.size()                 // zero, read, written
+                 + 36.0 * level->nodes() * 2;
+    }
     return bytes;
 }
 
-double FloatMultigrid::bytes_of_iteration() const {
+double FloatMultigrid::bytes_of_multiply() const {
+    const Level& fine = *levels_.front();
+    return 40.0 * fine.A.columns.size() + (12 + 24 + 24) * static_cast<double>(fine.nodes());
+}
+
+double FloatMultigrid::bytes_of_cycle() const {
     double bytes = 0;
-    const double products = 2 * smoothing_steps_;  // one is saved by the start from zero, one is the residual's
     for (const auto& level : levels_) {
-        const double product = 40.0 * level->A.columns.size() + 60.0 * level->nodes();
-        bytes += (products + (level == levels_.front() ? 1 : 0)) * product + 200.0 * level->nodes();
+        const auto nodes = static_cast<double>(level->nodes());
+        if (level == levels_.back()) {
+            bytes += 4 * 9 * nodes * nodes;
+            break;
+        }
+        const double products = 2 * smoothing_steps_;  // before, but the first; the residual; after
+        bytes += products * 40.0 * level->A.columns.size() +
+                 nodes * (2 * smoothing_steps_ * (36 + 5 * 12) + 4 * 12 + 4 * (4 + 8) + 2 * 12);
     }
-    return bytes;
+    return bytes + 2 * 24.0 * static_cast<double>(levels_.front()->nodes());
 }
 
 }  // namespace livetet

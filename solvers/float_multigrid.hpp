@@ -1,9 +1,12 @@
 #pragma once
 
+#include <Eigen/Cholesky>
+
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "base/thread_team.hpp"
 #include "mechanics/batch_kernels.hpp"
 #include "solvers/elastic_level.hpp"
 #include "solvers/transfer.hpp"
@@ -12,12 +15,13 @@ namespace livetet {
 
 /// A geometric multigrid cycle in single precision over the levels of a hierarchy, each re-discretised with its own
 /// rotations: what a live frame is preconditioned with, on one rank, P1, linear and corotated strain. Its finest
-/// operator is the frame's too. Chebyshev smoothing on 3x3 block Jacobi, the coarsest level by a dense Cholesky factor
-/// made when constraints or coefficients change. After `set_constrained` and the first `update`, nothing allocates.
+/// operator is the frame's too. Chebyshev smoothing on 3x3 block Jacobi; the coarsest level by its dense inverse, made
+/// anew when constraints or coefficients change. After `set_constrained` and the first `update`, nothing allocates.
 class FloatMultigrid {
   public:
-    /// `levels`, finest first, and the maps between them must outlive this.
-    FloatMultigrid(std::vector<const ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps);
+    /// `levels`, finest first, the maps between them and the team must outlive this.
+    FloatMultigrid(std::vector<const ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps,
+                   ThreadTeam& team);
     ~FloatMultigrid();
 
     const BarycentricMap& map(std::size_t level) const { return *maps_[level]; }
@@ -33,22 +37,27 @@ class FloatMultigrid {
     /// z = one symmetric V-cycle for A z = r from zero.
     void cycle(std::span<const double> r, std::span<double> z);
 
-    /// Bytes that one `update` and one `cycle` with one `multiply` have to move, from and to memory.
+    /// What one `update`, one `multiply` and one `cycle` have to move, from and to memory, if every array is read or
+    /// written once where it is used; bytes.
     double bytes_of_update() const;
-    double bytes_of_iteration() const;
+    double bytes_of_multiply() const;
+    double bytes_of_cycle() const;
 
   private:
     struct Level;
     void restrict_displacements();
     void find_bounds(Level& level);
-    void factor_coarsest();
+    void invert_coarsest();
     void descend(std::size_t l);
 
+    ThreadTeam& team_;
     std::vector<std::unique_ptr<Level>> levels_;
     std::vector<const BarycentricMap*> maps_;
     int smoothing_steps_;
-    double s_ = 0, m_ = 0;  ///< of the coarsest factor
-    bool fresh_ = true;     ///< constraints are new: bounds and factor must be made
+    Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
+    Eigen::LLT<Eigen::MatrixXf> factor_;
+    double s_ = 0, m_ = 0;  ///< of the coarsest inverse
+    bool fresh_ = true;     ///< constraints are new: bounds and inverse must be made
 };
 
 }  // namespace livetet

@@ -110,12 +110,12 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<c
 }
 
 MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts) {
-    int rank = 0, ranks = 1;
+    int rank = 0;
     MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &ranks);
     MeshShare share;
     share.comm = comm;
-    if (ranks == 1) {
+    MPI_Comm_size(comm, &share.ranks);
+    if (share.ranks == 1) {
         share.owned = static_cast<std::int32_t>(mesh.nodes.size());
         share.nodes.resize(mesh.nodes.size());
         std::iota(share.nodes.begin(), share.nodes.end(), 0);
@@ -127,7 +127,7 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
-    const Distributed d = distribute(comm, mesh, parts, rank, ranks);
+    const Distributed d = distribute(comm, mesh, parts, rank, share.ranks);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
     share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);
@@ -176,21 +176,28 @@ PetscHandle<Vec> make_vector(const MeshShare& share) {
 }
 
 void update_ghosts(Vec v) {
+    int ranks = 1;
+    MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(v)), &ranks);
+    if (ranks == 1) return;
     LIVETET_PETSC(VecGhostUpdateBegin(v, INSERT_VALUES, SCATTER_FORWARD));
     LIVETET_PETSC(VecGhostUpdateEnd(v, INSERT_VALUES, SCATTER_FORWARD));
 }
 
 std::vector<Vector3> gather(const MeshShare& share, Vec v) {
-    std::vector<Vector3> values(share.number_of_node.size(), Vector3::Zero());
+    std::vector<Vector3> values;
+    gather(share, v, values);
+    return values;
+}
+
+void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values) {
+    values.resize(share.number_of_node.size());
+    if (share.owned < static_cast<std::int32_t>(values.size())) std::fill(values.begin(), values.end(), Vector3::Zero());
     const ReadArray mine(v);
     for (std::int32_t i = 0; i < share.owned; ++i)
         values[share.nodes[i]] = Eigen::Map<const Vector3>(mine.span().data() + 3 * i);
-    int ranks = 1;
-    MPI_Comm_size(share.comm, &ranks);
-    if (ranks > 1)
+    if (share.ranks > 1)
         MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(3 * values.size()), MPI_DOUBLE, MPI_SUM,
                       share.comm);
-    return values;
 }
 
 void fill(const MeshShare& share, std::span<const Vector3> values, Vec v) {

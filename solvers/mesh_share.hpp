@@ -14,6 +14,7 @@ namespace livetet {
 /// assembled without a message.
 struct MeshShare {
     MPI_Comm comm = MPI_COMM_SELF;
+    int ranks = 1;
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
     std::int32_t owned = 0;
     std::vector<PetscInt> numbers;         ///< local node -> PETSc's number
@@ -45,6 +46,8 @@ void update_ghosts(Vec v);
 
 /// The nodes' values in the whole mesh's numbering, on every rank.
 std::vector<Vector3> gather(const MeshShare& share, Vec v);
+/// The same into `values`, whose storage is used again.
+void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values);
 
 /// Fills the owned part of `v` from values in the whole mesh's numbering.
 void fill(const MeshShare& share, std::span<const Vector3> values, Vec v);

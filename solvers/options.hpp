@@ -19,6 +19,7 @@ struct SolverOptions {
     SolverKind kind = SolverKind::automatic;
     CoarseOperator coarse = CoarseOperator::rediscretised;
     int smoothing_steps = 2;
+    int threads = 0;
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
     double newton_tolerance = 1e-8;
@@ -45,6 +46,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
     v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction",
             at_least<1, int>());
+    v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most; the other solvers: one a rank",
+            at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side",
             Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});

@@ -254,17 +254,60 @@ void transpose(const Vec3<Real>& a, const Lanes<Real>& w, Real (&rows)[batch_wid
 
 }  // namespace
 
+BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width) {
+    BatchParts result;
+    const auto count = static_cast<double>(tets.size());
+    std::vector<std::int32_t> nodes_of_tets;
+    for (const auto& t : tets) nodes_of_tets.insert(nodes_of_tets.end(), t.begin(), t.end());
+    const std::size_t nodes =
+        tets.empty() ? 0 : static_cast<std::size_t>(*std::max_element(nodes_of_tets.begin(), nodes_of_tets.end())) + 1;
+    std::vector<std::vector<std::int32_t>> lanes;
+    double shared = 0;
+    // How much is shared is known only when it was cut: a second cut makes the work even.
+    for (int cut = 0; cut < (parts > 1 ? 3 : 1); ++cut) {
+        lanes.assign(parts + 1, {});
+        const double first = (1 - shared) / parts;
+        const auto part_of = [&](std::size_t e) {
+            const double place = (static_cast<double>(e) + 0.5) / count;
+            return place < first ? 0 : std::min(parts - 1, 1 + static_cast<int>((place - first) / (1 - first) * (parts - 1)));
+        };
+        std::vector<int> earliest(nodes, parts);
+        for (std::size_t e = 0; e < tets.size(); ++e)
+            for (const std::int32_t n : tets[e]) earliest[n] = std::min(earliest[n], part_of(e));
+        for (std::size_t e = 0; e < tets.size(); ++e) {
+            const bool own = std::all_of(tets[e].begin(), tets[e].end(),
+                                         [&](std::int32_t n) { return earliest[n] == part_of(e); });
+            lanes[own ? part_of(e) : parts].push_back(static_cast<std::int32_t>(e));
+        }
+        shared = static_cast<double>(lanes[parts].size()) / std::max(count, 1.0);
+    }
+    for (std::vector<std::int32_t>& part : lanes) {
+        part.resize((part.size() + width - 1) / width * width, -1);
+        const std::size_t begin = result.tet_of_lane.size() / width;
+        result.tet_of_lane.insert(result.tet_of_lane.end(), part.begin(), part.end());
+        result.parts.push_back({begin, result.tet_of_lane.size() / width});
+    }
+    result.shared = result.parts.back();
+    result.parts.pop_back();
+    return result;
+}
+
+template <class Real>
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets)
+    : TetBatches(elements, tets, part_batches(tets, 1, batch_width<Real>)) {}
+
 template <class Real>
 TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
-                             LaneOrder order)
-    : window_(order == LaneOrder::apart ? 16 : 1),
-      tets_(elements.size()),
-      batches_((elements.size() + batch_width<Real> - 1) / batch_width<Real>) {
-    for (std::size_t k = 0; k < batches_.size() * batch_width<Real>; ++k) {
+                             const BatchParts& parts)
+    : tet_of_lane_(parts.tet_of_lane), batches_(tet_of_lane_.size() / batch_width<Real>) {
+    std::int32_t last = 0;
+    for (std::size_t k = 0; k < tet_of_lane_.size(); ++k) {
         TetBatch<Real>& b = batches_[k / batch_width<Real>];
-        const std::size_t lane = k % batch_width<Real>, tet = tet_at(k / batch_width<Real>, lane);
-        const std::size_t e = std::min(tet, tets_ - 1);
-        const double volume = tet < tets_ ? elements[e].volume : 0;
+        const std::size_t lane = k % batch_width<Real>;
+        const bool empty = tet_of_lane_[k] < 0;
+        const std::int32_t e = empty ? last : tet_of_lane_[k];
+        const double volume = empty ? 0 : elements[e].volume;
+        last = e;
         for (int m = 0; m < 9; ++m) b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
         b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
         b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
@@ -378,8 +421,8 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
             }
         }
         for (int l = 0; l < width; ++l) {
-            const std::size_t e = batches.tet_at(k, l);
-            if (e >= batches.tets()) continue;
+            const std::int32_t e = batches.tet_at(k, l);
+            if (e < 0) continue;
             const int p = place<Real>(l);
             const Real l_lambda = corners[0][p][3], l_mu = corners[1][p][3];
             Lanes<Real> row[4][parts], column[4][parts], lambda_row[4][parts], mu_row[4][parts];
@@ -390,7 +433,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                     mu_row[i][n] = l_mu * row[i][n];
                 }
             }
-            const std::int32_t* at = slots.data() + 16 * e;
+            const std::int32_t* at = slots.data() + 16 * static_cast<std::size_t>(e);
             // Unrolled so that the spread corners stay in registers: 1.4 times as fast.
 #pragma GCC unroll 4
             for (int i = 0; i < 4; ++i)

@@ -37,35 +37,36 @@ struct BatchRange {
     std::size_t begin, end;
 };
 
-/// Which tets stand side by side in a batch. `apart`: in windows of 16 batches, tets 16 apart, for meshes whose
-/// neighbouring tets follow each other: these share nodes, and adding to one number several times in a row waits for
-/// each store (add_* takes a fifth less time). `consecutive`: tet after tet, for `assemble`, which lives from finding
-/// the last tets' blocks in the cache (`apart` takes up to twice as long).
-enum class LaneOrder { consecutive, apart };
+/// Batches for threads to work on at once. No two `parts` share a node; what touches the nodes of an earlier part than
+/// its own stands in `shared`, to be worked on when the parts are done.
+struct BatchParts {
+    std::vector<std::int32_t> tet_of_lane;  ///< batch after batch; -1: none
+    std::vector<BatchRange> parts;
+    BatchRange shared{0, 0};
+};
 
-/// The tets of a mesh in batches. Lanes left over at the end hold copies of the last tet that have no volume: their
-/// forces, stiffness and energy are zero.
+/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little is shared where tets that are near in space are near in number (renumber_for_locality).
+BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
+
+/// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their forces, stiffness and
+/// energy are zero.
 template <class Real>
 class TetBatches {
   public:
-    /// `tets[e]`: the corners of `elements[e]`.
+    /// `tets[e]`: the corners of `elements[e]`. One after the other, or as `parts` says.
+    TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets);
     TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
-               LaneOrder order = LaneOrder::consecutive);
+               const BatchParts& parts);
 
-    std::size_t tets() const { return tets_; }
-    /// The tet in a lane; `tets()` or more: none.
-    std::size_t tet_at(std::size_t batch, std::size_t lane) const {
-        const std::size_t begin = batch / window_ * window_, batches = std::min(window_, batches_.size() - begin);
-        return begin * batch_width<Real> + lane * batches + (batch - begin);
-    }
+    /// The tet in a lane, or -1.
+    std::int32_t tet_at(std::size_t batch, std::size_t lane) const { return tet_of_lane_[batch * batch_width<Real> + lane]; }
     BatchRange all() const { return {0, batches_.size()}; }
     const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
     /// A rotation store of the right size, filled with identities.
     std::vector<RotationBatch<Real>> make_rotations() const;
 
   private:
-    std::size_t window_;
-    std::size_t tets_;
+    std::vector<std::int32_t> tet_of_lane_;
     std::vector<TetBatch<Real>> batches_;
 };
 

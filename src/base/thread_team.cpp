@@ -1,0 +1,74 @@
+#include "base/thread_team.hpp"
+
+#include <chrono>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace livetet {
+
+namespace {
+
+void pause() {
+#if defined(__x86_64__)
+    _mm_pause();
+#endif
+}
+
+/// Spins until `ready()`; where that takes long, somebody else has this core or the other: lets them have it.
+template <class Ready>
+void spin_until(Ready&& ready) {
+    for (int k = 0; !ready(); ++k)
+        if (k < 20000)
+            pause();
+        else
+            std::this_thread::yield();
+}
+
+}  // namespace
+
+ThreadTeam::ThreadTeam(int threads) {
+    for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { serve(t); });
+}
+
+ThreadTeam::~ThreadTeam() {
+    if (workers_.empty()) return;
+    start(nullptr, nullptr);
+    for (std::thread& worker : workers_) worker.join();
+}
+
+void ThreadTeam::start(Call call, void* work) {
+    call_ = call;
+    work_ = work;
+    at_work_.store(static_cast<int>(workers_.size()), std::memory_order_relaxed);
+    // Sequentially consistent, as a worker's last look before it sleeps: one of the two sees the other.
+    round_.fetch_add(1, std::memory_order_seq_cst);
+    if (asleep_.load(std::memory_order_seq_cst) > 0) round_.notify_all();
+}
+
+void ThreadTeam::finish() {
+    spin_until([&] { return at_work_.load(std::memory_order_acquire) == 0; });
+}
+
+void ThreadTeam::serve(int thread) {
+    using Clock = std::chrono::steady_clock;
+    for (std::uint32_t seen = 0;; ++seen) {
+        Clock::time_point since{};
+        for (int k = 1; round_.load(std::memory_order_acquire) == seen; ++k) {
+            pause();
+            if (k % 1024) continue;
+            const auto now = Clock::now();
+            if (since == Clock::time_point{}) since = now;
+            if (now - since < std::chrono::milliseconds(2)) continue;
+            asleep_.fetch_add(1, std::memory_order_seq_cst);
+            round_.wait(seen, std::memory_order_seq_cst);
+            asleep_.fetch_sub(1, std::memory_order_seq_cst);
+        }
+        if (!call_) return;
+        call_(work_, thread);
+        at_work_.fetch_sub(1, std::memory_order_release);
+    }
+}
+
+}  // namespace livetet
