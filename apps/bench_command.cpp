@@ -11,6 +11,7 @@
 #include "verification/suite.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
+#include "apps/realtime_bench.hpp"
 #endif
 
 namespace livetet {
@@ -149,6 +150,20 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     command->add_option("--figure", arguments->figure, "draw error against time to this PNG (needs an X server, or xvfb-run)");
 #endif
     command->callback([arguments, &status] { status.value = verify(*arguments); });
+#ifdef LIVETET_IMAGES
+    CLI::App* realtime = bench->add_subcommand(
+        "realtime", "Frames a second of the live solver and how far each is from the converged one; exit 1 where a target is missed");
+    auto live = std::make_shared<RealtimeArguments>();
+    realtime->add_option("--size", live->sizes, "the cases: P60, V68 (the phantom), beamA, beamB; default: all");
+    realtime->add_option("--frames", live->frames, "timed frames of each phantom case; 0: none, for --figure alone")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000000));
+    realtime->add_option("--threads", live->threads, "0: one a core, 4 at most")->capture_default_str()->check(CLI::Range(0, 64));
+    realtime->add_option("--json", live->json, "write every case's figures to this file");
+    realtime->add_option("--figure", live->figure,
+                         "draw error against frame time, method by method, to this PNG (needs an X server, or xvfb-run)");
+    realtime->callback([live, &status] { status.value = bench_realtime(*live); });
+#endif
 }
 
 }  // namespace livetet

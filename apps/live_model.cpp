@@ -42,11 +42,10 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std:
       sensor_filter_(filter_options(*scene.track)),
       registration_(in_reference(fiducials), in_image(fiducials)),
       drive_({.motion = scene.track->motion, .base_window_s = scene.track->base_window_s}),
-      fixed_(body.mesh().nodes.size()),
-      constraints_(fixed_) {
+      constraints_(body.mesh().nodes.size()) {
     SceneConstraints scene_constraints(scene, body.mesh());
     scene_constraints.move_to_share(1);
-    constraints_ = fixed_ = scene_constraints.constraints();
+    constraints_ = scene_constraints.constraints();
     body_.body->set_constraints(constraints_);
     body_.body->set_springs(scene_constraints.springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
@@ -84,27 +83,39 @@ void LiveModel::place_patch() {
             "track.sensor_tool = {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm "
             "off the organ's surface, expected at most 20 mm: is the registration of this recording?",
             scene_.track->sensor_tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * patch_.distance);
+    for (const std::int32_t n : patch_.nodes)
+        if (constraints_.components[n] == 0) driven_.push_back(n);
+    constraints_.prescribe(driven_, Vector3::Zero());
+    driven_to_.resize(driven_.size());
+    body_.body->set_constraints(constraints_);
 }
 
-const Frame& LiveModel::advance(const TrackerSample& sample) {
+void LiveModel::move_patch() {
+    if (patch_.nodes.empty()) place_patch();
+    for (std::size_t k = 0; k < driven_.size(); ++k) driven_to_[k] = drive_.displacement(body_.mesh().nodes[driven_[k]]);
+    body_.body->move_constraints(driven_, driven_to_);
+    frame_.press = drive_.displacement(body_.mesh().nodes[patch_.centre]).norm();
+}
+
+const Frame& LiveModel::advance(const TrackerSample& sample, std::optional<Clock::time_point> deadline, int iterations) {
+    const auto seconds_since = [](Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); };
+    const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     follow(sample);
-    if (drive_.base()) {
-        if (patch_.nodes.empty()) place_patch();
-        constraints_ = fixed_;
-        for (const std::int32_t n : patch_.nodes)
-            if (fixed_.components[n] == 0)
-                constraints_.prescribe(std::span(&n, 1), drive_.displacement(body_.mesh().nodes[n]));
-        body_.body->set_constraints(constraints_);
-        frame_.press = drive_.displacement(body_.mesh().nodes[patch_.centre]).norm();
-    }
+    if (drive_.base()) move_patch();
+    frame_.sensor_s = seconds_since(start);
     const double dt = last_time_s_ ? sample.time_s - *last_time_s_ : scene_.time.step_s;
     last_time_s_ = sample.time_s;
-    if (dt > 0) {
-        frame_.step = body_.body->step(
-            dt, {.linearisations = scene_.track->linearisations, .linear_tolerance = scene_.solver.relative_tolerance});
-        frame_.displacement = body_.body->displacement();
-    }
+    if (!(dt > 0)) return frame_;
+    if (deadline) *deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
+    frame_.step = body_.body->step(dt, {.linearisations = scene_.track->linearisations,
+                                        .linear_tolerance = scene_.solver.relative_tolerance,
+                                        .iterations = iterations,
+                                        .deadline = deadline});
+    const auto stepped = Clock::now();
+    body_.body->displacement(frame_.displacement);
+    frame_.output_s = seconds_since(stepped);
+    tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s);
     return frame_;
 }
 

@@ -1,5 +1,9 @@
 #include "apps/scene.hpp"
 
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -25,6 +29,15 @@ void check_selection(const SelectionOptions& s, const std::string& key, const st
 }
 
 }  // namespace
+
+std::optional<double> seconds_of(const std::string& text) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    std::string_view unit(end, text.data() + text.size());
+    unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+    if (error != std::errc{} || !(number > 0) || !std::isfinite(number) || (unit != "ms" && unit != "s")) return {};
+    return unit == "ms" ? number / 1e3 : number;
+}
 
 Scene load_scene(const std::filesystem::path& path) {
     const std::string file = path.string();

@@ -63,6 +63,9 @@ struct ProbeOptions {
     std::filesystem::path displacements = "probes.csv";
 };
 
+/// The time that a text such as "10 ms" or "0.02 s" means, s; nothing where it means none above 0.
+std::optional<double> seconds_of(const std::string& text);
+
 enum class Pace { recorded, every_sample };
 
 /// What drives the scene from a tracker.
@@ -76,6 +79,7 @@ struct TrackOptions {
     double base_window_s = 1;
     double smoothing_Hz = 1;
     int linearisations = 1;
+    std::string budget{};
     Pace pace = Pace::recorded;
 };
 
@@ -206,6 +210,11 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz", "cut-off of the pose filter at rest (one-euro); 0: no filter",
             at_least<0>());
     v.field("linearisations", t.linearisations, "", "Newton steps a frame", at_least<1, int>());
+    v.field("budget", t.budget, "",
+            "what a frame may take, such as 10 ms: as many solver iterations as fit, one at least; none: to the solver's "
+            "relative_tolerance, however long it takes",
+            Check<std::string>{"a time above 0 with its unit, ms or s: 10 ms",
+                               [](const std::string& text) { return text.empty() || seconds_of(text).has_value(); }});
     v.choice("pace", t.pace, "which samples of the recording become frames",
              {{Pace::recorded, "recorded",
                "played at its own pace: the newest sample when a frame begins, others are missed"},

@@ -110,6 +110,12 @@ std::vector<Vec> DeformableBody::state_vectors() const {
     return vectors;
 }
 
+void DeformableBody::copy_state(const DeformableBody& other) {
+    const std::vector<Vec> mine = state_vectors(), theirs = other.state_vectors();
+    for (std::size_t i = 0; i < mine.size(); ++i) LIVETET_PETSC(VecCopy(theirs[i], mine[i]));
+    started_ = other.started_;
+}
+
 void DeformableBody::keep_state() {
     const std::vector<Vec> now = state_vectors();
     kept_.resize(now.size());
@@ -343,7 +349,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
         } else {
             imbalance = search_line(c, imbalance);
         }
-        report.forces_s += watch.lap();
+        (live && effort.linearisations == 1 ? report.finish_s : report.forces_s) += watch.lap();
         if (!is_finite() || !std::isfinite(imbalance)) {
             LIVETET_PETSC(VecCopy(u0_.get(), u_.get()));
             if (p_) LIVETET_PETSC(VecCopy(p0_.get(), p_.get()));
@@ -358,6 +364,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     report.imbalance = scale_ > 0 ? imbalance / scale_ : 0;
     if (effort.tolerance > 0) report.converged = imbalance <= allowed(effort);
     finish_step(c, dt, report);
+    report.finish_s += watch.lap();
     return report;
 }
 

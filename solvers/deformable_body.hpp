@@ -24,6 +24,7 @@ struct [[nodiscard]] StepReport {
     double solve_error = 0;      ///< what the step left unsolved of its displacement, m, RMS over the nodes, estimated; live only
     double time_error = 0;       ///< the displacement's error that the time step made, m, about (largest of all nodes)
     double forces_s = 0, operator_s = 0, solve_s = 0;
+    double finish_s = 0;  ///< of a live step: what came after its last solve
 };
 
 /// How far a step goes: `linearisations` at most, stopping early at `tolerance` (force out of balance relative to the
@@ -59,6 +60,8 @@ class DeformableBody {
     /// not, the old one is kept and the report says converged = false.
     StepReport step(double dt, const StepEffort& effort);
 
+    /// Takes up displacement, velocity and acceleration of a body on the same mesh and of the same scheme.
+    void copy_state(const DeformableBody& other);
     /// Remembers the state, or takes up the one remembered last (a step that is to be done again).
     void keep_state();
     void return_to_kept_state();

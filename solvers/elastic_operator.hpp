@@ -91,9 +91,12 @@ class ElasticOperator {
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearEffort& effort, std::span<const Vec> guesses = {});
     static constexpr int most_guesses = 2;
 
-    /// Bytes that the live solver's operators and an iteration of it have to move; 0 for the others.
+    /// Bytes that the live solver's operators, and a solve of so many iterations from two guesses, have to move at least;
+    /// 0 for the others.
     double bytes_of_update() const { return live_ ? live_->bytes_of_update() : 0; }
-    double bytes_of_iteration() const { return live_ ? live_->bytes_of_multiply() + live_->bytes_of_cycle() : 0; }
+    double bytes_of_solve(double iterations) const {
+        return live_ ? (iterations + most_guesses) * live_->bytes_of_multiply() + iterations * live_->bytes_of_cycle() : 0;
+    }
 
   private:
     void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
