@@ -157,19 +157,6 @@ void stiffness_times_scalar(benchmark::State& state) {
     report(state, k.read_bytes + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
-void energy_scalar(benchmark::State& state) {
-    Scalar k{setting(state.range(0))};
-    k.update();
-    for (auto _ : state) {
-        double sum = 0;
-        for (std::size_t e = 0; e < k.s.elements.size(); ++e)
-            sum += k.s.elements[e].volume * corotated_energy_density(k.s.elements[e], k.rotations[e],
-                                                                     Eigen::Matrix3d::Identity() + k.gradient(e));
-        benchmark::DoNotOptimize(sum);
-    }
-    report(state, k.read_bytes + bytes_of(k.rotations));
-}
-
 void assemble_scalar(benchmark::State& state) {
     Scalar k{setting(state.range(0))};
     k.update();
@@ -185,10 +172,10 @@ void assemble_scalar(benchmark::State& state) {
     report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
 }
 
-template <class Real, LaneOrder order = LaneOrder::apart>
+template <class Real>
 struct Batched {
     const Setting& s;
-    TetBatches<Real> batches{s.elements, s.mesh.tets, order};
+    TetBatches<Real> batches{s.elements, s.mesh.tets};
     std::vector<RotationBatch<Real>> rotations = batches.make_rotations();
     std::vector<Real> u{s.u.begin(), s.u.end()}, f = std::vector<Real>(u.size());
     std::vector<Real> values = std::vector<Real>(9 * s.blocks);
@@ -212,25 +199,17 @@ void forces_batched(benchmark::State& state) {
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
-template <class Real, LaneOrder order = LaneOrder::apart>
+template <class Real>
 void stiffness_times_batched(benchmark::State& state) {
-    Batched<Real, order> k{setting(state.range(0))};
+    Batched<Real> k{setting(state.range(0))};
     k.update();
     for (auto _ : state) add_stiffness_times<Real>(0.5, k.batches, k.batches.all(), k.rotations, k.u, k.f);
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
 template <class Real>
-void energy_batched(benchmark::State& state) {
-    Batched<Real> k{setting(state.range(0))};
-    k.update();
-    for (auto _ : state) benchmark::DoNotOptimize(energy<Real>(k.batches, k.batches.all(), k.rotations, k.u));
-    report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations));
-}
-
-template <class Real>
 void assemble_batched(benchmark::State& state) {
-    Batched<Real, LaneOrder::consecutive> k{setting(state.range(0))};
+    Batched<Real> k{setting(state.range(0))};
     k.update();
     for (auto _ : state) assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.slots, k.values);
     report(state, k.batch_bytes + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
@@ -244,10 +223,6 @@ BENCHMARK(memory_bandwidth);
 LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(forces);
 LIVETET_BENCHMARK(stiffness_times);
-BENCHMARK_TEMPLATE(stiffness_times_batched, float, LaneOrder::consecutive)
-    ->Unit(benchmark::kMillisecond)
-    ->DenseRange(0, 1);
-LIVETET_BENCHMARK(energy);
 LIVETET_BENCHMARK(assemble);
 
 }  // namespace

@@ -382,21 +382,6 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
     }
 }
 
-template <class Real>
-double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              std::span<const Real> u) {
-    double sum = 0;
-    for (std::size_t k = range.begin; k < range.end; ++k) {
-        const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> F = plus_identity(gradient_of(b, u.data())), R = load_matrix<Real>(rotations[k].R);
-        const Mat3<Real> d = F - R;
-        const Lanes<Real> trace = dot(R, d);  // tr(R^T F - I)
-        const Lanes<Real> energies = load<Real>(b.mu) * dot(d, d) + load<Real>(b.lambda) * trace * trace / 2;
-        for (int l = 0; l < batch_width<Real>; ++l) sum += energies[l];
-    }
-    return sum;
-}
-
 /// h, the dot products and the last number of each block are made lane by lane; then each tet's blocks are made on
 /// their own, eight numbers a register (or two), because they go to memory that way: of a 3x3 block in column-major
 /// order, h_i h_j^T is (x y z x y z x y) of h_i times (x x x y y y z z) of h_j, and its transpose the same with i and j
@@ -460,8 +445,6 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                              std::span<const Real>, std::span<Real>);                                                  \
     template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
                                       std::span<const Real>, std::span<Real>);                                         \
-    template double energy(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                  \
-                           std::span<const Real>);                                                                     \
     template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
                            std::span<const std::int32_t>, std::span<Real>);
 LIVETET_INSTANTIATE(float)

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -45,11 +44,12 @@ struct BatchParts {
     BatchRange shared{0, 0};
 };
 
-/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little is shared where tets that are near in space are near in number (renumber_for_locality).
+/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little is shared where tets
+/// that are near in space are near in number (renumber_for_locality).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
 
-/// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their forces, stiffness and
-/// energy are zero.
+/// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their forces and stiffness
+/// are zero.
 template <class Real>
 class TetBatches {
   public:
@@ -88,14 +88,10 @@ template <class Real>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
                          std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f);
 
-/// Strain energy of `range`, J: sum of V (mu |F - R|^2 + lambda / 2 tr(R^T F - I)^2); summed in double.
-template <class Real>
-double energy(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              std::span<const Real> u);
-
 /// Adds `scale` times the sixteen 3x3 blocks of R K R^T of each tet,
-/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major: block (i, j) of tet e to values[9 s ..], s = slots[16 e + 4 i + j]; a negative slot is left out.
-/// Values in N/m for scale 1.
+/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major:
+/// block (i, j) of tet e to values[9 s ..], s = slots[16 e + 4 i + j]; a negative slot is left out. Values in N/m for
+/// scale 1.
 template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
               Real scale, std::span<const std::int32_t> slots, std::span<Real> values);

@@ -20,12 +20,6 @@ inline Eigen::Matrix3d first_piola(const TetElement& e, const Eigen::Matrix3d& R
     return stress_increment(e, R, F) - (2 * e.mu + 3 * e.lambda) * R;
 }
 
-/// mu |F - R|^2 + lambda / 2 tr(R^T F - I)^2, J/m^3.
-inline double corotated_energy_density(const TetElement& e, const Eigen::Matrix3d& R, const Eigen::Matrix3d& F) {
-    const double trace = R.cwiseProduct(F).sum() - 3;
-    return e.mu * (F - R).squaredNorm() + e.lambda / 2 * trace * trace;
-}
-
 /// f.col(i) = V P g_i, N.
 inline Eigen::Matrix<double, 3, 4> nodal_forces(const TetElement& e, const Eigen::Matrix3d& P) {
     return e.volume * (P * e.gradients);

@@ -83,7 +83,7 @@ class BatchKernels : public testing::Test {
     static Matrix3d rotation(const TetBatches<Real>& batches, const std::vector<RotationBatch<Real>>& r,
                              std::size_t e) {
         std::size_t k = 0;
-        while (batches.tet_at(k / batch_width<Real>, k % batch_width<Real>) != e) ++k;
+        while (batches.tet_at(k / batch_width<Real>, k % batch_width<Real>) != static_cast<std::int32_t>(e)) ++k;
         return Matrix3d::NullaryExpr([&](Eigen::Index a, Eigen::Index b) {
             return r[k / batch_width<Real>].R[3 * b + a][k % batch_width<Real>];
         });
@@ -108,7 +108,12 @@ using Reals = testing::Types<float, double>;
 TYPED_TEST_SUITE(BatchKernels, Reals);
 
 constexpr int counts[] = {0, 1, 3, 8, 37, 64, 149, 150};
-LaneOrder order_for(int count) { return count % 2 ? LaneOrder::apart : LaneOrder::consecutive; }
+
+/// One part or three, so that empty lanes stand between tets too.
+template <class Real>
+TetBatches<Real> in_parts(const Soup& s) {
+    return {s.elements, s.tets, part_batches(s.tets, s.tets.size() % 2 ? 3 : 1, batch_width<Real>)};
+}
 
 TYPED_TEST(BatchKernels, RotationsAreThoseOfRotationOf) {
     for (const int count : counts) {
@@ -177,7 +182,7 @@ TYPED_TEST(BatchKernels, RotationsOfNonFiniteTetsAreTheIdentityAndHarmNoOther) {
 TYPED_TEST(BatchKernels, ForcesAreThoseOfFirstPiola) {
     for (const int count : counts) {
         const Soup s = shared_soup(count);
-        const TetBatches<TypeParam> batches(s.elements, s.tets, order_for(count));
+        const TetBatches<TypeParam> batches = in_parts<TypeParam>(s);
         const auto r = this->rotations(s, batches);
         std::vector<double> expected(s.u.size(), 0.5);
         for (int e = 0; e < count; ++e) {
@@ -203,7 +208,7 @@ TYPED_TEST(BatchKernels, ARigidMotionMakesNoForce) {
 TYPED_TEST(BatchKernels, StiffnessTimesIsThatOfStressIncrement) {
     for (const int count : counts) {
         Soup s = shared_soup(count);
-        const TetBatches<TypeParam> batches(s.elements, s.tets, order_for(count));
+        const TetBatches<TypeParam> batches = in_parts<TypeParam>(s);
         const auto r = this->rotations(s, batches);
         std::vector<double> v(s.u.size()), expected(s.u.size(), -0.5);
         for (double& x : v) x = s.normal(s.generator);
@@ -219,23 +224,10 @@ TYPED_TEST(BatchKernels, StiffnessTimesIsThatOfStressIncrement) {
     }
 }
 
-TYPED_TEST(BatchKernels, EnergyIsTheSumOfTheDensities) {
-    for (const int count : counts) {
-        const Soup s = shared_soup(count);
-        const TetBatches<TypeParam> batches(s.elements, s.tets);
-        const auto r = this->rotations(s, batches);
-        double expected = 0;
-        for (int e = 0; e < count; ++e)
-            expected +=
-                s.elements[e].volume * corotated_energy_density(s.elements[e], this->rotation(batches, r, e), s.F(e));
-        EXPECT_NEAR(energy<TypeParam>(batches, batches.all(), r, this->cast(s.u)), expected, 3 * this->eps * expected);
-    }
-}
-
 TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
     for (const int count : counts) {
         const Soup s = shared_soup(count);
-        const TetBatches<TypeParam> batches(s.elements, s.tets, order_for(count));
+        const TetBatches<TypeParam> batches = in_parts<TypeParam>(s);
         const auto r = this->rotations(s, batches);
         // A dense matrix of blocks, without the rows of every fifth node.
         const auto nodes = static_cast<std::int32_t>(s.u.size() / 3);
@@ -265,15 +257,10 @@ TYPED_TEST(BatchKernels, RangesAddUpToTheWhole) {
     const BatchRange parts[] = {{begin, 2}, {2, 2}, {2, end}};
     auto r = batches.make_rotations();
     std::vector<TypeParam> whole(u.size()), f(u.size());
-    double sum = 0;
     for (const BatchRange part : parts) update_rotations<TypeParam>(batches, part, u, r);
     add_forces<TypeParam>(batches, batches.all(), this->rotations(s, batches), u, whole);
-    for (const BatchRange part : parts) {
-        add_forces<TypeParam>(batches, part, r, u, f);
-        sum += energy<TypeParam>(batches, part, r, u);
-    }
+    for (const BatchRange part : parts) add_forces<TypeParam>(batches, part, r, u, f);
     EXPECT_EQ(f, whole);
-    EXPECT_DOUBLE_EQ(sum, energy<TypeParam>(batches, batches.all(), r, u));
 }
 
 }  // namespace
