@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "mechanics/edge_assembly.hpp"
+
 namespace livetet {
 
 namespace {
@@ -18,38 +20,55 @@ Four load(const float* p) {
     return v;
 }
 
+using Eight = float __attribute__((vector_size(32)));
+
+Eight load_eight(const float* p) {
+    Eight v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+
 /// The first three lanes.
 void store(Four v, float* p) {
     std::memcpy(p, &v, 2 * sizeof(float));
     p[2] = v[2];
 }
 
-/// 3x3 block, column-major, times v in the first three lanes.
-Four times(const float* block, const float* v) {
-    return load(block) * v[0] + load(block + 3) * v[1] + load(block + 6) * v[2];
-}
-
-/// Rows of 3x3 blocks, each of nine floats, column-major; room for one float more behind the last.
+/// Rows of 3x3 blocks, each of nine floats, column-major.
 struct Blocks {
     std::vector<std::int32_t> start, columns, diagonal;
     std::vector<float> values;
 
-    /// visit(row, A x in the first three lanes) for rows [begin, end).
+    /// Eight numbers of a block times what of v they meet; the ninth is the caller's.
+    static Eight times(const float* block, const float* v) {
+        const Four x = load(v);
+        return load_eight(block) * __builtin_shufflevector(x, x, 0, 0, 0, 1, 1, 1, 2, 2);
+    }
+
+    /// visit(row, A x in the first three lanes) for rows [begin, end); reads one number behind x's last.
     template <class Visit>
     void multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const {
         const float* a = values.data() + 9 * static_cast<std::size_t>(start[begin]);
         for (std::size_t i = begin; i < end; ++i) {
-            Four even{}, odd{};
+            Eight even{}, odd{};
+            float last = 0, last_odd = 0;
             std::int32_t k = start[i];
             for (; k + 1 < start[i + 1]; k += 2, a += 18) {
-                even += times(a, x + 3 * columns[k]);
-                odd += times(a + 9, x + 3 * columns[k + 1]);
+                const float *u = x + 3 * columns[k], *v = x + 3 * columns[k + 1];
+                even += times(a, u);
+                odd += times(a + 9, v);
+                last += a[8] * u[2];
+                last_odd += a[17] * v[2];
             }
             if (k < start[i + 1]) {
-                even += times(a, x + 3 * columns[k]);
+                const float* u = x + 3 * columns[k];
+                even += times(a, u);
+                last += a[8] * u[2];
                 a += 9;
             }
-            visit(i, even + odd);
+            even += odd;
+            const Four low = __builtin_shufflevector(even, even, 0, 1, 2, 2), middle = __builtin_shufflevector(even, even, 3, 4, 5, 5);
+            visit(i, low + middle + Four{even[6], even[7], last + last_odd, 0});
         }
     }
 };
@@ -98,25 +117,19 @@ struct FloatMultigrid::Level {
     BatchParts parts;
     TetBatches<float> batches;
     std::vector<RotationBatch<float>> rotations;
-    std::vector<std::int32_t> slots;
+    std::vector<RotatedTet> rotated;
     Blocks A;
-    std::vector<float> inverse;  ///< of the diagonal blocks, as A's values
+    std::vector<float> inverse;  ///< of the diagonal blocks, as A's values; zero in constrained rows and columns
     std::vector<float> u, b, x, next, r, d;
-    struct Masked {
-        std::int32_t block;
-        std::uint8_t row, column;
-        bool diagonal;
-    };
-    std::vector<Masked> masked;
     std::vector<float> keep;       ///< 0 at constrained components, else 1
     std::unique_ptr<Lent> lent;    ///< to the next finer level's nodes
-    float identity = 1;            ///< on the diagonal of constrained components
+    std::unique_ptr<EdgeAssembly> edges;
     double bound = 2;              ///< largest eigenvalue of D^-1 A
 
     Level(const ElasticLevel& l, ThreadTeam& t)
         : level(l),
           team(t),
-          parts(part_batches(l.share().tets, t.size(), batch_width<float>)),
+          parts(part_batches(l.share().tets, 1, batch_width<float>)),
           batches(l.elements(), l.share().tets, parts),
           rotations(batches.make_rotations()) {
         const std::size_t nodes = l.share().nodes.size();
@@ -134,14 +147,10 @@ struct FloatMultigrid::Level {
             A.columns.insert(A.columns.end(), row.begin(), row.end());
             A.start.push_back(static_cast<std::int32_t>(A.columns.size()));
         }
-        A.values.assign(9 * A.columns.size() + 4, 0.0F);
+        A.values.assign(9 * A.columns.size(), 0.0F);
         inverse.assign(9 * nodes + 4, 0.0F);
-        for (const Tet& tet : l.share().tets)
-            for (const std::int32_t i : tet)
-                for (const std::int32_t j : tet)
-                    slots.push_back(static_cast<std::int32_t>(
-                        std::lower_bound(A.columns.begin() + A.start[i], A.columns.begin() + A.start[i + 1], j) -
-                        A.columns.begin()));
+        rotated.resize(parts.tet_of_lane.size());
+        edges = std::make_unique<EdgeAssembly>(l.share().tets, parts, A.start, A.columns);
     }
 
     std::size_t nodes() const { return A.diagonal.size(); }
@@ -153,65 +162,48 @@ struct FloatMultigrid::Level {
     }
 
     void set_constrained() {
-        masked.clear();
         const auto components = level.constrained();
-        for (std::size_t i = 0; i < nodes(); ++i) {
+        for (std::size_t i = 0; i < nodes(); ++i)
             for (int c = 0; c < 3; ++c) keep[3 * i + c] = components[i] >> c & 1 ? 0.0F : 1.0F;
-            for (std::int32_t k = A.start[i]; k < A.start[i + 1]; ++k)
-                if (const std::int32_t j = A.columns[k]; components[i] | components[j])
-                    masked.push_back({k, components[i], components[j], static_cast<std::size_t>(j) == i});
-        }
     }
 
-    void update_rotations() {
-        if (level.strain() != StrainModel::corotated) return;
+    /// Rotations where `u` is, and the gradients that they turn; the stiffness is scaled by s.
+    void take_rotations(double s) {
         team.run_pieces(batches.all().end, grain, [&](std::size_t begin, std::size_t end) {
-            livetet::update_rotations<float>(batches, {begin, end}, u, rotations);
+            if (level.strain() == StrainModel::corotated)
+                livetet::update_rotations<float>(batches, {begin, end}, u, rotations);
+            rotate_gradients(batches, {begin, end}, rotations, static_cast<float>(s), rotated);
         });
     }
 
-    void assemble(double s, double m) {
-        over_rows([&](std::size_t begin, std::size_t end) {
-            std::fill(A.values.begin() + 9 * static_cast<std::ptrdiff_t>(A.start[begin]),
-                      A.values.begin() + 9 * static_cast<std::ptrdiff_t>(A.start[end]), 0.0F);
-        });
-        const auto add = [&](BatchRange range) {
-            livetet::assemble<float>(batches, range, rotations, static_cast<float>(s), slots, A.values);
-        };
-        team.run([&](int thread) { add(parts.parts[thread]); });
-        add(parts.shared);
+    /// A = s K + m M + springs, of all components: what is constrained is kept out of the vectors, not of A.
+    void assemble(double m) {
+        over_rows([&](std::size_t begin, std::size_t end) { edges->write_off_diagonal(begin, end, rotated, A.values); });
         const auto mass = level.node_mass(), springs = level.springs();
         over_rows([&](std::size_t begin, std::size_t end) {
+            edges->write_diagonal(begin, end, A.values);
             for (std::size_t i = begin; i < end; ++i) {
                 const auto more = static_cast<float>(m * mass[i] + (springs.empty() ? 0 : springs[i]));
-                for (int c = 0; c < 3; ++c) diagonal_block(i)[4 * c] += more;
+                float* block = A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]);
+                for (int c = 0; c < 3; ++c) block[4 * c] += more;
+                invert(block, keep.data() + 3 * i, inverse.data() + 9 * i);
             }
         });
-        team.run_pieces(masked.size(), 8 * grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) mask(masked[k]);
-        });
-        over_rows([&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                Eigen::Map<Eigen::Matrix3f>(inverse.data() + 9 * i) =
-                    Eigen::Map<const Eigen::Matrix3f>(diagonal_block(i)).inverse();
-        });
     }
 
-    float* diagonal_block(std::size_t i) { return A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]); }
-
-    void mask(const Masked& k) {
-        for (int b = 0; b < 3; ++b)
-            for (int a = 0; a < 3; ++a)
-                if ((k.row >> a & 1) || (k.column >> b & 1))
-                    A.values[9 * static_cast<std::size_t>(k.block) + 3 * b + a] = k.diagonal && a == b ? identity : 0;
-    }
-
-    /// Constrained rows get a diagonal like the others': what it is exactly matters to nobody.
-    void find_identity() {
-        double sum = 0;
-        for (std::size_t i = 0; i < nodes(); ++i)
-            for (int c = 0; c < 3; ++c) sum += diagonal_block(i)[4 * c];
-        identity = static_cast<float>(sum / (3.0 * static_cast<double>(nodes())));
+    /// The inverse of what of a symmetric block is kept; zero in the other rows and columns.
+    static void invert(const float* block, const float* keep, float* to) {
+        const Eigen::Map<const Eigen::Vector3f> k(keep);
+        Eigen::Matrix3f D = Eigen::Map<const Eigen::Matrix3f>(block);
+        if (k.sum() < 3) {
+            D = (k.asDiagonal() * D * k.asDiagonal()).eval();
+            D.diagonal() += D.diagonal().maxCoeff() * (1 - k.array()).matrix();
+            if (k.sum() == 0) D.setIdentity();
+            Eigen::Map<Eigen::Matrix3f>(to).noalias() = k.asDiagonal() * D.inverse() * k.asDiagonal();
+            return;
+        }
+        Eigen::Map<Eigen::Matrix3f> result(to);
+        result = D.inverse();
     }
 
     Four jacobi(std::size_t i, Four v) const {
@@ -295,14 +287,12 @@ void FloatMultigrid::update(std::span<const double> u, double s, double m) {
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
-        level->update_rotations();
+        level->take_rotations(s);
         if (fresh_) {  // mass only lowers the bound
-            level->assemble(s, 0);
-            level->find_identity();
-            level->assemble(s, 0);
+            level->assemble(0);
             find_bounds(*level);
         }
-        level->assemble(s, m);
+        level->assemble(m);
     }
     if (!invert) return;
     invert_coarsest();
@@ -334,10 +324,19 @@ void FloatMultigrid::find_bounds(Level& level) {
 void FloatMultigrid::invert_coarsest() {
     Level& level = *levels_.back();
     dense_.setZero();
+    float largest = 0;
     for (std::size_t i = 0; i < level.nodes(); ++i)
-        for (std::int32_t k = level.A.start[i]; k < level.A.start[i + 1]; ++k)
-            dense_.block<3, 3>(static_cast<Eigen::Index>(3 * i), 3 * level.A.columns[k]) =
-                Eigen::Map<const Eigen::Matrix3f>(level.A.values.data() + 9 * static_cast<std::size_t>(k));
+        for (std::int32_t k = level.A.start[i]; k < level.A.start[i + 1]; ++k) {
+            const std::int32_t j = level.A.columns[k];
+            const Eigen::Map<const Eigen::Vector3f> of_row(level.keep.data() + 3 * i), of_column(level.keep.data() + 3 * j);
+            const auto at = static_cast<Eigen::Index>(3 * i);
+            dense_.block<3, 3>(at, 3 * j) =
+                of_row.asDiagonal() * Eigen::Map<const Eigen::Matrix3f>(level.A.values.data() + 9 * static_cast<std::size_t>(k)) *
+                of_column.asDiagonal();
+            if (j == static_cast<std::int32_t>(i)) largest = std::max(largest, dense_.diagonal().segment<3>(at).maxCoeff());
+        }
+    for (Eigen::Index i = 0; i < dense_.rows(); ++i)
+        if (level.keep[i] == 0) dense_(i, i) = largest > 0 ? largest : 1;
     factor_.compute(dense_);
     dense_.setIdentity();
     factor_.solveInPlace(dense_);
@@ -381,7 +380,7 @@ void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
         fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
-            for (int c = 0; c < 3; ++c) y[3 * i + c] = Ax[c];
+            for (int c = 0; c < 3; ++c) y[3 * i + c] = fine.keep[3 * i + c] * Ax[c];
         });
     });
 }
@@ -402,9 +401,10 @@ double FloatMultigrid::bytes_of_update() const {
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
         const double batches = static_cast<double>(level->batches.all().end);
-        bytes += batches * (2.0 * sizeof(TetBatch<float>) + 2.0 * sizeof(RotationBatch<float>))  // rotations, assembly
-                 + 4.0 * level->slots.size() + 3 * 36.0 * level->A.columns.size()                 // zero, read, written
-                 + 36.0 * level->nodes() * 2;
+        bytes += batches * (sizeof(TetBatch<float>) + 2.0 * sizeof(RotationBatch<float>)) +
+                 2.0 * sizeof(RotatedTet) * static_cast<double>(level->rotated.size()) +
+                 static_cast<double>(level->edges->bytes()) + 2 * 36.0 * level->A.columns.size() +
+                 (36.0 + 24) * static_cast<double>(level->nodes());
     }
     return bytes;
 }

@@ -32,9 +32,9 @@ class FloatMultigrid {
     /// The operators s K(R) + m M at displacement `u` (m, 3 numbers a node).
     void update(std::span<const double> u, double s, double m);
 
-    /// y = A x on the finest level; constrained components as the identity's, scaled.
+    /// y = A x on the finest level, x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);
-    /// z = one symmetric V-cycle for A z = r from zero.
+    /// z = one symmetric V-cycle for A z = r from zero; r and z zero at constrained components.
     void cycle(std::span<const double> r, std::span<double> z);
 
     /// What one `update`, one `multiply` and one `cycle` have to move, from and to memory, if every array is read or

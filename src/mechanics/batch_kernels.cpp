@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "mechanics/edge_assembly.hpp"
 #include "mechanics/rotation.hpp"
 
 // Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
@@ -434,6 +435,23 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                     value[8] += last[low][high][l];
                 }
         }
+    }
+}
+
+void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::span<const RotationBatch<float>> rotations,
+                      float scale, std::span<RotatedTet> tets) {
+    constexpr int width = batch_width<float>;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<float>& b = batches[k];
+        const Mat3<float> g = load_matrix<float>(b.gradients), R = load_matrix<float>(rotations[k].R);
+        const Lanes<float> lambda = scale * load<float>(b.lambda), mu = scale * load<float>(b.mu);
+        Vec3<float> h[4] = {{}, R * g.x, R * g.y, R * g.z};
+        h[0] = -(h[1] + h[2] + h[3]);
+        alignas(32) float corners[4][width][4];
+        for (int i = 0; i < 4; ++i) transpose(h[i], i == 0 ? lambda : mu, corners[i]);
+        for (int l = 0; l < width; ++l)
+            for (int i = 0; i < 4; ++i)
+                std::memcpy(tets[k * width + l].corner[i], corners[i][place<float>(l)], 4 * sizeof(float));
     }
 }
 
