@@ -142,7 +142,12 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
 void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames,
                                const Report& report) {
     const Distribution& ms = report.frames.frame_ms;
-    const double budget = report.run.budget_ms, top = 1.35 * std::max(ms.worst, budget);
+    // A budget far above all frames is left out: with it they would lie flat on the axis.
+    const double budget = report.run.budget_ms, seen = budget <= 4 * ms.worst ? budget : 0;
+    const double top = 1.35 * std::max(ms.worst, seen);
+    std::string title = fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples);
+    if (report.run.budget_given)
+        title += fmt::format(", {} of {} frames cut short", report.frames.cut_short, report.frames.kept);
     Line times{"each frame", {}, {}, look::blue, 2};
     for (const RunFrame& frame : frames) {
         times.x.push_back(frame.time_s);
@@ -150,12 +155,12 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     }
     ChartWindow out;
     const auto chart = make_chart(
-        out.scene(), fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples),
-        {10, 10, look::width - 500, look::height - 20});
+        out.scene(), title, {10, 10, look::width - 500, look::height - 20});
     add_plot(chart, vtkChart::LINE, times);
     const double first = times.x.front(), last = times.x.back();
-    add_plot(chart, vtkChart::LINE,
-             level(fmt::format("budget {:.1f} ms", budget), first, last, budget, look::red, vtkPen::SOLID_LINE));
+    if (seen > 0)
+        add_plot(chart, vtkChart::LINE,
+                 level(fmt::format("budget {:g} ms", budget), first, last, budget, look::red, vtkPen::SOLID_LINE));
     add_plot(chart, vtkChart::LINE,
              level(fmt::format("99 %: {:.1f} ms", ms.p99), first, last, ms.p99, look::ink, vtkPen::DOT_LINE));
     add_plot(chart, vtkChart::LINE,
@@ -166,14 +171,15 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
 
     constexpr int bins = 40;
     Line counts{"frames", std::vector<double>(bins), std::vector<double>(bins), look::blue, 1};
-    const double widest = std::max(ms.worst, budget) * 1.02;
+    const double widest = std::max(ms.worst, seen) * 1.02;
     for (int b = 0; b < bins; ++b) counts.x[b] = (b + 0.5) * widest / bins;
     for (const double t : times.y) ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
     const auto histogram =
         make_chart(out.scene(), "How many took how long", {look::width - 480.F, 10, 470, look::height - 20});
     add_plot(histogram, vtkChart::BAR, counts);
-    add_plot(histogram, vtkChart::LINE,
-             {"budget", {budget, budget}, {0, 1.1 * largest(counts.y)}, look::red, 2.5F, vtkPen::SOLID_LINE});
+    if (seen > 0)
+        add_plot(histogram, vtkChart::LINE,
+                 {"budget", {budget, budget}, {0, 1.1 * largest(counts.y)}, look::red, 2.5F, vtkPen::SOLID_LINE});
     set_axis(histogram, vtkAxis::BOTTOM, "frame time [ms]", 0, widest);
     set_axis(histogram, vtkAxis::LEFT, "frames", 0, 1.1 * largest(counts.y));
     write_window(out.window, path);

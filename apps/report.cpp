@@ -8,9 +8,11 @@ namespace livetet {
 
 namespace {
 
-Distribution distribution_of(const RunResult& result, double (*value)(const RunFrame&)) {
+/// Of what the frames have of a value.
+Distribution distribution_of(const RunResult& result, std::optional<double> (*value)(const RunFrame&)) {
     std::vector<double> values;
-    for (const RunFrame& frame : result.frames) values.push_back(value(frame));
+    for (const RunFrame& frame : result.frames)
+        if (const std::optional<double> x = value(frame)) values.push_back(*x);
     return distribution(std::move(values));
 }
 
@@ -19,15 +21,21 @@ FrameStatistics frame_statistics(const RunResult& result) {
     s.kept = result.frames.size();
     for (const RunFrame& frame : result.frames) {
         s.over_budget += frame.frame_ms > result.info.budget_ms;
+        s.cut_short += frame.cut_short;
         s.not_converged += !frame.converged;
         s.registration_held += frame.registration_held;
         s.registration_lost += frame.registration_lost;
     }
-    s.frame_ms = distribution_of(result, [](const RunFrame& f) { return f.frame_ms; });
-    s.operator_ms = distribution_of(result, [](const RunFrame& f) { return f.operator_ms; });
-    s.forces_ms = distribution_of(result, [](const RunFrame& f) { return f.forces_ms; });
-    s.solve_ms = distribution_of(result, [](const RunFrame& f) { return f.solve_ms; });
-    s.iterations = distribution_of(result, [](const RunFrame& f) { return static_cast<double>(f.iterations); });
+    using Value = std::optional<double>;
+    s.frame_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.frame_ms; });
+    s.sensor_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.sensor_ms; });
+    s.forces_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.forces_ms; });
+    s.operator_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.operator_ms; });
+    s.solve_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.solve_ms; });
+    s.finish_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.finish_ms; });
+    s.output_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.output_ms; });
+    s.iterations = distribution_of(result, [](const RunFrame& f) -> Value { return f.iterations; });
+    s.error_estimate_mm = distribution_of(result, [](const RunFrame& f) -> Value { return f.error_estimate_mm; });
     return s;
 }
 

@@ -12,11 +12,12 @@
 
 namespace livetet {
 
-/// How long the frames took and how they ended. Times in ms. `missed` is the run's own count of samples that no frame
-/// was computed for; `over_budget` counts kept frames that took longer than the time between two samples.
+/// How long the kept frames took and how they ended. Times in ms. `over_budget` counts those that took longer than the
+/// run's budget, `cut_short` those whose solve it ended. What the run did not record is a distribution of nothing.
 struct FrameStatistics {
-    std::size_t kept = 0, over_budget = 0, not_converged = 0, registration_held = 0, registration_lost = 0;
-    Distribution frame_ms, operator_ms, forces_ms, solve_ms, iterations;
+    std::size_t kept = 0, over_budget = 0, cut_short = 0, not_converged = 0, registration_held = 0, registration_lost = 0;
+    Distribution frame_ms, sensor_ms, forces_ms, operator_ms, solve_ms, finish_ms, output_ms, iterations;
+    Distribution error_estimate_mm;  ///< of each frame's estimate of its own remaining error, RMS over the nodes
 };
 
 /// What one tracked run was worth.
@@ -33,7 +34,7 @@ struct Report {
 /// Throws Error for a result without frames, and where `compare_with_truth` does.
 Report make_report(const RunResult& result, const Truth* truth = nullptr);
 
-/// The sentences that say whether the run was good: frame times; with a truth, how much the deformation gained at the
+/// The sentences that say whether the run was good: frame times; where it had a budget, how it was kept; with a truth, how much the deformation gained at the
 /// deepest press, and whether moving the whole organ moved targets.
 std::vector<std::string> verdicts(const Report& report);
 

@@ -14,11 +14,28 @@ constexpr double wanted_gain = 3;
 
 std::string frames_verdict(const Report& r) {
     const Distribution& ms = r.frames.frame_ms;
-    const double rate = r.run.budget_ms > 0 ? 1e3 / r.run.budget_ms : 0;
+    const double rate = r.run.interval_ms > 0 ? 1e3 / r.run.interval_ms : 0;
     return fmt::format(
         "Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th percentile, "
         "of {:.1f} ms between samples ({:.1f} a second).",
-        r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.budget_ms, rate);
+        r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.interval_ms, rate);
+}
+
+/// "12 of 263 (4.6 %)", of the kept frames.
+std::string share_of_frames(const Report& r, std::size_t count) {
+    return fmt::format("{} of {} ({:.1f} %)", count, r.frames.kept,
+                       100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(r.frames.kept, 1)));
+}
+
+std::string budget_verdict(const Report& r) {
+    const Distribution& e = r.frames.error_estimate_mm;
+    std::string text = fmt::format("Budget: of {:g} ms a frame, {} kept frames took longer; {} were cut short by it",
+                                   r.run.budget_ms, share_of_frames(r, r.frames.over_budget),
+                                   share_of_frames(r, r.frames.cut_short));
+    if (e.count > 0)
+        text += fmt::format("; the solves left an error of {:.3f} mm in the mean, {:.3f} mm at worst, estimated", e.mean,
+                            e.worst);
+    return text + ".";
 }
 
 std::string press_verdict(const TargetErrors& t) {
@@ -73,19 +90,27 @@ std::string registration_section(const Report& r) {
     return out + "  (left out: how far a fiducial lies from where the others alone put it)\n";
 }
 
-std::string row(std::string_view name, const Distribution& d) {
-    return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.median, d.mean, d.p95, d.p99,
-                       d.worst);
+/// Nothing where nothing is known.
+std::string row(std::string_view name, const Distribution& d, int digits = 2) {
+    if (d.count == 0) return "";
+    return fmt::format("  {:<22}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}\n", name, d.median, digits, d.mean,
+                       digits, d.p95, digits, d.p99, digits, d.worst, digits);
 }
 
 std::string frames_section(const Report& r) {
     const FrameStatistics& f = r.frames;
     std::string out =
         fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %", "worst");
-    out += row("whole frame [ms]", f.frame_ms) + row("  operator [ms]", f.operator_ms) +
-           row("  forces [ms]", f.forces_ms) + row("  solve [ms]", f.solve_ms) + row("iterations", f.iterations);
-    out += line("budget", fmt::format("{:.1f} ms (time between samples); {} kept frames took longer", r.run.budget_ms,
-                                      f.over_budget));
+    out += row("whole frame [ms]", f.frame_ms) + row("  sensor [ms]", f.sensor_ms) + row("  forces [ms]", f.forces_ms) +
+           row("  operator [ms]", f.operator_ms) + row("  solve [ms]", f.solve_ms) + row("  finish [ms]", f.finish_ms) +
+           row("  output [ms]", f.output_ms) + row("iterations", f.iterations) +
+           row("error estimate [mm]", f.error_estimate_mm, 4);
+    if (f.error_estimate_mm.count > 0) out += "  (error estimate: what a frame's solve left undone, RMS over the nodes)\n";
+    out += line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
+    out += line("budget", fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
+                                      r.run.budget_given ? "track.budget" : "time between samples",
+                                      share_of_frames(r, f.over_budget)));
+    if (r.run.budget_given) out += line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
     out += line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
     if (r.run.not_kept > 0) out += line("not kept", fmt::format("{} frames: the disk was too slow", r.run.not_kept));
     out += line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
@@ -125,13 +150,16 @@ json to_json(const Distribution& d) {
 
 json frames_json(const Report& r) {
     const FrameStatistics& f = r.frames;
-    return {{"samples", r.run.samples},
+    json out = {{"samples", r.run.samples},
             {"computed", r.run.frames},
             {"kept", f.kept},
             {"missed", r.run.missed},
             {"not_kept", r.run.not_kept},
+            {"interval_ms", r.run.interval_ms},
             {"budget_ms", r.run.budget_ms},
+            {"budget_given", r.run.budget_given},
             {"over_budget", f.over_budget},
+            {"cut_short", f.cut_short},
             {"not_converged", f.not_converged},
             {"registration_held", f.registration_held},
             {"registration_lost", f.registration_lost},
@@ -140,6 +168,14 @@ json frames_json(const Report& r) {
             {"forces_ms", to_json(f.forces_ms)},
             {"solve_ms", to_json(f.solve_ms)},
             {"iterations", to_json(f.iterations)}};
+    const auto add = [&](const char* name, const Distribution& d) {  // what the run recorded
+        if (d.count > 0) out[name] = to_json(d);
+    };
+    add("sensor_ms", f.sensor_ms);
+    add("finish_ms", f.finish_ms);
+    add("output_ms", f.output_ms);
+    add("error_estimate_mm", f.error_estimate_mm);
+    return out;
 }
 
 json registration_json(const Report& r) {
@@ -189,6 +225,7 @@ json truth_json(const TargetErrors& t) {
 
 std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
+    if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.truth) {
         sentences.push_back(press_verdict(*report.truth));
         if (report.truth->rest.frames > 0) sentences.push_back(rest_verdict(report.truth->rest));

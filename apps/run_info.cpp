@@ -39,6 +39,8 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
     info.frames = value_of<std::size_t>(object, "frames", source);
     info.missed = value_of<std::size_t>(object, "missed", source);
     info.budget_ms = value_of<double>(object, "budget_ms", source);
+    info.interval_ms = object.contains("interval_ms") ? value_of<double>(object, "interval_ms", source) : info.budget_ms;
+    if (object.contains("budget_given")) info.budget_given = value_of<bool>(object, "budget_given", source);
     info.fre_mm = value_of<double>(object, "fre_mm", source);
     for (const json& f : value_of<std::vector<json>>(object, "fiducials", source))
         info.fiducials.push_back(parse_fiducial(f, source));

@@ -12,8 +12,13 @@ namespace livetet {
 
 namespace {
 
-RunFrame read_frame(const ResultReader& reader, std::size_t k) {
+/// `names`: of the values that there are.
+RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& names, std::size_t k) {
     const auto value = [&](const char* name) { return reader.values(name, k, 1)[0]; };
+    const auto value_if_any = [&](const char* name) -> std::optional<double> {
+        if (std::find(names.begin(), names.end(), name) == names.end()) return {};
+        return value(name);
+    };
     const auto is = [&](RegistrationStatus status) {
         return value("registration_status") == static_cast<double>(status);
     };
@@ -28,8 +33,13 @@ RunFrame read_frame(const ResultReader& reader, std::size_t k) {
     frame.operator_ms = value("operator_ms");
     frame.forces_ms = value("forces_ms");
     frame.solve_ms = value("solve_ms");
+    frame.sensor_ms = value_if_any("sensor_ms");
+    frame.finish_ms = value_if_any("finish_ms");
+    frame.output_ms = value_if_any("output_ms");
     frame.iterations = static_cast<int>(value("iterations"));
     frame.residual = value("residual");
+    frame.error_estimate_mm = value_if_any("error_estimate_mm");
+    frame.cut_short = value_if_any("cut_short").value_or(0) != 0;
     frame.press_mm = value("press_mm");
     frame.registration_held = is(RegistrationStatus::held);
     frame.registration_lost = is(RegistrationStatus::lost);
@@ -63,7 +73,7 @@ RunResult read_run_result(const std::filesystem::path& path) {
     const std::vector<std::string> names = reader->value_names();
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
         fail("{}: holds no tracked poses, expected the result of livetet track", result.source);
-    for (std::size_t k = 0; k < reader->frame_count(); ++k) result.frames.push_back(read_frame(*reader, k));
+    for (std::size_t k = 0; k < reader->frame_count(); ++k) result.frames.push_back(read_frame(*reader, names, k));
     result.info = parse_run_info(reader->text("run"), result.source);
     result.displacement = [reader](std::size_t k) { return reader->displacement(k); };
     mark_nodes(result);

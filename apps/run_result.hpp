@@ -19,8 +19,11 @@ struct RunFrame {
     double time_s = 0;                                       ///< the tracker sample's own time stamp
     RigidTransform<Tracker, ImageFrame> tracker_from_image;  ///< not finite while there was no registration yet
     double frame_ms = 0, operator_ms = 0, forces_ms = 0, solve_ms = 0;
+    std::optional<double> sensor_ms, finish_ms, output_ms;  ///< the other stages; not in the oldest files
     int iterations = 0;
     double residual = 0;
+    std::optional<double> error_estimate_mm;  ///< of what was left unsolved, RMS over the nodes; the live solver's alone
+    bool cut_short = false;                   ///< by the budget, before the solver's tolerance
     double press_mm = 0;  ///< length of the patch's displacement
     bool registration_held = false, registration_lost = false;
     bool converged = true;
@@ -36,7 +39,9 @@ struct RunFiducial {
 struct RunInfo {
     std::size_t samples = 0, frames = 0, missed = 0;  ///< tracker samples, frames computed, samples never computed
     std::size_t not_kept = 0;                         ///< frames that the disk was too slow for
-    double budget_ms = 0;                             ///< time between two samples
+    double interval_ms = 0;                           ///< time between two samples
+    double budget_ms = 0;                             ///< what a frame may take: track.budget, else the interval
+    bool budget_given = false;                        ///< there is a track.budget: frames were cut short to keep it
     double fre_mm = 0;
     std::vector<RunFiducial> fiducials;
     std::size_t tets = 0, nodes = 0, levels = 0;

@@ -24,7 +24,6 @@ namespace livetet {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
 struct TrackArguments {
@@ -86,7 +85,8 @@ class Player {
 /// Writes frames from a thread of its own, so that the simulation never waits for a disk.
 class Recorder {
   public:
-    explicit Recorder(ResultWriter& writer) : writer_(writer), ring_(32) {
+    /// `solver`: what computed the frames; the live one alone estimates their errors.
+    Recorder(ResultWriter& writer, SolverKind solver) : writer_(writer), solver_(solver), ring_(32) {
         thread_ = std::thread([this] { run(); });
     }
     ~Recorder() {
@@ -146,12 +146,17 @@ class Recorder {
         writer_.append_values("tracker_from_image", pose);
         const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
         value("frame_ms", 1e3 * kept.seconds);
-        value("operator_ms", 1e3 * f.step.operator_s);
+        value("sensor_ms", 1e3 * f.sensor_s);
         value("forces_ms", 1e3 * f.step.forces_s);
+        value("operator_ms", 1e3 * f.step.operator_s);
         value("solve_ms", 1e3 * f.step.solve_s);
+        value("finish_ms", 1e3 * f.step.finish_s);
+        value("output_ms", 1e3 * f.output_s);
         value("iterations", f.step.iterations);
         value("imbalance", f.step.imbalance);
         value("residual", f.step.linear_residual);
+        if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
+        value("cut_short", f.step.cut_short && f.step.converged);  // else it failed, budget or not
         value("press_mm", 1e3 * f.press);
         value("registration_status", static_cast<double>(f.registration));
         value("drive_status", static_cast<double>(f.drive));
@@ -159,6 +164,7 @@ class Recorder {
     }
 
     ResultWriter& writer_;
+    SolverKind solver_;
     Ring<KeptFrame> ring_;
     std::exception_ptr failure_;
     std::atomic<bool> failed_{false};
@@ -169,14 +175,26 @@ struct Counts {
     std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;
 };
 
-/// Frame after frame to the recording's end.
-Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& model, Recorder& recorder) {
+/// What the line of progress says of a frame.
+std::string describe_frame(const Frame& frame, double seconds, SolverKind solver) {
+    std::string text = fmt::format("{:6.1f} ms, {:2} iterations, residual {:.0e}", 1e3 * seconds, frame.step.iterations,
+                                   frame.step.linear_residual);
+    if (solver == SolverKind::live) text += fmt::format(", error {:.3f} mm", 1e3 * frame.step.solve_error);
+    return text + fmt::format(", press {:4.1f} mm", 1e3 * frame.press);
+}
+
+/// Frame after frame to the recording's end; each is due `budget_s` after it began, if there is a budget.
+Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& model, Recorder& recorder,
+                  std::optional<double> budget_s, SolverKind solver) {
     ProgressLine progress("track");
     Counts counts;
     const auto samples = static_cast<int>(recording.samples.size());
     const auto one_frame = [&](int index) {
         const auto start = Clock::now();
-        const Frame& frame = model.advance(recording.samples[index]);
+        std::optional<Clock::time_point> deadline;
+        if (budget_s)
+            deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*budget_s));
+        const Frame& frame = model.advance(recording.samples[index], deadline);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (counts.frames % scene.output.every == 0) {
             bool kept = recorder.keep(frame, seconds);
@@ -190,8 +208,7 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
         ++counts.frames;
         progress.update(
             static_cast<double>(index + 1) / samples,
-            fmt::format("frame {:5} {:6.1f} ms, {:2} iterations, residual {:.0e}, press {:4.1f} mm", counts.frames,
-                        1e3 * seconds, frame.step.iterations, frame.step.linear_residual, 1e3 * frame.press));
+            fmt::format("frame {:5} {}", counts.frames, describe_frame(frame, seconds, solver)));
     };
     if (scene.track->pace == Pace::every_sample) {
         for (int i = 0; i < samples && !recorder.failed(); ++i) one_frame(i);
@@ -207,7 +224,7 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
     return counts;
 }
 
-/// The typical time between samples, s: what a frame may take.
+/// The typical time between samples, s: what a frame may take where the scene has no budget.
 double sample_interval(const Recording& recording) {
     std::vector<double> gaps;
     for (std::size_t i = 1; i < recording.samples.size(); ++i)
@@ -218,7 +235,8 @@ double sample_interval(const Recording& recording) {
 }
 
 json describe_run(const Recording& recording, const FiducialRegistration& registration, const SceneBody& body,
-                  const Counts& counts) {
+                  const Counts& counts, std::optional<double> budget_s) {
+    const double interval_s = sample_interval(recording);
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
         fiducials.push_back(
@@ -227,7 +245,9 @@ json describe_run(const Recording& recording, const FiducialRegistration& regist
             {"frames", counts.frames},
             {"missed", counts.missed},
             {"not_kept", counts.not_kept},
-            {"budget_ms", 1e3 * sample_interval(recording)},
+            {"interval_ms", 1e3 * interval_s},
+            {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
+            {"budget_given", budget_s.has_value()},
             {"fre_mm", 1e3 * registration.fre},
             {"fiducials", fiducials},
             {"tets", body.mesh().tets.size()},
@@ -243,6 +263,10 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     if (!scene.track)
         fail("{}: track is missing, expected the tracker's recording and registration (livetet scene lists its keys)",
              arguments.scene.string());
+    const std::optional<double> budget_s = seconds_of(scene.track->budget);
+    if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
+        fail("track.budget = {}: solves of the mixed form cannot be cut short, expected formulation: displacement ({})",
+             scene.track->budget, arguments.scene.string());
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     const Recording recording = read_sequence(scene.track->recording);
     for (const std::string& tool : {scene.track->reference_tool, scene.track->sensor_tool})
@@ -270,10 +294,11 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
 
     // 3. frames
     ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-    Recorder recorder(writer);
-    const Counts counts = run_frames(scene, recording, model, recorder);
+    const SolverKind solver = body.body->elastic_operator().kind();
+    Recorder recorder(writer, solver);
+    const Counts counts = run_frames(scene, recording, model, recorder, budget_s, solver);
     recorder.close();
-    writer.write_text("run", describe_run(recording, registration, body, counts).dump());
+    writer.write_text("run", describe_run(recording, registration, body, counts, budget_s).dump());
     writer.close();
 
     // 4. report

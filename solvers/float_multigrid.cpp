@@ -178,10 +178,12 @@ struct FloatMultigrid::Level {
 
     /// A = s K + m M + springs, of all components: what is constrained is kept out of the vectors, not of A.
     void assemble(double m) {
-        over_rows([&](std::size_t begin, std::size_t end) { edges->write_off_diagonal(begin, end, rotated, A.values); });
+        team.run_pieces(edges->chunks(), 2, [&](std::size_t begin, std::size_t end) {
+            edges->write_upper(begin, end, rotated, A.values);
+        });
         const auto mass = level.node_mass(), springs = level.springs();
         over_rows([&](std::size_t begin, std::size_t end) {
-            edges->write_diagonal(begin, end, A.values);
+            edges->write_rest(begin, end, A.values);
             for (std::size_t i = begin; i < end; ++i) {
                 const auto more = static_cast<float>(m * mass[i] + (springs.empty() ? 0 : springs[i]));
                 float* block = A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]);
