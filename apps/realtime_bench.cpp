@@ -232,7 +232,7 @@ class Follower {
         if (is_static) reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
         reference_->set_constraints(model_.constraints());
         reference_->move_constraints(model_.driven(), model_.driven_to());
-        reference_->step(dt, {.linearisations = 40, .tolerance = 1e-7, .linear_tolerance = 1e-3});
+        (void)reference_->step(dt, {.linearisations = 40, .tolerance = 1e-7, .linear_tolerance = 1e-3});
         const Gap gap = gap_between(body_.body->displacement(), reference_->displacement());
         m.error = gap.rms;
         m.node_error = gap.node;

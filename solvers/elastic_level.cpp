@@ -72,12 +72,20 @@ void ElasticLevel::find_slots() {
 }
 
 void ElasticLevel::make_batches() {
-    parts_ = part_batches(share_.tets, team_.size(), lanes);
-    batches_.emplace(elements_, share_.tets, parts_);
+    if (matrix_) {
+        parts_ = part_batches(share_.tets, team_.size(), batch_width<double>);
+    } else {
+        BatchParts parts = part_batches(share_.tets, team_.size(), batch_width<float>);
+        TetBatches<float> batches(elements_, share_.tets, parts);
+        auto rotations = batches.make_rotations();
+        live_.emplace(std::move(parts), std::move(batches), std::move(rotations),
+                      std::vector<float>(3 * share_.nodes.size() + 1));
+    }
+    batches_.emplace(elements_, share_.tets, parts());
     lane_of_tet_.resize(elements_.size());
-    for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
-        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
-    batch_rotations_ = batches_->make_rotations();
+    for (std::size_t lane = 0; lane < parts().tet_of_lane.size(); ++lane)
+        if (const std::int32_t e = parts().tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
+    if (matrix_) batch_rotations_ = batches_->make_rotations();
     std::vector<Eigen::Matrix3d>().swap(rotations_);
     if (!matrix_ || matrix_->layout() != MatrixLayout::blocks) return;
     for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
@@ -99,6 +107,13 @@ void ElasticLevel::set_springs(std::span<const double> stiffness) {
 void ElasticLevel::update_rotations(Vec u) {
     if (strain_ != StrainModel::corotated) return;
     const LocalValues values(u);
+    if (live_) {
+        team_.run_pieces(live_->u.size() - 1, 450, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) live_->u[i] = static_cast<float>(values.data()[i]);
+        });
+        update_live_rotations();
+        return;
+    }
     if (batches_) {
         team_.run_pieces(batches_->all().end, 150, [&](std::size_t begin, std::size_t end) {
             livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_), batch_rotations_);
@@ -117,12 +132,19 @@ void ElasticLevel::update_rotations(Vec u) {
     });
 }
 
+void ElasticLevel::update_live_rotations() {
+    if (strain_ != StrainModel::corotated) return;
+    team_.run_pieces(live_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
+        livetet::update_rotations<float>(live_->batches, {begin, end}, live_->u, live_->rotations);
+    });
+}
+
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
     BlockMatrix::Filling matrix(*matrix_);
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
     if (held && !block_slots_[0].empty()) {
         for (int part = 0; part < (block_slots_[1].empty() ? 1 : 2); ++part)
-            over_batches([&](BatchRange range) {
+            over_batches([&](BatchRange range, auto) {
                 livetet::assemble<double>(*batches_, range, batch_rotations_, s, block_slots_[part], matrix.blocks(part));
             });
     } else {
@@ -148,11 +170,11 @@ void ElasticLevel::held_force(Vec y, Vec f) const {
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
         std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin), to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
     });
-    over_batches([&](BatchRange range) {
+    over_batches([&]<class Stored>(BatchRange range, std::span<const RotationBatch<Stored>> rotations) {
         if (strain_ == StrainModel::linear)
-            livetet::add_stiffness_times<double>(1, *batches_, range, batch_rotations_, all_of(at, share_), to);
+            livetet::add_stiffness_times<double, Stored>(1, *batches_, range, rotations, all_of(at, share_), to);
         else
-            livetet::add_forces<double>(*batches_, range, batch_rotations_, all_of(at, share_), to);
+            livetet::add_forces<double, Stored>(*batches_, range, rotations, all_of(at, share_), to);
     });
 }
 
@@ -176,9 +198,9 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
     const LocalValues direction(v);
     if (batches_) {
         LocalForces forces(f);
-        over_batches([&](BatchRange range) {
-            livetet::add_stiffness_times<double>(factor, *batches_, range, batch_rotations_, all_of(direction, share_),
-                                                 forces.span(share_));
+        over_batches([&]<class Stored>(BatchRange range, std::span<const RotationBatch<Stored>> rotations) {
+            livetet::add_stiffness_times<double, Stored>(factor, *batches_, range, rotations, all_of(direction, share_),
+                                                         forces.span(share_));
         });
         return;
     }

@@ -26,13 +26,21 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
+/// The tets of a level that moves live, in float.
+struct LiveBatches {
+    BatchParts parts;
+    TetBatches<float> batches;
+    std::vector<RotationBatch<float>> rotations;
+    std::vector<float> u;  ///< where the rotations were taken, m
+};
+
 /// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a tangent stiffness and
 /// M the lumped mass; rows and columns of constrained components are those of the identity. In the mixed form K is that
 /// of the displacements alone, psi_mu + p theta at a given p.
 class ElasticLevel {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does). No layout: no
-    /// matrix, `assemble` may not be called. `team`: works on the batches; must outlive this.
+    /// matrix but `live` batches, whose rotations in float serve the forces too. `team`: works on the batches; must outlive this.
     ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
                  Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone());
 
@@ -56,6 +64,10 @@ class ElasticLevel {
 
     /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Corotated strain only; else nothing.
     void update_rotations(Vec u);
+    /// The same from what stands in live()->u.
+    void update_live_rotations();
+    /// P1, linear or corotated strain, without a matrix; else null.
+    LiveBatches* live() { return live_ ? &*live_ : nullptr; }
 
     /// Writes s K + m M and the springs into the matrix; `at`: where K is taken.
     void assemble(double s, double m, Tangent tangent, const ElasticState& at);
@@ -100,12 +112,21 @@ class ElasticLevel {
     void make_elements(const TetMesh& mesh, std::span<const Material> materials);
     void find_slots();
     void make_batches();
-    /// work(batches) on all of them, by the whole team; work may add to nodes.
+    /// work(batches, rotations) on all of them, by the whole team; work may add to nodes.
     template <class Work>
     void over_batches(Work&& work) const {
-        team_.run([&](int thread) { work(parts_.parts[thread]); });
-        work(parts_.shared);
+        const auto on = [&](const BatchRange& range) {
+            if (live_)
+                work(BatchRange{range.begin * live_ratio, range.end * live_ratio},
+                     std::span<const RotationBatch<float>>(live_->rotations));
+            else
+                work(range, std::span<const RotationBatch<double>>(batch_rotations_));
+        };
+        team_.run([&](int thread) { on(parts().parts[thread]); });
+        on(parts().shared);
     }
+    static constexpr std::size_t live_ratio = batch_width<float> / batch_width<double>;
+    const BatchParts& parts() const { return live_ ? live_->parts : parts_; }
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
     static std::span<const double> all_of(const LocalValues& values, const MeshShare& share) {
         return {values.data(), 3 * share.nodes.size()};
@@ -126,10 +147,8 @@ class ElasticLevel {
     Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
         if (!batches_) return rotations_[e * points + point];
-        Eigen::Matrix3d R;
-        const std::size_t lane = lane_of_tet_[e];
-        for (int k = 0; k < 9; ++k) R.data()[k] = batch_rotations_[lane / lanes].R[k][lane % lanes];
-        return R;
+        return live_ ? rotation_at<float>(live_->rotations, lane_of_tet_[e])
+                     : rotation_at<double>(batch_rotations_, lane_of_tet_[e]);
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
@@ -150,12 +169,12 @@ class ElasticLevel {
     std::vector<TetElement> elements_;
     std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
     // P1, linear and corotated strain in the displacement form, which is what moves live: kernels over batches of tets.
-    static constexpr std::size_t lanes = batch_width<double>;
     ThreadTeam& team_;
     BatchParts parts_;
     std::optional<TetBatches<double>> batches_;
     std::vector<std::int32_t> lane_of_tet_;
     std::vector<RotationBatch<double>> batch_rotations_;
+    std::optional<LiveBatches> live_;  ///< without a matrix: then these have the rotations
     std::vector<std::int32_t> block_slots_[2];  ///< for `assemble`: of the diagonal and the off-diagonal part
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;

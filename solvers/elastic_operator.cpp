@@ -221,7 +221,7 @@ void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticMod
              "nodes a tet{}{}",
              ranks, hierarchy.levels.front().edge_nodes.empty() ? 4 : 10, coupling_ ? ", pressures" : "",
              strain ? "" : ", another strain");
-    std::vector<const ElasticLevel*> levels;
+    std::vector<ElasticLevel*> levels;
     std::vector<const BarycentricMap*> maps;
     for (const auto& level : levels_) levels.push_back(level.get());
     for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
@@ -388,8 +388,7 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
 
 void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent) {
     if (live_) {
-        const ReadArray u(at.u);
-        live_->update(u.span(), s, m);
+        live_->update(s, m);
         return;
     }
     if (kind_ == SolverKind::multigrid && !bounds_known_) {

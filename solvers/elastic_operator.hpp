@@ -78,7 +78,8 @@ class ElasticOperator {
     /// Takes rotations from `u` (ghosts up to date) on the finest level.
     void update_rotations(Vec u) { fine().update_rotations(u); }
 
-    /// Assembles s K + m M on all levels that need it; K at `at`, coarse levels at its mean there.
+    /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken last, coarse levels at its
+    /// mean there.
     void assemble(const ElasticState& at, double s, double m, Tangent tangent);
 
     bool is_mixed() const { return coupling_ != nullptr; }

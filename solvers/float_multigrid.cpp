@@ -112,28 +112,21 @@ constexpr std::size_t grain = 150;
 }  // namespace
 
 struct FloatMultigrid::Level {
-    const ElasticLevel& level;
+    ElasticLevel& level;
+    LiveBatches& live;
     ThreadTeam& team;
-    BatchParts parts;
-    TetBatches<float> batches;
-    std::vector<RotationBatch<float>> rotations;
     std::vector<RotatedTet> rotated;
     Blocks A;
     std::vector<float> inverse;  ///< of the diagonal blocks, as A's values; zero in constrained rows and columns
-    std::vector<float> u, b, x, next, r, d;
+    std::vector<float> b, x, next, r, d;
     std::vector<float> keep;       ///< 0 at constrained components, else 1
     std::unique_ptr<Lent> lent;    ///< to the next finer level's nodes
     std::unique_ptr<EdgeAssembly> edges;
     double bound = 2;              ///< largest eigenvalue of D^-1 A
 
-    Level(const ElasticLevel& l, ThreadTeam& t)
-        : level(l),
-          team(t),
-          parts(part_batches(l.share().tets, 1, batch_width<float>)),
-          batches(l.elements(), l.share().tets, parts),
-          rotations(batches.make_rotations()) {
+    Level(ElasticLevel& l, ThreadTeam& t) : level(l), live(*l.live()), team(t) {
         const std::size_t nodes = l.share().nodes.size();
-        for (std::vector<float>* v : {&u, &b, &x, &next, &r, &d, &keep}) v->assign(3 * nodes + 1, 0.0F);
+        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &keep}) v->assign(3 * nodes + 1, 0.0F);
         std::vector<std::vector<std::int32_t>> neighbours(nodes);
         for (const Tet& tet : l.share().tets)
             for (const std::int32_t i : tet) neighbours[i].insert(neighbours[i].end(), tet.begin(), tet.end());
@@ -149,8 +142,8 @@ struct FloatMultigrid::Level {
         }
         A.values.assign(9 * A.columns.size(), 0.0F);
         inverse.assign(9 * nodes + 4, 0.0F);
-        rotated.resize(parts.tet_of_lane.size());
-        edges = std::make_unique<EdgeAssembly>(l.share().tets, parts, A.start, A.columns);
+        rotated.resize(live.parts.tet_of_lane.size());
+        edges = std::make_unique<EdgeAssembly>(l.share().tets, live.parts, A.start, A.columns);
     }
 
     std::size_t nodes() const { return A.diagonal.size(); }
@@ -167,12 +160,10 @@ struct FloatMultigrid::Level {
             for (int c = 0; c < 3; ++c) keep[3 * i + c] = components[i] >> c & 1 ? 0.0F : 1.0F;
     }
 
-    /// Rotations where `u` is, and the gradients that they turn; the stiffness is scaled by s.
-    void take_rotations(double s) {
-        team.run_pieces(batches.all().end, grain, [&](std::size_t begin, std::size_t end) {
-            if (level.strain() == StrainModel::corotated)
-                livetet::update_rotations<float>(batches, {begin, end}, u, rotations);
-            rotate_gradients(batches, {begin, end}, rotations, static_cast<float>(s), rotated);
+    /// The gradients as the rotations turn them; the stiffness is scaled by s.
+    void turn_gradients(double s) {
+        team.run_pieces(live.batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
+            rotate_gradients(live.batches, {begin, end}, live.rotations, static_cast<float>(s), rotated);
         });
     }
 
@@ -252,10 +243,10 @@ struct FloatMultigrid::Level {
     }
 };
 
-FloatMultigrid::FloatMultigrid(std::vector<const ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
+FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
                                int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
-    for (const ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
+    for (ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l)
         levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
     dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()), static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
@@ -274,22 +265,19 @@ void FloatMultigrid::restrict_displacements() {
         Level& coarse = *levels_[l + 1];
         coarse.over_rows([&](std::size_t begin, std::size_t end) {
             for (std::size_t n = begin; n < end; ++n)
-                store(coarse.lent->gather(n, fine.u.data()) / std::max(coarse.lent->weight(n), 1e-6F),
-                      coarse.u.data() + 3 * n);
+                store(coarse.lent->gather(n, fine.live.u.data()) / std::max(coarse.lent->weight(n), 1e-6F),
+                      coarse.live.u.data() + 3 * n);
         });
     }
 }
 
-void FloatMultigrid::update(std::span<const double> u, double s, double m) {
-    Level& fine = *levels_.front();
-    team_.run_pieces(u.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) fine.u[i] = static_cast<float>(u[i]);
-    });
+void FloatMultigrid::update(double s, double m) {
     restrict_displacements();
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
-        level->take_rotations(s);
+        if (level != levels_.front()) level->level.update_live_rotations();
+        level->turn_gradients(s);
         if (fresh_) {  // mass only lowers the bound
             level->assemble(0);
             find_bounds(*level);
@@ -402,7 +390,7 @@ double FloatMultigrid::bytes_of_update() const {
     double bytes = 0;
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
-        const double batches = static_cast<double>(level->batches.all().end);
+        const double batches = static_cast<double>(level->live.batches.all().end);
         bytes += batches * (sizeof(TetBatch<float>) + 2.0 * sizeof(RotationBatch<float>)) +
                  2.0 * sizeof(RotatedTet) * static_cast<double>(level->rotated.size()) +
                  static_cast<double>(level->edges->bytes()) + 2 * 36.0 * level->A.columns.size() +

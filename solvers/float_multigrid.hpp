@@ -19,8 +19,8 @@ namespace livetet {
 /// anew when constraints or coefficients change. After `set_constrained` and the first `update`, nothing allocates.
 class FloatMultigrid {
   public:
-    /// `levels`, finest first, the maps between them and the team must outlive this.
-    FloatMultigrid(std::vector<const ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps,
+    /// `levels` (without matrices), finest first, the maps between them and the team must outlive this.
+    FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps,
                    ThreadTeam& team);
     ~FloatMultigrid();
 
@@ -29,8 +29,8 @@ class FloatMultigrid {
     /// Takes up the levels' constrained components and springs.
     void set_constrained();
 
-    /// The operators s K(R) + m M at displacement `u` (m, 3 numbers a node).
-    void update(std::span<const double> u, double s, double m);
+    /// The operators s K(R) + m M, where the finest level's rotations were taken last.
+    void update(double s, double m);
 
     /// y = A x on the finest level, x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);

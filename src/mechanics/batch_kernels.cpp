@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "mechanics/edge_assembly.hpp"
 #include "mechanics/rotation.hpp"
@@ -150,6 +151,27 @@ Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>
                       zx = mu * (dot(R.z, A.x) + dot(R.x, A.z));
     return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx}, R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
             R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
+}
+
+/// The rotations of batch k. From float: R (3 I - R^T R) / 2, which squares the distance from orthonormal.
+template <class Real, class Stored>
+Mat3<Real> rotations_of(std::span<const RotationBatch<Stored>> rotations, std::size_t k) {
+    if constexpr (std::is_same_v<Real, Stored>) {
+        return load_matrix<Real>(rotations[k].R);
+    } else {
+        constexpr int ratio = batch_width<Stored> / batch_width<Real>;
+        const RotationBatch<Stored>& stored = rotations[k / ratio];
+        const auto row = [&](int m) {
+            Lanes<Real> x;
+            for (int l = 0; l < batch_width<Real>; ++l) x[l] = stored.R[m][k % ratio * batch_width<Real> + l];
+            return x;
+        };
+        const Mat3<Real> R{{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
+        const Lanes<Real> half = all_lanes(Real(-0.5)), xy = half * dot(R.x, R.y), yz = half * dot(R.y, R.z),
+                          zx = half * dot(R.z, R.x), one = all_lanes(Real(1.5));
+        return {R * Vec3<Real>{one + half * dot(R.x, R.x), xy, zx}, R * Vec3<Real>{xy, one + half * dot(R.y, R.y), yz},
+                R * Vec3<Real>{zx, yz, one + half * dot(R.z, R.z)}};
+    }
 }
 
 /// f_i += P g_i.
@@ -362,24 +384,24 @@ void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::sp
     }
 }
 
-template <class Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
+template <class Real, class Stored>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, RotationSpan<Stored> rotations,
                 std::span<const Real> u, std::span<Real> f) {
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), F, Real(1)), f.data());
+        scatter_forces(b, stress(b, rotations_of<Real>(rotations, k), F, Real(1)), f.data());
     }
 }
 
-template <class Real>
+template <class Real, class Stored>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f) {
+                         RotationSpan<Stored> rotations, std::span<const Real> v, std::span<Real> f) {
     const Lanes<Real> s = all_lanes(factor);
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> H = gradient_of(b, v.data());
-        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+        scatter_forces(b, stress(b, rotations_of<Real>(rotations, k), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
     }
 }
 
@@ -459,14 +481,21 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::s
     template class TetBatches<Real>;                                                                                   \
     template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
                                    std::span<RotationBatch<Real>>);                                                    \
-    template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \
-                             std::span<const Real>, std::span<Real>);                                                  \
-    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
-                                      std::span<const Real>, std::span<Real>);                                         \
     template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
                            std::span<const std::int32_t>, std::span<Real>);
 LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
+#undef LIVETET_INSTANTIATE
+
+#define LIVETET_INSTANTIATE(Real, Stored)                                                                  \
+    template void add_forces<Real, Stored>(const TetBatches<Real>&, BatchRange, RotationSpan<Stored>,  \
+                             std::span<const Real>, std::span<Real>);                                      \
+    template void add_stiffness_times<Real, Stored>(Real, const TetBatches<Real>&, BatchRange,            \
+                                      RotationSpan<Stored>, std::span<const Real>,       \
+                                      std::span<Real>);
+LIVETET_INSTANTIATE(float, float)
+LIVETET_INSTANTIATE(double, double)
+LIVETET_INSTANTIATE(double, float)
 #undef LIVETET_INSTANTIATE
 
 }  // namespace livetet
