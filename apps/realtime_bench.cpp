@@ -360,7 +360,7 @@ Result measure_phantom(const PhantomSize& size, const MeshHierarchy& hierarchy, 
                                       scheme != TimeScheme::static_equilibrium);
     }
     // 2. the errors: the same frames with the same iterations, some of them judged
-    const std::size_t every = std::max<std::size_t>(1, arguments.frames * (size.tets > 100000 ? 4 : 1) / 100);
+    const auto every = static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
     Follower follower(scene, hierarchy, tracker);
     std::vector<Measured> frames;
     for (std::size_t k = 0; k < samples.size(); ++k) {

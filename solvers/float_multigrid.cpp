@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "mechanics/edge_assembly.hpp"
+#include "mechanics/scaled_stiffness.hpp"
 
 namespace livetet {
 
@@ -20,58 +20,11 @@ Four load(const float* p) {
     return v;
 }
 
-using Eight = float __attribute__((vector_size(32)));
-
-Eight load_eight(const float* p) {
-    Eight v;
-    std::memcpy(&v, p, sizeof v);
-    return v;
-}
-
 /// The first three lanes.
 void store(Four v, float* p) {
     std::memcpy(p, &v, 2 * sizeof(float));
     p[2] = v[2];
 }
-
-/// Rows of 3x3 blocks, each of nine floats, column-major.
-struct Blocks {
-    std::vector<std::int32_t> start, columns, diagonal;
-    std::vector<float> values;
-
-    /// Eight numbers of a block times what of v they meet; the ninth is the caller's.
-    static Eight times(const float* block, const float* v) {
-        const Four x = load(v);
-        return load_eight(block) * __builtin_shufflevector(x, x, 0, 0, 0, 1, 1, 1, 2, 2);
-    }
-
-    /// visit(row, A x in the first three lanes) for rows [begin, end); reads one number behind x's last.
-    template <class Visit>
-    void multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const {
-        const float* a = values.data() + 9 * static_cast<std::size_t>(start[begin]);
-        for (std::size_t i = begin; i < end; ++i) {
-            Eight even{}, odd{};
-            float last = 0, last_odd = 0;
-            std::int32_t k = start[i];
-            for (; k + 1 < start[i + 1]; k += 2, a += 18) {
-                const float *u = x + 3 * columns[k], *v = x + 3 * columns[k + 1];
-                even += times(a, u);
-                odd += times(a + 9, v);
-                last += a[8] * u[2];
-                last_odd += a[17] * v[2];
-            }
-            if (k < start[i + 1]) {
-                const float* u = x + 3 * columns[k];
-                even += times(a, u);
-                last += a[8] * u[2];
-                a += 9;
-            }
-            even += odd;
-            const Four low = __builtin_shufflevector(even, even, 0, 1, 2, 2), middle = __builtin_shufflevector(even, even, 3, 4, 5, 5);
-            visit(i, low + middle + Four{even[6], even[7], last + last_odd, 0});
-        }
-    }
-};
 
 /// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node `nodes[k]`, k from
 /// start[n] to start[n + 1].
@@ -111,42 +64,26 @@ constexpr std::size_t grain = 150;
 
 }  // namespace
 
+/// A level works on A / s = K + (m M + springs) / s with the nodes' values scaled as ScaledStiffness scales them: its
+/// unknowns are S x, its right-hand sides S^-1 b / s.
 struct FloatMultigrid::Level {
     ElasticLevel& level;
     LiveBatches& live;
     ThreadTeam& team;
-    std::vector<RotatedTet> rotated;
-    Blocks A;
-    std::vector<float> inverse;  ///< of the diagonal blocks, as A's values; zero in constrained rows and columns
+    ScaledStiffness A;
+    std::vector<float> inverse;  ///< of the diagonal blocks, column-major; zero in constrained rows and columns
     std::vector<float> b, x, next, r, d;
-    std::vector<float> keep;       ///< 0 at constrained components, else 1
-    std::unique_ptr<Lent> lent;    ///< to the next finer level's nodes
-    std::unique_ptr<EdgeAssembly> edges;
-    double bound = 2;              ///< largest eigenvalue of D^-1 A
+    std::vector<float> into, from;  ///< S and 1 / S of each component, 0 where it is constrained
+    std::unique_ptr<Lent> lent;     ///< to the next finer level's nodes
+    double bound = 2;               ///< largest eigenvalue of D^-1 A
 
-    Level(ElasticLevel& l, ThreadTeam& t) : level(l), live(*l.live()), team(t) {
-        const std::size_t nodes = l.share().nodes.size();
-        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &keep}) v->assign(3 * nodes + 1, 0.0F);
-        std::vector<std::vector<std::int32_t>> neighbours(nodes);
-        for (const Tet& tet : l.share().tets)
-            for (const std::int32_t i : tet) neighbours[i].insert(neighbours[i].end(), tet.begin(), tet.end());
-        A.start.push_back(0);
-        for (std::size_t i = 0; i < nodes; ++i) {
-            auto& row = neighbours[i];
-            std::sort(row.begin(), row.end());
-            row.erase(std::unique(row.begin(), row.end()), row.end());
-            A.diagonal.push_back(static_cast<std::int32_t>(
-                A.columns.size() + (std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i)) - row.begin())));
-            A.columns.insert(A.columns.end(), row.begin(), row.end());
-            A.start.push_back(static_cast<std::int32_t>(A.columns.size()));
-        }
-        A.values.assign(9 * A.columns.size(), 0.0F);
-        inverse.assign(9 * nodes + 4, 0.0F);
-        rotated.resize(live.parts.tet_of_lane.size());
-        edges = std::make_unique<EdgeAssembly>(l.share().tets, live.parts, A.start, A.columns);
+    Level(ElasticLevel& l, ThreadTeam& t)
+        : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, live.parts, l.share().nodes.size()) {
+        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from}) v->assign(3 * nodes() + 1, 0.0F);
+        inverse.assign(9 * nodes() + 4, 0.0F);
     }
 
-    std::size_t nodes() const { return A.diagonal.size(); }
+    std::size_t nodes() const { return A.nodes(); }
 
     /// work(begin, end) on pieces of the rows.
     template <class Work>
@@ -157,46 +94,45 @@ struct FloatMultigrid::Level {
     void set_constrained() {
         const auto components = level.constrained();
         for (std::size_t i = 0; i < nodes(); ++i)
-            for (int c = 0; c < 3; ++c) keep[3 * i + c] = components[i] >> c & 1 ? 0.0F : 1.0F;
+            for (int c = 0; c < 3; ++c) {
+                const bool held = components[i] >> c & 1;
+                into[3 * i + c] = held ? 0 : A.scale()[i];
+                from[3 * i + c] = held ? 0 : 1 / A.scale()[i];
+            }
     }
 
-    /// The gradients as the rotations turn them; the stiffness is scaled by s.
-    void turn_gradients(double s) {
-        team.run_pieces(live.batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
-            rotate_gradients(live.batches, {begin, end}, live.rotations, static_cast<float>(s), rotated);
+    /// A of all components, where the rotations are: what is constrained is kept out of the vectors, not of A.
+    void assemble(double m_over_s, double s) {
+        const std::span<const RotationBatch<float>> rotations = live.rotations;
+        const BatchRange shared = live.parts.shared;
+        team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
+            A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
         });
-    }
-
-    /// A = s K + m M + springs, of all components: what is constrained is kept out of the vectors, not of A.
-    void assemble(double m) {
-        team.run_pieces(edges->chunks(), 2, [&](std::size_t begin, std::size_t end) {
-            edges->write_upper(begin, end, rotated, A.values);
-        });
+        team.run([&](int thread) { A.write_part(thread, live.batches, rotations); });
         const auto mass = level.node_mass(), springs = level.springs();
         over_rows([&](std::size_t begin, std::size_t end) {
-            edges->write_rest(begin, end, A.values);
+            A.write_rows(begin, end);
             for (std::size_t i = begin; i < end; ++i) {
-                const auto more = static_cast<float>(m * mass[i] + (springs.empty() ? 0 : springs[i]));
-                float* block = A.values.data() + 9 * static_cast<std::size_t>(A.diagonal[i]);
-                for (int c = 0; c < 3; ++c) block[4 * c] += more;
-                invert(block, keep.data() + 3 * i, inverse.data() + 9 * i);
+                const double more = m_over_s * mass[i] + (springs.empty() ? 0 : springs[i] / s);
+                const auto block = A.diagonal(i);
+                for (int c = 0; c < 3; ++c) block[4 * c] += static_cast<float>(more) / (A.scale()[i] * A.scale()[i]);
+                invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
             }
         });
     }
 
-    /// The inverse of what of a symmetric block is kept; zero in the other rows and columns.
-    static void invert(const float* block, const float* keep, float* to) {
-        const Eigen::Map<const Eigen::Vector3f> k(keep);
-        Eigen::Matrix3f D = Eigen::Map<const Eigen::Matrix3f>(block);
-        if (k.sum() < 3) {
-            D = (k.asDiagonal() * D * k.asDiagonal()).eval();
-            D.diagonal() += D.diagonal().maxCoeff() * (1 - k.array()).matrix();
-            if (k.sum() == 0) D.setIdentity();
-            Eigen::Map<Eigen::Matrix3f>(to).noalias() = k.asDiagonal() * D.inverse() * k.asDiagonal();
+    /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in the other rows and columns.
+    static void invert(const float* block, const float* free, float* to) {
+        Eigen::Map<Eigen::Matrix3f> result(to);
+        const Eigen::Map<const Eigen::Matrix3f> D(block);
+        if (free[0] != 0 && free[1] != 0 && free[2] != 0) {
+            result = D.inverse();
             return;
         }
-        Eigen::Map<Eigen::Matrix3f> result(to);
-        result = D.inverse();
+        const Eigen::Vector3f keep(free[0] != 0, free[1] != 0, free[2] != 0);
+        Eigen::Matrix3f kept = keep.asDiagonal() * D * keep.asDiagonal();
+        kept.diagonal() += std::max(D.diagonal().maxCoeff(), 1e-30F) * (Eigen::Vector3f::Ones() - keep);
+        result = keep.asDiagonal() * kept.inverse() * keep.asDiagonal();
     }
 
     Four jacobi(std::size_t i, Four v) const {
@@ -233,11 +169,11 @@ struct FloatMultigrid::Level {
         }
     }
 
-    /// r = b - A x, zero at constrained components.
+    /// r = S (b - A x), unscaled for the transfer; zero at constrained components.
     void residual() {
         over_rows([&](std::size_t begin, std::size_t end) {
             A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
-                store((load(b.data() + 3 * i) - Ax) * load(keep.data() + 3 * i), r.data() + 3 * i);
+                store((load(b.data() + 3 * i) - Ax) * load(into.data() + 3 * i), r.data() + 3 * i);
             });
         });
     }
@@ -277,13 +213,13 @@ void FloatMultigrid::update(double s, double m) {
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
         if (level != levels_.front()) level->level.update_live_rotations();
-        level->turn_gradients(s);
         if (fresh_) {  // mass only lowers the bound
-            level->assemble(0);
+            level->assemble(0, s);
             find_bounds(*level);
         }
-        level->assemble(m);
+        level->assemble(m / s, s);
     }
+    s_now_ = s;
     if (!invert) return;
     invert_coarsest();
     fresh_ = false;
@@ -314,19 +250,21 @@ void FloatMultigrid::find_bounds(Level& level) {
 void FloatMultigrid::invert_coarsest() {
     Level& level = *levels_.back();
     dense_.setZero();
-    float largest = 0;
-    for (std::size_t i = 0; i < level.nodes(); ++i)
-        for (std::int32_t k = level.A.start[i]; k < level.A.start[i + 1]; ++k) {
-            const std::int32_t j = level.A.columns[k];
-            const Eigen::Map<const Eigen::Vector3f> of_row(level.keep.data() + 3 * i), of_column(level.keep.data() + 3 * j);
-            const auto at = static_cast<Eigen::Index>(3 * i);
-            dense_.block<3, 3>(at, 3 * j) =
-                of_row.asDiagonal() * Eigen::Map<const Eigen::Matrix3f>(level.A.values.data() + 9 * static_cast<std::size_t>(k)) *
-                of_column.asDiagonal();
-            if (j == static_cast<std::int32_t>(i)) largest = std::max(largest, dense_.diagonal().segment<3>(at).maxCoeff());
-        }
+    const auto put = [&](std::size_t i, std::size_t j, const Eigen::Matrix3f& block) {
+        for (int a = 0; a < 3; ++a)
+            for (int c = 0; c < 3; ++c)
+                if (level.from[3 * i + a] != 0 && level.from[3 * j + c] != 0)
+                    dense_(static_cast<Eigen::Index>(3 * i + a), static_cast<Eigen::Index>(3 * j + c)) = block(a, c);
+    };
+    for (std::size_t i = 0; i < level.nodes(); ++i) {
+        put(i, i, Eigen::Map<const Eigen::Matrix3f>(level.A.diagonal(i).data()));
+        level.A.visit_row(i, [&](std::int32_t j, const std::array<std::int16_t, 9>& block) {
+            put(i, j, Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(block.data()).cast<float>());
+        });
+    }
+    const float largest = std::max(dense_.diagonal().maxCoeff(), 1e-30F);
     for (Eigen::Index i = 0; i < dense_.rows(); ++i)
-        if (level.keep[i] == 0) dense_(i, i) = largest > 0 ? largest : 1;
+        if (level.from[i] == 0) dense_(i, i) = largest;
     factor_.compute(dense_);
     dense_.setIdentity();
     factor_.solveInPlace(dense_);
@@ -348,16 +286,18 @@ void FloatMultigrid::descend(std::size_t l) {
     Level& coarse = *levels_[l + 1];
     coarse.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            store(coarse.lent->gather(n, level.r.data()) * load(coarse.keep.data() + 3 * n), coarse.b.data() + 3 * n);
+            store(coarse.lent->gather(n, level.r.data()) * load(coarse.from.data() + 3 * n), coarse.b.data() + 3 * n);
     });
     descend(l + 1);
     const BarycentricMap& map = *maps_[l];
     level.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Four sum{};
-            for (int k = 0; k < 4; ++k)
-                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + 3 * map.nodes[i][k]);
-            store(load(level.x.data() + 3 * i) + sum * load(level.keep.data() + 3 * i), level.x.data() + 3 * i);
+            for (int k = 0; k < 4; ++k) {
+                const std::int32_t n = 3 * map.nodes[i][k];
+                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) * load(coarse.from.data() + n);
+            }
+            store(load(level.x.data() + 3 * i) + sum * load(level.into.data() + 3 * i), level.x.data() + 3 * i);
         }
     });
     level.smooth(smoothing_steps_, false);
@@ -366,11 +306,11 @@ void FloatMultigrid::descend(std::size_t l) {
 void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     Level& fine = *levels_.front();
     team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) fine.d[i] = static_cast<float>(x[i]);
+        for (std::size_t i = begin; i < end; ++i) fine.d[i] = static_cast<float>(x[i]) * fine.into[i];
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
         fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
-            for (int c = 0; c < 3; ++c) y[3 * i + c] = fine.keep[3 * i + c] * Ax[c];
+            for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.into[3 * i + c] * Ax[c];
         });
     });
 }
@@ -378,11 +318,11 @@ void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
 void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
     Level& fine = *levels_.front();
     team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) fine.b[i] = static_cast<float>(r[i]);
+        for (std::size_t i = begin; i < end; ++i) fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.from[i];
     });
     descend(0);
     team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i];
+        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i] * fine.from[i];
     });
 }
 
@@ -390,18 +330,17 @@ double FloatMultigrid::bytes_of_update() const {
     double bytes = 0;
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
-        const double batches = static_cast<double>(level->live.batches.all().end);
-        bytes += batches * (sizeof(TetBatch<float>) + 2.0 * sizeof(RotationBatch<float>)) +
-                 2.0 * sizeof(RotatedTet) * static_cast<double>(level->rotated.size()) +
-                 static_cast<double>(level->edges->bytes()) + 2 * 36.0 * level->A.columns.size() +
-                 (36.0 + 24) * static_cast<double>(level->nodes());
+        const auto batches = static_cast<double>(level->live.batches.all().end);
+        const double rotations = level == levels_.front() ? 1 : 3;  // read; on coarse levels made here, too
+        bytes += batches * ((rotations > 1 ? 2 : 1) * sizeof(TetBatch<float>) + rotations * sizeof(RotationBatch<float>)) +
+                 static_cast<double>(level->A.bytes_of_update()) + (36.0 + 24) * static_cast<double>(level->nodes());
     }
     return bytes;
 }
 
 double FloatMultigrid::bytes_of_multiply() const {
     const Level& fine = *levels_.front();
-    return 40.0 * fine.A.columns.size() + (12 + 24 + 24) * static_cast<double>(fine.nodes());
+    return static_cast<double>(fine.A.bytes_of_product()) + (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
 }
 
 double FloatMultigrid::bytes_of_cycle() const {
@@ -413,8 +352,8 @@ double FloatMultigrid::bytes_of_cycle() const {
             break;
         }
         const double products = 2 * smoothing_steps_;  // before, but the first; the residual; after
-        bytes += products * 40.0 * level->A.columns.size() +
-                 nodes * (2 * smoothing_steps_ * (36 + 5 * 12) + 4 * 12 + 4 * (4 + 8) + 2 * 12);
+        bytes += products * static_cast<double>(level->A.bytes_of_product()) +
+                 nodes * (2 * smoothing_steps_ * (36 + 5 * 12) + 4 * 12 + 4 * (4 + 8) + 4 * 12);
     }
     return bytes + 2 * 24.0 * static_cast<double>(levels_.front()->nodes());
 }

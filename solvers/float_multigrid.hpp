@@ -57,6 +57,7 @@ class FloatMultigrid {
     Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
     Eigen::LLT<Eigen::MatrixXf> factor_;
     double s_ = 0, m_ = 0;  ///< of the coarsest inverse
+    double s_now_ = 1;      ///< of the other levels' operators
     bool fresh_ = true;     ///< constraints are new: bounds and inverse must be made
 };
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "mechanics/edge_assembly.hpp"
+#include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/rotation.hpp"
 
 // Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
@@ -153,6 +153,19 @@ Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>
             R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
 }
 
+template <class Real>
+struct FourOf {
+    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
+};
+template <class Real>
+using Four = typename FourOf<Real>::type;
+template <class Real>
+Four<Real> load_four(const Real* p) {
+    Four<Real> x;
+    std::memcpy(&x, p, sizeof x);
+    return x;
+}
+
 /// The rotations of batch k. From float: R (3 I - R^T R) / 2, which squares the distance from orthonormal.
 template <class Real, class Stored>
 Mat3<Real> rotations_of(std::span<const RotationBatch<Stored>> rotations, std::size_t k) {
@@ -162,9 +175,7 @@ Mat3<Real> rotations_of(std::span<const RotationBatch<Stored>> rotations, std::s
         constexpr int ratio = batch_width<Stored> / batch_width<Real>;
         const RotationBatch<Stored>& stored = rotations[k / ratio];
         const auto row = [&](int m) {
-            Lanes<Real> x;
-            for (int l = 0; l < batch_width<Real>; ++l) x[l] = stored.R[m][k % ratio * batch_width<Real> + l];
-            return x;
+            return __builtin_convertvector(load_four(stored.R[m] + k % ratio * batch_width<Real>), Lanes<Real>);
         };
         const Mat3<Real> R{{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
         const Lanes<Real> half = all_lanes(Real(-0.5)), xy = half * dot(R.x, R.y), yz = half * dot(R.y, R.z),
@@ -191,19 +202,6 @@ bool any(const Mask& mask) {
     std::memcpy(words, &mask, sizeof words);
     for (const std::uint64_t w : words) some |= w;
     return some;
-}
-
-template <class Real>
-struct FourOf {
-    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
-};
-template <class Real>
-using Four = typename FourOf<Real>::type;
-template <class Real>
-Four<Real> load_four(const Real* p) {
-    Four<Real> x;
-    std::memcpy(&x, p, sizeof x);
-    return x;
 }
 
 /// The first eight numbers of a column-major 3x3 block take so many registers.
@@ -461,12 +459,12 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
 }
 
 void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::span<const RotationBatch<float>> rotations,
-                      float scale, std::span<RotatedTet> tets) {
+                      std::span<RotatedTet> tets) {
     constexpr int width = batch_width<float>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<float>& b = batches[k];
         const Mat3<float> g = load_matrix<float>(b.gradients), R = load_matrix<float>(rotations[k].R);
-        const Lanes<float> lambda = scale * load<float>(b.lambda), mu = scale * load<float>(b.mu);
+        const Lanes<float> lambda = load<float>(b.lambda), mu = load<float>(b.mu);
         Vec3<float> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
         alignas(32) float corners[4][width][4];
