@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <thread>
 
@@ -57,7 +56,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
         for (PetscHandle<Vec>* v : {&p_, &p0_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
     operator_.set_constrained(constraints_.components);
     // Stresses are made of F = I + grad u: no force is better than the moduli's last digit.
-    round_off_ = 16 * std::numeric_limits<double>::epsilon() * operator_.fine().force_at_unit_strain();
+    round_off_ = operator_.fine().force_epsilon() * operator_.fine().force_at_unit_strain();
 }
 
 void DeformableBody::set_constraints(const Constraints& constraints) {

@@ -1,6 +1,7 @@
 #include "solvers/elastic_level.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "mechanics/rotation.hpp"
 
@@ -72,20 +73,19 @@ void ElasticLevel::find_slots() {
 }
 
 void ElasticLevel::make_batches() {
+    parts_ = part_batches(share_.tets, team_.size(), matrix_ ? batch_width<double> : batch_width<float>);
     if (matrix_) {
-        parts_ = part_batches(share_.tets, team_.size(), batch_width<double>);
+        batches_.emplace(elements_, share_.tets, parts_);
+        batch_rotations_ = batches_->make_rotations();
     } else {
-        BatchParts parts = part_batches(share_.tets, team_.size(), batch_width<float>);
-        TetBatches<float> batches(elements_, share_.tets, parts);
+        TetBatches<float> batches(elements_, share_.tets, parts_);
         auto rotations = batches.make_rotations();
-        live_.emplace(std::move(parts), std::move(batches), std::move(rotations),
-                      std::vector<float>(3 * share_.nodes.size() + 1));
+        const std::vector<float> zeros(3 * share_.nodes.size() + 1);
+        live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros, zeros, zeros);
     }
-    batches_.emplace(elements_, share_.tets, parts());
     lane_of_tet_.resize(elements_.size());
-    for (std::size_t lane = 0; lane < parts().tet_of_lane.size(); ++lane)
-        if (const std::int32_t e = parts().tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
-    if (matrix_) batch_rotations_ = batches_->make_rotations();
+    for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
+        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
     std::vector<Eigen::Matrix3d>().swap(rotations_);
     if (!matrix_ || matrix_->layout() != MatrixLayout::blocks) return;
     for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
@@ -144,7 +144,7 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
     if (held && !block_slots_[0].empty()) {
         for (int part = 0; part < (block_slots_[1].empty() ? 1 : 2); ++part)
-            over_batches([&](BatchRange range, auto) {
+            over_batches([&](BatchRange range) {
                 livetet::assemble<double>(*batches_, range, batch_rotations_, s, block_slots_[part], matrix.blocks(part));
             });
     } else {
@@ -163,23 +163,54 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
     matrix.finish();
 }
 
-void ElasticLevel::held_force(Vec y, Vec f) const {
-    const LocalValues at(y);
+template <class Kernel>
+void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
+    const LocalValues values(v);
     LocalForces forces(f);
+    const auto from = all_of(values, share_);
     const auto to = forces.span(share_);
+    if (!live_) {
+        over_batches([&](BatchRange range) {
+            kernel(*batches_, range, std::span<const RotationBatch<double>>(batch_rotations_), from, to);
+        });
+        return;
+    }
+    LiveBatches& live = *live_;
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-        std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin), to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+        for (std::size_t i = begin; i < end; ++i) live.values[i] = static_cast<float>(from[i]), live.forces[i] = 0;
     });
-    over_batches([&]<class Stored>(BatchRange range, std::span<const RotationBatch<Stored>> rotations) {
+    over_batches([&](BatchRange range) {
+        kernel(live.batches, range, std::span<const RotationBatch<float>>(live.rotations),
+               std::span<const float>(live.values), std::span<float>(live.forces));
+    });
+    team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) to[i] += live.forces[i];
+    });
+}
+
+double ElasticLevel::force_epsilon() const {
+    return live_ ? std::numeric_limits<float>::epsilon() : 16 * std::numeric_limits<double>::epsilon();
+}
+
+void ElasticLevel::held_force(Vec y, Vec f) const {
+    {
+        LocalForces forces(f);
+        const auto to = forces.span(share_);
+        team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
+            std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin), to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+        });
+    }
+    add_by_batches(y, f, [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
+                                         std::span<const Real> at, std::span<Real> to) {
         if (strain_ == StrainModel::linear)
-            livetet::add_stiffness_times<double, Stored>(1, *batches_, range, rotations, all_of(at, share_), to);
+            livetet::add_stiffness_times<Real>(1, batches, range, rotations, at, to);
         else
-            livetet::add_forces<double, Stored>(*batches_, range, rotations, all_of(at, share_), to);
+            livetet::add_forces<Real>(batches, range, rotations, at, to);
     });
 }
 
 void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
-    if (batches_) {
+    if (holds_rotations()) {
         held_force(at.u, f);
         return;
     }
@@ -195,15 +226,14 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
 }
 
 void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const {
-    const LocalValues direction(v);
-    if (batches_) {
-        LocalForces forces(f);
-        over_batches([&]<class Stored>(BatchRange range, std::span<const RotationBatch<Stored>> rotations) {
-            livetet::add_stiffness_times<double, Stored>(factor, *batches_, range, rotations, all_of(direction, share_),
-                                                         forces.span(share_));
+    if (holds_rotations()) {
+        add_by_batches(v, f, [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
+                                             std::span<const Real> direction, std::span<Real> to) {
+            livetet::add_stiffness_times<Real>(static_cast<Real>(factor), batches, range, rotations, direction, to);
         });
         return;
     }
+    const LocalValues direction(v);
     WriteArray forces(f);
     visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,12 +27,13 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The tets of a level that moves live, in float.
+/// The tets of a level that moves live, in float. Forces are good to about 1e-7 of those at a strain of one: u rounded to
+/// float shifts an equilibrium by as little as u was rounded by.
 struct LiveBatches {
-    BatchParts parts;
     TetBatches<float> batches;
     std::vector<RotationBatch<float>> rotations;
-    std::vector<float> u;  ///< where the rotations were taken, m
+    std::vector<float> u;               ///< where the rotations were taken, m; one number behind the last node's
+    std::vector<float> values, forces;  ///< what kernels read and add to
 };
 
 /// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a tangent stiffness and
@@ -40,7 +42,7 @@ struct LiveBatches {
 class ElasticLevel {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does). No layout: no
-    /// matrix but `live` batches, whose rotations in float serve the forces too. `team`: works on the batches; must outlive this.
+    /// matrix but `live` batches. `team`: works on the batches; must outlive this.
     ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
                  Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone());
 
@@ -67,7 +69,8 @@ class ElasticLevel {
     /// The same from what stands in live()->u.
     void update_live_rotations();
     /// P1, linear or corotated strain, without a matrix; else null.
-    LiveBatches* live() { return live_ ? &*live_ : nullptr; }
+    LiveBatches* live() { return live_.get(); }
+    const BatchParts& parts() const { return parts_; }
 
     /// Writes s K + m M and the springs into the matrix; `at`: where K is taken.
     void assemble(double s, double m, Tangent tangent, const ElasticState& at);
@@ -76,7 +79,7 @@ class ElasticLevel {
     void elastic_force(const ElasticState& at, Vec f) const;
 
     /// Whether `held_force` can be had: P1, linear or corotated strain, by displacements.
-    bool holds_rotations() const { return batches_.has_value(); }
+    bool holds_rotations() const { return batches_ || live_; }
     /// f = elastic force at `y` (ghosts up to date) by the rotations that were taken last: affine in y.
     void held_force(Vec y, Vec f) const;
 
@@ -86,6 +89,10 @@ class ElasticLevel {
     /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form: of shear, the
     /// pressures being unknowns); collective.
     double force_at_unit_strain() const;
+
+    /// What forces can be relied on to, as a part of force_at_unit_strain: sixteen last digits of a double, or the last
+    /// one of a live level's floats.
+    double force_epsilon() const;
 
     /// Strain energy, J; collective.
     double strain_energy(const ElasticState& at) const;
@@ -112,21 +119,15 @@ class ElasticLevel {
     void make_elements(const TetMesh& mesh, std::span<const Material> materials);
     void find_slots();
     void make_batches();
-    /// work(batches, rotations) on all of them, by the whole team; work may add to nodes.
+    /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
     void over_batches(Work&& work) const {
-        const auto on = [&](const BatchRange& range) {
-            if (live_)
-                work(BatchRange{range.begin * live_ratio, range.end * live_ratio},
-                     std::span<const RotationBatch<float>>(live_->rotations));
-            else
-                work(range, std::span<const RotationBatch<double>>(batch_rotations_));
-        };
-        team_.run([&](int thread) { on(parts().parts[thread]); });
-        on(parts().shared);
+        team_.run([&](int thread) { work(parts_.parts[thread]); });
+        work(parts_.shared);
     }
-    static constexpr std::size_t live_ratio = batch_width<float> / batch_width<double>;
-    const BatchParts& parts() const { return live_ ? live_->parts : parts_; }
+    /// forces += what kernel(batches, range, rotations, values, forces) adds; in double, or live in float.
+    template <class Kernel>
+    void add_by_batches(Vec values, Vec forces, Kernel&& kernel) const;
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
     static std::span<const double> all_of(const LocalValues& values, const MeshShare& share) {
         return {values.data(), 3 * share.nodes.size()};
@@ -146,9 +147,8 @@ class ElasticLevel {
     }
     Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
-        if (!batches_) return rotations_[e * points + point];
-        return live_ ? rotation_at<float>(live_->rotations, lane_of_tet_[e])
-                     : rotation_at<double>(batch_rotations_, lane_of_tet_[e]);
+        if (live_) return rotation_at<float>(live_->rotations, lane_of_tet_[e]);
+        return batches_ ? rotation_at<double>(batch_rotations_, lane_of_tet_[e]) : rotations_[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
@@ -174,7 +174,7 @@ class ElasticLevel {
     std::optional<TetBatches<double>> batches_;
     std::vector<std::int32_t> lane_of_tet_;
     std::vector<RotationBatch<double>> batch_rotations_;
-    std::optional<LiveBatches> live_;  ///< without a matrix: then these have the rotations
+    std::unique_ptr<LiveBatches> live_;  ///< without a matrix: instead of batches_ and their rotations
     std::vector<std::int32_t> block_slots_[2];  ///< for `assemble`: of the diagonal and the off-diagonal part
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;

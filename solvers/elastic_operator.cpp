@@ -174,6 +174,7 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 2),
       tet_count_(hierarchy.levels.front().tets.size()) {
     make_levels(comm, hierarchy, parts, model);
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
@@ -225,7 +226,7 @@ void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticMod
     std::vector<const BarycentricMap*> maps;
     for (const auto& level : levels_) levels.push_back(level.get());
     for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
-    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), options_.smoothing_steps, team_);
+    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), smoothing_steps_, team_);
     const PetscInt n = 3 * fine().share().owned;
     LIVETET_PETSC(MatCreateShell(fine().share().comm, n, n, n, n, live_.get(), live_matrix_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
@@ -337,7 +338,7 @@ void ElasticOperator::configure_multigrid(PC pc) {
         LIVETET_PETSC(PCMGGetSmoother(pc, level, &smoother));
         LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
         LIVETET_PETSC(
-            KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, options_.smoothing_steps));
+            KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
         LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
         LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
     }

@@ -119,6 +119,7 @@ class ElasticOperator {
     SolverOptions options_;
     ThreadTeam& team_;
     SolverKind kind_;
+    int smoothing_steps_;
     std::vector<std::unique_ptr<ElasticLevel>> levels_;  ///< finest first
     std::vector<std::unique_ptr<Transfer>> transfers_;
     std::vector<PetscHandle<Vec>> displacements_;        ///< of coarse levels, for their rotations

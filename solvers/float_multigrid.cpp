@@ -78,7 +78,7 @@ struct FloatMultigrid::Level {
     double bound = 2;               ///< largest eigenvalue of D^-1 A
 
     Level(ElasticLevel& l, ThreadTeam& t)
-        : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, live.parts, l.share().nodes.size()) {
+        : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
         for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from}) v->assign(3 * nodes() + 1, 0.0F);
         inverse.assign(9 * nodes() + 4, 0.0F);
     }
@@ -104,7 +104,7 @@ struct FloatMultigrid::Level {
     /// A of all components, where the rotations are: what is constrained is kept out of the vectors, not of A.
     void assemble(double m_over_s, double s) {
         const std::span<const RotationBatch<float>> rotations = live.rotations;
-        const BatchRange shared = live.parts.shared;
+        const BatchRange shared = level.parts().shared;
         team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
             A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
         });

@@ -18,7 +18,7 @@ inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
 struct SolverOptions {
     SolverKind kind = SolverKind::automatic;
     CoarseOperator coarse = CoarseOperator::rediscretised;
-    int smoothing_steps = 2;
+    int smoothing_steps = 0;
     int threads = 0;
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
@@ -44,8 +44,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
              {{CoarseOperator::rediscretised, "rediscretised",
                "assembled on each coarse mesh with its own rotations: cheap to renew"},
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
-    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction",
-            at_least<1, int>());
+    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 2",
+            at_least<0, int>());
     v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most; the other solvers: one a rank",
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <type_traits>
 
 #include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/rotation.hpp"
@@ -153,38 +152,6 @@ Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>
             R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
 }
 
-template <class Real>
-struct FourOf {
-    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
-};
-template <class Real>
-using Four = typename FourOf<Real>::type;
-template <class Real>
-Four<Real> load_four(const Real* p) {
-    Four<Real> x;
-    std::memcpy(&x, p, sizeof x);
-    return x;
-}
-
-/// The rotations of batch k. From float: R (3 I - R^T R) / 2, which squares the distance from orthonormal.
-template <class Real, class Stored>
-Mat3<Real> rotations_of(std::span<const RotationBatch<Stored>> rotations, std::size_t k) {
-    if constexpr (std::is_same_v<Real, Stored>) {
-        return load_matrix<Real>(rotations[k].R);
-    } else {
-        constexpr int ratio = batch_width<Stored> / batch_width<Real>;
-        const RotationBatch<Stored>& stored = rotations[k / ratio];
-        const auto row = [&](int m) {
-            return __builtin_convertvector(load_four(stored.R[m] + k % ratio * batch_width<Real>), Lanes<Real>);
-        };
-        const Mat3<Real> R{{row(0), row(1), row(2)}, {row(3), row(4), row(5)}, {row(6), row(7), row(8)}};
-        const Lanes<Real> half = all_lanes(Real(-0.5)), xy = half * dot(R.x, R.y), yz = half * dot(R.y, R.z),
-                          zx = half * dot(R.z, R.x), one = all_lanes(Real(1.5));
-        return {R * Vec3<Real>{one + half * dot(R.x, R.x), xy, zx}, R * Vec3<Real>{xy, one + half * dot(R.y, R.y), yz},
-                R * Vec3<Real>{zx, yz, one + half * dot(R.z, R.z)}};
-    }
-}
-
 /// f_i += P g_i.
 template <class Real>
 void scatter_forces(const TetBatch<Real>& b, const Mat3<Real>& P, Real* f) {
@@ -202,6 +169,19 @@ bool any(const Mask& mask) {
     std::memcpy(words, &mask, sizeof words);
     for (const std::uint64_t w : words) some |= w;
     return some;
+}
+
+template <class Real>
+struct FourOf {
+    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
+};
+template <class Real>
+using Four = typename FourOf<Real>::type;
+template <class Real>
+Four<Real> load_four(const Real* p) {
+    Four<Real> x;
+    std::memcpy(&x, p, sizeof x);
+    return x;
 }
 
 /// The first eight numbers of a column-major 3x3 block take so many registers.
@@ -382,24 +362,24 @@ void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::sp
     }
 }
 
-template <class Real, class Stored>
-void add_forces(const TetBatches<Real>& batches, BatchRange range, RotationSpan<Stored> rotations,
+template <class Real>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
                 std::span<const Real> u, std::span<Real> f) {
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(b, stress(b, rotations_of<Real>(rotations, k), F, Real(1)), f.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), F, Real(1)), f.data());
     }
 }
 
-template <class Real, class Stored>
+template <class Real>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         RotationSpan<Stored> rotations, std::span<const Real> v, std::span<Real> f) {
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f) {
     const Lanes<Real> s = all_lanes(factor);
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> H = gradient_of(b, v.data());
-        scatter_forces(b, stress(b, rotations_of<Real>(rotations, k), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
     }
 }
 
@@ -479,21 +459,14 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::s
     template class TetBatches<Real>;                                                                                   \
     template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
                                    std::span<RotationBatch<Real>>);                                                    \
+    template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \
+                             std::span<const Real>, std::span<Real>);                                                  \
+    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
+                                      std::span<const Real>, std::span<Real>);                                         \
     template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
                            std::span<const std::int32_t>, std::span<Real>);
 LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
-#undef LIVETET_INSTANTIATE
-
-#define LIVETET_INSTANTIATE(Real, Stored)                                                                  \
-    template void add_forces<Real, Stored>(const TetBatches<Real>&, BatchRange, RotationSpan<Stored>,  \
-                             std::span<const Real>, std::span<Real>);                                      \
-    template void add_stiffness_times<Real, Stored>(Real, const TetBatches<Real>&, BatchRange,            \
-                                      RotationSpan<Stored>, std::span<const Real>,       \
-                                      std::span<Real>);
-LIVETET_INSTANTIATE(float, float)
-LIVETET_INSTANTIATE(double, double)
-LIVETET_INSTANTIATE(double, float)
 #undef LIVETET_INSTANTIATE
 
 }  // namespace livetet

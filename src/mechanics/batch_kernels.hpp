@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include "mechanics/tet_kernels.hpp"
@@ -78,20 +77,16 @@ template <class Real>
 void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
                       std::span<RotationBatch<Real>> rotations);
 
-template <class Stored>
-using RotationSpan = std::type_identity_t<std::span<const RotationBatch<Stored>>>;
-
 /// f_i += V P g_i, R held: P = R (2 mu eps + lambda tr(eps) I),
-/// eps = sym(R^T F) - I. u in m, f in N. Rotations in float for forces in double (from batches of the same lanes) are made
-/// orthonormal to double's last digit first: what they are off by then turns stress, and makes none.
-template <class Real, class Stored = Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range, RotationSpan<Stored> rotations,
+/// eps = sym(R^T F) - I. u in m, f in N.
+template <class Real>
+void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
                 std::span<const Real> u, std::span<Real> f);
 
 /// f += factor K(R) v: the same with eps = sym(R^T grad v), times `factor`.
-template <class Real, class Stored = Real>
+template <class Real>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         RotationSpan<Stored> rotations, std::span<const Real> v, std::span<Real> f);
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f);
 
 /// What a batch's lane holds.
 template <class Real>

@@ -192,7 +192,8 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
     int ranks = 1;
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
     if (ranks == 1) {
-        EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::live}, 3, &iterations), reference), 1e-9);
+        // Forces in float; how near it comes when it is let go on is LiveSolver.AgreesWithThePlainPath's to say.
+        EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::live}, 3, &iterations), reference), 1e-7);
         EXPECT_LE(iterations, 20);
     }
     EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::boomeramg}, 1), reference), 5e-9);
