@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace livetet {
@@ -143,12 +144,16 @@ struct ElasticOperator::Stopping {
         LIVETET_PETSC(KSPBuildSolution(ksp, nullptr, &now));
         const ReadArray x(now);
         WriteArray y(previous.get());
-        double sum = 0;
-        for (std::size_t i = 0; i < y.span().size(); ++i) {
-            const double step = x[i] - y[i];
-            sum += step * step;
-            y[i] = x[i];
-        }
+        std::atomic<double> sum{0};
+        owner.team_.run_pieces(y.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
+            double of_piece = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                const double step = x[i] - y[i];
+                of_piece += step * step;
+                y[i] = x[i];
+            }
+            sum += of_piece;
+        });
         steps[0] = steps[1];
         steps[1] = std::sqrt(sum / (static_cast<double>(y.span().size()) / 3));
     }
@@ -462,26 +467,33 @@ void ElasticOperator::set_smoother_bounds() {
 bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {
     // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in energy.
     const std::size_t count = std::min<std::size_t>(guesses.size(), most_guesses);
+    for (std::size_t i = 0; i < count; ++i)
+        LIVETET_PETSC(MatMult(displacement_matrix(), guesses[i], images_[i].get()));
     Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
     Eigen::Vector2d work = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < count; ++i) {
-        LIVETET_PETSC(MatMult(displacement_matrix(), guesses[i], images_[i].get()));
-        LIVETET_PETSC(VecDot(guesses[i], b, &work[i]));
-        for (std::size_t j = 0; j <= i; ++j) {
-            LIVETET_PETSC(VecDot(guesses[j], images_[i].get(), &gram(i, j)));
-            gram(j, i) = gram(i, j);
-        }
+        const Vec others[] = {b, images_[0].get(), images_[1].get()};
+        PetscScalar dots[3] = {};
+        LIVETET_PETSC(VecMDot(guesses[i], static_cast<PetscInt>(1 + count), others, dots));
+        work[i] = dots[0];
+        for (std::size_t j = 0; j < count; ++j) gram(i, j) = dots[1 + j];
     }
-    LIVETET_PETSC(VecCopy(b, rest_.get()));
+    if (count == 2) gram(0, 1) = gram(1, 0) = (gram(0, 1) + gram(1, 0)) / 2;
     for (std::size_t i = 0; i < count; ++i) gram(i, i) = gram(i, i) * (1 + 1e-6) + 1e-300;
     const Eigen::Vector2d share = gram.inverse() * work;
-    if (!share.allFinite() || !(work.dot(share) > 0)) return false;
-    LIVETET_PETSC(VecSet(x, 0));
-    for (std::size_t i = 0; i < count; ++i) {
-        LIVETET_PETSC(VecAXPY(x, share[i], guesses[i]));
-        LIVETET_PETSC(VecAXPY(rest_.get(), -share[i], images_[i].get()));
-    }
-    return true;
+    const bool of_use = share.allFinite() && work.dot(share) > 0;
+    const Eigen::Vector2d c = of_use ? share : Eigen::Vector2d::Zero();
+    const auto array = [&](std::span<const Vec> vectors, std::size_t i) { return i < count ? vectors[i] : b; };
+    const Vec images[] = {images_[0].get(), images_[1].get()};
+    const ReadArray from(b), g0(array(guesses, 0)), g1(array(guesses, 1)), i0(array(images, 0)), i1(array(images, 1));
+    WriteArray start(x), rest(rest_.get());
+    team_.run_pieces(rest.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            start[i] = c[0] * g0[i] + c[1] * g1[i];
+            rest[i] = from[i] - c[0] * i0[i] - c[1] * i1[i];
+        }
+    });
+    return of_use;
 }
 
 LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const LinearEffort& effort,

@@ -192,7 +192,8 @@ template <int tets>
 void ScaledStiffness::write_group(const Group& group, const Edge*& edge, const Share*& share) {
     const int count = tets > 0 ? tets : group.tets;
     for (std::int32_t e = 0; e < group.edges; ++e, ++edge, share += count)
-        store(block_of(share, count, turned_.data()), edge->factor, eight_of(edge->block), ninth_of(edge->block));
+        store(block_of(share, count, turned_.data()), edge->factor, blocks_.data() + eight_at(edge->block),
+              blocks_.data() + ninth_at(edge->block));
 }
 
 void ScaledStiffness::write_part(int part, const TetBatches<float>& batches,
@@ -217,23 +218,24 @@ void ScaledStiffness::write_part(int part, const TetBatches<float>& batches,
 void ScaledStiffness::write_rows(std::size_t begin, std::size_t end) {
     if (begin == end) return;
     const std::int32_t* mirror = mirror_.data() + first_mirror_[begin];
+    std::int16_t* blocks = blocks_.data();
     for (std::size_t i = begin; i < end; ++i) {
         Eight sum{};
         float last = 0;
         const auto add = [&](const EightShorts& q, std::int16_t ninth, std::int32_t k) {
-            const float s = scale_[columns_[k] / 3];
+            const float s = scale_[static_cast<std::uint32_t>(columns_[k]) / 3];
             sum += eight_floats(q) * s;
             last += static_cast<float>(ninth) * s;
         };
         for (std::int32_t k = start_[i]; k < upper_[i]; ++k, ++mirror) {
-            const EightShorts upper = load_shorts(eight_of(*mirror)),
+            const EightShorts upper = load_shorts(blocks + eight_at(*mirror)),
                               q = __builtin_shufflevector(upper, upper, 0, 3, 6, 1, 4, 7, 2, 5);
-            const std::int16_t ninth = *ninth_of(*mirror);
-            std::memcpy(eight_of(k), &q, sizeof q);
-            *ninth_of(k) = ninth;
+            const std::int16_t ninth = blocks[ninth_at(*mirror)];
+            std::memcpy(blocks + eight_at(k), &q, sizeof q);
+            blocks[ninth_at(k)] = ninth;
             add(q, ninth, k);
         }
-        for (std::int32_t k = upper_[i]; k < end_[i]; ++k) add(load_shorts(eight_of(k)), *ninth_of(k), k);
+        for (std::int32_t k = upper_[i]; k < end_[i]; ++k) add(load_shorts(blocks + eight_at(k)), blocks[ninth_at(k)], k);
         const float per = -1 / scale_[i];
         sum *= per;
         std::memcpy(diagonal_.data() + 9 * i, &sum, sizeof sum);

@@ -48,8 +48,8 @@ class ScaledStiffness {
     void visit_row(std::size_t node, Visit&& visit) const {
         for (std::int32_t k = start_[node]; k < end_[node]; ++k) {
             std::array<std::int16_t, 9> numbers;
-            std::copy_n(eight_of(k), 8, numbers.begin());
-            numbers[8] = *ninth_of(k);
+            std::copy_n(blocks_.data() + eight_at(k), 8, numbers.begin());
+            numbers[8] = blocks_[ninth_at(k)];
             visit(columns_[k] / 3, numbers);
         }
     }
@@ -125,11 +125,8 @@ class ScaledStiffness {
         std::size_t first_step, first_group, first_edge, first_share;
     };
     /// Blocks stand in pairs: eight numbers of the one, eight of the other, the ninth of both.
-    static std::size_t place(std::int32_t block) { return static_cast<std::size_t>(block / 2) * 18; }
-    const std::int16_t* eight_of(std::int32_t k) const { return blocks_.data() + place(k) + k % 2 * 8; }
-    const std::int16_t* ninth_of(std::int32_t k) const { return blocks_.data() + place(k) + 16 + k % 2; }
-    std::int16_t* eight_of(std::int32_t k) { return blocks_.data() + place(k) + k % 2 * 8; }
-    std::int16_t* ninth_of(std::int32_t k) { return blocks_.data() + place(k) + 16 + k % 2; }
+    static std::size_t eight_at(std::uint32_t k) { return k / 2 * 18 + k % 2 * 8; }
+    static std::size_t ninth_at(std::uint32_t k) { return k / 2 * 18 + k % 2 + 16; }
     void find_rows(std::span<const std::array<std::int32_t, 4>> tets, std::size_t nodes);
     void find_steps(std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts);
     template <int tets>
