@@ -1,0 +1,95 @@
+#include "mechanics/scaled_stiffness.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "support/p1_kernels.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+/// A bent block of two materials, 1e4 apart, in so many parts.
+struct Setting {
+    TetMesh mesh = test::block({5, 4, 7}, {0.1, 0.08, 0.14});
+    std::vector<TetElement> elements;
+    BatchParts parts;
+    std::vector<float> u;
+
+    explicit Setting(int count) {
+        for (const Tet& t : mesh.tets) {
+            const double stiff = mesh.nodes[t[0]].z() > 0.09 ? 1e4 : 1;
+            elements.push_back(make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
+                                            9000 * stiff, 1000 * stiff));
+        }
+        parts = part_batches(mesh.tets, count, batch_width<float>);
+        for (const Vector3& x : mesh.nodes)
+            for (const double c : {3 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()}) u.push_back(static_cast<float>(c));
+        u.push_back(0);
+    }
+};
+
+class ScaledStiffnessOf : public testing::TestWithParam<int> {};
+
+TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
+    const Setting s(GetParam());
+    const TetBatches<float> batches(s.elements, s.mesh.tets, s.parts);
+    auto rotations = batches.make_rotations();
+    update_rotations<float>(batches, batches.all(), s.u, rotations);
+    const std::size_t nodes = s.mesh.nodes.size();
+    ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, nodes);
+    for (int turn = 0; turn < 2; ++turn) {  // a second time over what stands
+        for (int part = GetParam() - 1; part >= 0; --part) {
+            if (part == GetParam() - 1) Q.turn_shared(s.parts.shared, batches, rotations);
+            Q.write_part(part, batches, rotations);
+        }
+        Q.write_rows(0, nodes / 3);
+        Q.write_rows(nodes / 3, nodes);
+    }
+
+    // The plain assembly into a dense matrix of blocks
+    std::vector<std::int32_t> slots;
+    for (const Tet& t : s.mesh.tets)
+        for (const std::int32_t i : t)
+            for (const std::int32_t j : t) slots.push_back(i * static_cast<std::int32_t>(nodes) + j);
+    std::vector<float> values(9 * nodes * nodes);
+    assemble<float>(batches, batches.all(), rotations, 1, slots, values);
+    const auto expected = [&](std::size_t i, std::size_t j) -> Eigen::Matrix3f {
+        return Eigen::Map<const Eigen::Matrix3f>(&values[9 * (i * nodes + j)]) / (Q.scale()[i] * Q.scale()[j]);
+    };
+
+    // Each number within half a step (and float's digits), the sum of a row's blocks zero
+    std::vector<float> x(3 * nodes + 1), y(3 * nodes + 1);
+    std::mt19937 generator(5);
+    for (std::size_t i = 0; i < 3 * nodes; ++i) x[i] = std::normal_distribution<float>()(generator);
+    for (std::size_t i = 0; i < nodes; ++i) {
+        std::size_t blocks = 0;
+        const Eigen::Matrix3f own = Eigen::Map<const Eigen::Matrix3f>(Q.diagonal(i).data());
+        Eigen::Vector3f product = own * Eigen::Map<const Eigen::Vector3f>(&x[3 * i]);
+        Eigen::Matrix3f sum = own * Q.scale()[i];
+        float largest = 0;
+        Q.visit_row(i, [&](std::int32_t j, const std::array<std::int16_t, 9>& numbers) {
+            const Eigen::Matrix3f block = Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(numbers.data()).cast<float>();
+            ASSERT_LE((block - expected(i, j)).cwiseAbs().maxCoeff(), 0.51F) << i << " " << j;
+            sum += block * Q.scale()[j];
+            product += block * Eigen::Map<const Eigen::Vector3f>(&x[3 * j]);
+            largest = std::max(largest, Q.scale()[j]);
+            ++blocks;
+        });
+        EXPECT_GE(blocks, 3U);
+        EXPECT_LT(sum.cwiseAbs().maxCoeff(), 0.1F * largest);
+        // A soft node beside stiff ones is off by half a step of theirs for each.
+        EXPECT_LT((own - expected(i, i)).norm(), (largest > 2 * Q.scale()[i] ? 2e-2F : 5e-4F) * expected(i, i).norm());
+        for (int c = 0; c < 3; ++c) y[3 * i + c] = product[c];
+    }
+    Q.multiply(0, nodes, x.data(), [&](std::size_t i, const auto& Qx) {
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(Qx[c], y[3 * i + c], 1e-6F * 32000 * 14) << i;
+    });
+}
+
+INSTANTIATE_TEST_SUITE_P(Any, ScaledStiffnessOf, testing::Values(1, 2, 3));
+
+}  // namespace
+}  // namespace livetet
