@@ -34,8 +34,8 @@ struct Report {
 /// Throws Error for a result without frames, and where `compare_with_truth` does.
 Report make_report(const RunResult& result, const Truth* truth = nullptr);
 
-/// The sentences that say whether the run was good: frame times; where it had a budget, how it was kept; with a truth, how much the deformation gained at the
-/// deepest press, and whether moving the whole organ moved targets.
+/// The sentences that say whether the run was good: frame times; where it had a budget, how it was kept; with a truth,
+/// how much the deformation gained at the deepest press, and whether moving the whole organ moved targets.
 std::vector<std::string> verdicts(const Report& report);
 
 /// A page of tables to read, lines of at most 100 characters.

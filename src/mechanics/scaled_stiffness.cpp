@@ -14,7 +14,7 @@ using EightInts [[gnu::vector_size(32)]] = std::int32_t;
 using EightShorts [[gnu::vector_size(16)]] = std::int16_t;
 
 constexpr float largest = 32000;       ///< that a number of Q becomes; 16 bits end at 32767
-constexpr std::size_t step_batches = 32;  ///< turned before the edges that they complete are written
+constexpr std::size_t step_batches = 8;  ///< turned before the edges that they complete are written
 
 Four load(const float* p) {
     Four v;

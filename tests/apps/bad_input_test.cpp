@@ -81,6 +81,10 @@ TEST(BadInput, ASceneWithAMistake) {
     expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0]", "no node", "100.0"});
     write_text(folder / "scene.yaml", held_scene + "drive: [{group: top, displacement_mm: [0, 0, 1]}]\n");
     expect_refused(livetet(folder, "solve scene.yaml"), {"drive[0].group", "top"});
+    for (const std::string budget : {"fast", "10", "0 ms", "-3 ms", "10 min", "1e400 s", "nan ms"}) {
+        write_text(folder / "scene.yaml", held_scene + "track: {budget: " + budget + "}\n");
+        expect_refused(livetet(folder, "track scene.yaml"), {"budget", budget, "10 ms", "scene.yaml:3"});
+    }
     expect_refused(livetet(folder, "solve none.yaml"), {"none.yaml", "no such file"});
     expect_refused(livetet(folder, "solve scene.yaml --jsn x"), {"--jsn"});
     expect_refused(livetet(folder, "slove scene.yaml"), {"slove"});

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
@@ -129,6 +130,27 @@ TEST(Track, AtTheRecordingsOwnPaceEachSampleIsAFrameOrMissed) {
     EXPECT_EQ(run["frames"].get<std::size_t>() + run["missed"].get<std::size_t>(), t.recording.samples.size());
     EXPECT_GT(result.frame_count(), 5u);
     EXPECT_TRUE(std::filesystem::exists(t.folder / "report.json"));
+}
+
+TEST(Track, ABudgetThatNothingFitsLeavesOneIterationAFrameAndSaysSo) {
+    Tracked t;
+    t.record();
+    const std::string scene = read_text_file(t.folder / "scene.yaml");
+    write_text(t.folder / "scene.yaml",
+               scene.substr(0, scene.rfind('}')) + ", budget: 1e-3 ms}\nsolver: {relative_tolerance: 1.0e-9}\n");
+    const ResultReader hurried = t.run("--every-sample --json hurried.json");
+    double cut_short = 0;
+    for (std::size_t k = 20; k < hurried.frame_count(); ++k) {
+        EXPECT_EQ(hurried.values("iterations", k, 1)[0], 1) << k;
+        EXPECT_TRUE(std::isfinite(hurried.values("error_estimate_mm", k, 1)[0]));
+        cut_short += hurried.values("cut_short", k, 1)[0];
+        for (const Vector3& u : hurried.displacement(k)) ASSERT_TRUE(u.norm() < 0.05);
+    }
+    EXPECT_GT(cut_short, 0.9 * static_cast<double>(hurried.frame_count() - 20));
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "hurried.json"));
+    EXPECT_EQ(report["frames"]["budget_ms"], 1e-3);
+    EXPECT_GE(report["frames"]["cut_short"], cut_short);
+    EXPECT_EQ(report["frames"]["over_budget"], hurried.frame_count());
 }
 
 TEST(Track, ASensorThatIsNotOnTheOrganIsRefused) {
