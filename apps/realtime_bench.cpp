@@ -41,6 +41,7 @@ struct Measured {
     double sensor_s = 0, output_s = 0;
     double largest = 0;                 ///< displacement of the converged frame, m
     double error = -1, node_error = 0;  ///< RMS over the nodes, and at the worst one, m; -1: not looked at
+    bool reference_converged = true;    ///< what the errors are measured against
 };
 
 struct Result {
@@ -55,6 +56,7 @@ struct Result {
     double node_error_mean = 0, node_error_worst = 0;           ///< at the worst node, of the largest displacement
     double cycles_mean = 0;
     std::size_t cut_short = 0, frames = 0;
+    std::size_t references_not_converged = 0;
     std::uint64_t allocations = 0;
     long blocked = 0;  ///< times that the simulation thread gave up its core of itself
     double bytes = 0;  ///< of a frame
@@ -238,7 +240,7 @@ class Follower {
         if (is_static) reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
         reference_->set_constraints(model_.constraints());
         reference_->move_constraints(model_.driven(), model_.driven_to());
-        (void)reference_->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2});
+        m.reference_converged = reference_->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2}).converged;
         const Gap gap = gap_between(body_.body->displacement(), reference_->displacement());
         m.error = gap.rms;
         m.node_error = gap.node;
@@ -292,6 +294,7 @@ void take_errors(Result& result, const std::vector<Measured>& frames) {
     for (const Measured& m : frames) {
         if (m.error < 0) continue;
         ++count;
+        result.references_not_converged += !m.reference_converged;
         result.error_mean += m.error / largest;
         result.error_worst = std::max(result.error_worst, m.error / largest);
         result.node_error_mean += m.node_error / largest;
@@ -517,6 +520,7 @@ json json_of(const Result& r) {
             {"ms_by_stage", r.stages},
             {"cycles_mean", r.cycles_mean},
             {"frames_cut_short", r.cut_short},
+            {"references_not_converged", r.references_not_converged},
             {"bytes_moved_per_frame", r.bytes},
             {"bandwidth_bytes_per_s", r.bandwidth},
             {"fraction_of_bandwidth", r.bytes / r.seconds.median / r.bandwidth},
@@ -544,6 +548,9 @@ void print_row(const Result& r) {
     std::string stages;
     for (const auto& [name, ms] : r.stages.items()) stages += fmt::format("  {} {:.2f}", name, ms.get<double>());
     fmt::print("       ms by stage:{}\n", stages);
+    if (r.references_not_converged > 0)
+        fmt::print("       {} of the frames' references did not converge: errors against what they reached\n",
+                   r.references_not_converged);
     if (!r.jump.is_null()) {
         std::string errors;
         for (const auto& e : r.jump["error"]) errors += fmt::format(" {:.2f}", 100 * e.get<double>());
