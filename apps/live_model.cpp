@@ -97,7 +97,7 @@ void LiveModel::move_patch() {
     frame_.press = drive_.displacement(body_.mesh().nodes[patch_.centre]).norm();
 }
 
-const Frame& LiveModel::advance(const TrackerSample& sample, std::optional<Clock::time_point> deadline, int iterations) {
+const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits) {
     const auto seconds_since = [](Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); };
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
@@ -107,11 +107,12 @@ const Frame& LiveModel::advance(const TrackerSample& sample, std::optional<Clock
     const double dt = last_time_s_ ? sample.time_s - *last_time_s_ : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
-    if (deadline) *deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
+    if (limits.deadline) *limits.deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
     frame_.step = body_.body->step(dt, {.linearisations = scene_.track->linearisations,
                                         .linear_tolerance = scene_.solver.relative_tolerance,
-                                        .iterations = iterations,
-                                        .deadline = deadline});
+                                        .iterations = limits.iterations,
+                                        .deadline = limits.deadline,
+                                        .by_halves = limits.by_halves});
     const auto stepped = Clock::now();
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);

@@ -24,6 +24,15 @@ struct Frame {
     std::vector<Vector3> displacement;  ///< m, each node of the finest mesh
 };
 
+/// What a frame may take: it is to be done by `deadline`, as near to converged as that allows; `iterations` of each solve at
+/// most (0: as the scene says); `by_halves`: one half of the operator renewed, the other by the next frame, which else
+/// only a near deadline leads to.
+struct FrameLimits {
+    std::optional<Clock::time_point> deadline{};
+    int iterations = 0;
+    bool by_halves = false;
+};
+
 /// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensor's patch,
 /// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
 class LiveModel {
@@ -33,9 +42,9 @@ class LiveModel {
     LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
               const std::vector<RegisteredFiducial>& fiducials);
 
-    /// One frame, to be done by `deadline`, if there is one, as near to converged as that allows. `iterations`: of each
-    /// solve at most, 0: as the scene says. After the first frames nothing is allocated. Throws Error where the deformation sensor, when placed, is not on the organ.
-    const Frame& advance(const TrackerSample& sample, std::optional<Clock::time_point> deadline = {}, int iterations = 0);
+    /// One frame. After the first ones nothing is allocated. Throws Error where the deformation sensor, when placed, is not
+    /// on the organ.
+    const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
 
     /// The nodes that follow the sensor; empty while it is being placed.
     const std::vector<std::int32_t>& patch() const { return patch_.nodes; }

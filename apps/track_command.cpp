@@ -194,7 +194,7 @@ Counts run_frames(const Scene& scene, const Recording& recording, LiveModel& mod
         std::optional<Clock::time_point> deadline;
         if (budget_s)
             deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*budget_s));
-        const Frame& frame = model.advance(recording.samples[index], deadline);
+        const Frame& frame = model.advance(recording.samples[index], {deadline});
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (counts.frames % scene.output.every == 0) {
             bool kept = recorder.keep(frame, seconds);

@@ -9,6 +9,9 @@ namespace livetet {
 
 namespace {
 
+/// The weight of the newest in the running means of how long things take.
+constexpr double lately = 0.2;
+
 class Stopwatch {
   public:
     /// Seconds since the last lap.
@@ -273,12 +276,14 @@ void DeformableBody::start_acceleration() {
     started_ = true;
 }
 
-void DeformableBody::assemble(const TimeCoefficients& c, Tangent tangent) {
-    if (is_dynamic())
-        operator_.assemble(state(), 1 + time_.rayleigh_beta * c.v_u,
-                           c.a_u * (1 - c.alpha_m) / (1 - c.alpha_f) + time_.rayleigh_alpha * c.v_u, tangent);
-    else
-        operator_.assemble(state(), 1, 0, tangent);
+bool DeformableBody::assemble(const TimeCoefficients& c, Tangent tangent, bool by_halves) {
+    if (!is_dynamic()) return operator_.assemble(state(), 1, 0, tangent, by_halves);
+    return operator_.assemble(state(), 1 + time_.rayleigh_beta * c.v_u,
+                              c.a_u * (1 - c.alpha_m) / (1 - c.alpha_f) + time_.rayleigh_alpha * c.v_u, tangent, by_halves);
+}
+
+bool DeformableBody::is_late(const StepEffort& effort) const {
+    return effort.deadline && Clock::now() + std::chrono::duration<double>(renewal_s_ + rest_s_) > *effort.deadline;
 }
 
 LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report) {
@@ -288,8 +293,11 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
     Tangent tangent = !exact ? Tangent::held_rotation : positive_steps_ > 0 ? Tangent::positive : Tangent::exact;
     positive_steps_ = std::max(0, positive_steps_ - 1);
     for (;;) {
-        assemble(c, tangent);
-        report.operator_s += watch.lap();
+        const bool half = assemble(c, tangent, effort.by_halves || is_late(effort));
+        const double assembly_s = watch.lap();
+        report.half_renewed |= half;
+        report.operator_s += assembly_s;
+        renewal_s_ += lately * ((half ? 2 : 1) * assembly_s - renewal_s_);
         const LinearEffort how{effort.linear_tolerance, effort.iterations > 0 ? effort.iterations : options_.max_iterations,
                                effort.deadline};
         const Vec guesses[] = {previous_[0].get(), previous_[1].get()};
@@ -364,6 +372,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     if (effort.tolerance > 0) report.converged = imbalance <= allowed(effort);
     finish_step(c, dt, report);
     report.finish_s += watch.lap();
+    rest_s_ += lately * (report.solve_s / std::max(1, report.iterations) + report.finish_s - rest_s_);
     return report;
 }
 

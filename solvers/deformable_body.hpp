@@ -15,6 +15,7 @@ namespace livetet {
 struct [[nodiscard]] StepReport {
     bool converged = true;  ///< every linear solve met its tolerance or was cut short, and Newton met its own if asked to
     bool cut_short = false;  ///< the deadline, or the iterations allowed, came before the linear tolerance
+    bool half_renewed = false;  ///< the deadline left time for half of the operator; the other half is the next step's
     bool kept_old = false;  ///< the new state was not finite
     int linearisations = 0;
     int iterations = 0;    ///< of all linear solves
@@ -36,6 +37,7 @@ struct StepEffort {
     double linear_tolerance = 1e-3;
     int iterations = 0;
     std::optional<Clock::time_point> deadline{};
+    bool by_halves = false;  ///< live: one half of the operator, the other by the next step, however far the deadline is
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
@@ -118,7 +120,9 @@ class DeformableBody {
     double residual_norm() const;
     /// Takes the effect of prescribed_ off the residuals, to first order.
     double subtract_prescribed(const TimeCoefficients& c);
-    void assemble(const TimeCoefficients& c, Tangent tangent);
+    bool assemble(const TimeCoefficients& c, Tangent tangent, bool by_halves);
+    /// Whether a whole operator, one iteration and what follows, as long as they take of late, would miss the deadline.
+    bool is_late(const StepEffort& effort) const;
     /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
     LinearReport solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report);
     /// residual_ . du_, with the pressures' part: what the energy falls by, to first order.
@@ -150,6 +154,7 @@ class DeformableBody {
     double start_scale_ = 0;
     double external_size_ = 0;  ///< N
     double round_off_ = 0;    ///< N
+    double renewal_s_ = 0, rest_s_ = 0;  ///< running means: a whole operator; one iteration and what follows
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
 

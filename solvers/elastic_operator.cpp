@@ -392,10 +392,10 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
     if (live_) live_->set_constrained();
 }
 
-void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent) {
+bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves) {
     if (live_) {
-        live_->update(s, m);
-        return;
+        live_->update(s, m, by_halves);
+        return live_->renewed_half();
     }
     if (kind_ == SolverKind::multigrid && !bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
@@ -408,6 +408,7 @@ void ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
         LIVETET_PETSC(MatAssemblyBegin(saddle_matrix_.get(), MAT_FINAL_ASSEMBLY));
         LIVETET_PETSC(MatAssemblyEnd(saddle_matrix_.get(), MAT_FINAL_ASSEMBLY));
     }
+    return false;
 }
 
 void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {

@@ -79,8 +79,9 @@ class ElasticOperator {
     void update_rotations(Vec u) { fine().update_rotations(u); }
 
     /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken last, coarse levels at its
-    /// mean there.
-    void assemble(const ElasticState& at, double s, double m, Tangent tangent);
+    /// mean there. `by_halves`: a live finest level may renew one half now and the other the next time; returns whether it
+    /// did.
+    bool assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves = false);
 
     bool is_mixed() const { return coupling_ != nullptr; }
     PressureCoupling& coupling() { return *coupling_; }

@@ -102,17 +102,19 @@ struct FloatMultigrid::Level {
     }
 
     /// A of all components, where the rotations are: what is constrained is kept out of the vectors, not of A.
-    void assemble(double m_over_s, double s) {
+    void assemble(double m_over_s, double s, Renewal renewal) {
         const std::span<const RotationBatch<float>> rotations = live.rotations;
         const BatchRange shared = level.parts().shared;
         team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
             A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
         });
-        team.run([&](int thread) { A.write_part(thread, live.batches, rotations); });
+        team.run([&](int thread) { A.write_part(thread, renewal, live.batches, rotations); });
         const auto mass = level.node_mass(), springs = level.springs();
-        over_rows([&](std::size_t begin, std::size_t end) {
-            A.write_rows(begin, end);
-            for (std::size_t i = begin; i < end; ++i) {
+        const auto renewed = A.rows_of(renewal);
+        team.run_pieces(renewed.size(), grain, [&](std::size_t begin, std::size_t end) {
+            const auto rows = renewed.subspan(begin, end - begin);
+            A.write_rows(rows);
+            for (const std::int32_t i : rows) {
                 const double more = m_over_s * mass[i] + (springs.empty() ? 0 : springs[i] / s);
                 const auto block = A.diagonal(i);
                 for (int c = 0; c < 3; ++c) block[4 * c] += static_cast<float>(more) / (A.scale()[i] * A.scale()[i]);
@@ -207,19 +209,22 @@ void FloatMultigrid::restrict_displacements() {
     }
 }
 
-void FloatMultigrid::update(double s, double m) {
+void FloatMultigrid::update(double s, double m, bool by_halves) {
     restrict_displacements();
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
+    by_halves = by_halves && !invert && s == s_now_ && m == m_now_;
+    half_ = !by_halves ? Renewal::whole : half_ == Renewal::first_half ? Renewal::second_half : Renewal::first_half;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
         if (level != levels_.front()) level->level.update_live_rotations();
         if (fresh_) {  // mass only lowers the bound
-            level->assemble(0, s);
+            level->assemble(0, s, Renewal::whole);
             find_bounds(*level);
         }
-        level->assemble(m / s, s);
+        level->assemble(m / s, s, level == levels_.front() ? half_ : Renewal::whole);
     }
     s_now_ = s;
+    m_now_ = m;
     if (!invert) return;
     invert_coarsest();
     fresh_ = false;

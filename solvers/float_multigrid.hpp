@@ -8,6 +8,7 @@
 
 #include "base/thread_team.hpp"
 #include "mechanics/batch_kernels.hpp"
+#include "mechanics/scaled_stiffness.hpp"
 #include "solvers/elastic_level.hpp"
 #include "solvers/transfer.hpp"
 
@@ -29,8 +30,11 @@ class FloatMultigrid {
     /// Takes up the levels' constrained components and springs.
     void set_constrained();
 
-    /// The operators s K(R) + m M, where the finest level's rotations were taken last.
-    void update(double s, double m);
+    /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`: of the finest level
+    /// only the half that was not renewed last, unless s, m or constraints changed.
+    void update(double s, double m, bool by_halves = false);
+    /// Whether the last update renewed a half only.
+    bool renewed_half() const { return half_ != Renewal::whole; }
 
     /// y = A x on the finest level, x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);
@@ -57,7 +61,8 @@ class FloatMultigrid {
     Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
     Eigen::LLT<Eigen::MatrixXf> factor_;
     double s_ = 0, m_ = 0;  ///< of the coarsest inverse
-    double s_now_ = 1;      ///< of the other levels' operators
+    double s_now_ = 1, m_now_ = 0;  ///< of the other levels' operators
+    Renewal half_ = Renewal::whole;  ///< that was written last of the finest level
     bool fresh_ = true;     ///< constraints are new: bounds and inverse must be made
 };
 

@@ -94,6 +94,7 @@ ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements, std::span
     diagonal_.assign(9 * nodes, 0.0F);
     turned_.resize(parts.tet_of_lane.size());
     find_steps(tets, parts);
+    find_renewed_rows();
 }
 
 void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tets, std::size_t nodes) {
@@ -161,8 +162,9 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
         for (std::int32_t k = upper_[i]; k < end_[i]; ++k)
             edges[meetings[k].part >= 0 ? meetings[k].part : turn++ % edges.size()][meetings[k].step].push_back(k);
     for (std::size_t p = 0; p < edges.size(); ++p) {
-        parts_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
+        const std::size_t first_half = (edges[p].size() + 1) / 2;
         for (std::size_t s = 0; s < edges[p].size(); ++s) {
+            if (s == 0 || s == first_half) halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
             auto& of_step = edges[p][s];
             std::stable_sort(of_step.begin(), of_step.end(), [&](std::int32_t a, std::int32_t b) {
                 return meetings[a].shares.size() < meetings[b].shares.size();
@@ -179,8 +181,24 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
             const std::size_t begin = parts.parts[p].begin + s * step_batches;
             steps_.push_back({{begin, std::min(begin + step_batches, parts.parts[p].end)}, groups_.size()});
         }
+        if (first_half == edges[p].size()) halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
     }
-    parts_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
+    halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
+}
+
+void ScaledStiffness::find_renewed_rows() {
+    std::vector<std::uint8_t> halves_of(nodes(), 0);  // bit 0: the first half writes in the row; bit 1: the second
+    std::vector<std::int32_t> row_of(columns_.size());
+    for (std::size_t i = 0; i < nodes(); ++i)
+        std::fill(row_of.begin() + start_[i], row_of.begin() + start_[i + 1], static_cast<std::int32_t>(i));
+    for (std::size_t h = 0; h + 1 < halves_.size(); ++h)
+        for (std::size_t e = halves_[h].first_edge; e < halves_[h + 1].first_edge; ++e)
+            for (const std::int32_t i : {row_of[edges_[e].block], columns_[edges_[e].block] / 3}) halves_of[i] |= 1 << h % 2;
+    for (std::size_t i = 0; i < nodes(); ++i) {
+        rows_[0].push_back(static_cast<std::int32_t>(i));
+        for (int half = 0; half < 2; ++half)
+            if (halves_of[i] >> half & 1) rows_[1 + half].push_back(static_cast<std::int32_t>(i));
+    }
 }
 
 void ScaledStiffness::turn_shared(BatchRange range, const TetBatches<float>& batches,
@@ -196,12 +214,12 @@ void ScaledStiffness::write_group(const Group& group, const Edge*& edge, const S
               blocks_.data() + ninth_at(edge->block));
 }
 
-void ScaledStiffness::write_part(int part, const TetBatches<float>& batches,
+void ScaledStiffness::write_half(std::size_t half, const TetBatches<float>& batches,
                                  std::span<const RotationBatch<float>> rotations) {
-    const Edge* edge = edges_.data() + parts_[part].first_edge;
-    const Share* share = shares_.data() + parts_[part].first_share;
-    std::size_t g = parts_[part].first_group;
-    for (std::size_t s = parts_[part].first_step; s < parts_[part + 1].first_step; ++s) {
+    const Edge* edge = edges_.data() + halves_[half].first_edge;
+    const Share* share = shares_.data() + halves_[half].first_share;
+    std::size_t g = halves_[half].first_group;
+    for (std::size_t s = halves_[half].first_step; s < halves_[half + 1].first_step; ++s) {
         rotate_gradients(batches, steps_[s].batches, rotations, turned_);
         for (; g < steps_[s].end_group; ++g) {
             switch (groups_[g].tets) {  // the usual numbers unrolled
@@ -215,11 +233,16 @@ void ScaledStiffness::write_part(int part, const TetBatches<float>& batches,
     }
 }
 
-void ScaledStiffness::write_rows(std::size_t begin, std::size_t end) {
-    if (begin == end) return;
-    const std::int32_t* mirror = mirror_.data() + first_mirror_[begin];
+void ScaledStiffness::write_part(int part, Renewal renewal, const TetBatches<float>& batches,
+                                 std::span<const RotationBatch<float>> rotations) {
+    if (renewal != Renewal::second_half) write_half(2 * part, batches, rotations);
+    if (renewal != Renewal::first_half) write_half(2 * part + 1, batches, rotations);
+}
+
+void ScaledStiffness::write_rows(std::span<const std::int32_t> rows) {
     std::int16_t* blocks = blocks_.data();
-    for (std::size_t i = begin; i < end; ++i) {
+    for (const std::int32_t i : rows) {
+        const std::int32_t* mirror = mirror_.data() + first_mirror_[i];
         Eight sum{};
         float last = 0;
         const auto add = [&](const EightShorts& q, std::int16_t ninth, std::int32_t k) {

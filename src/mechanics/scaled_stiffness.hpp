@@ -24,6 +24,10 @@ struct alignas(64) RotatedTet {
 void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::span<const RotationBatch<float>> rotations,
                       std::span<RotatedTet> tets);
 
+/// What of a ScaledStiffness is written: all, or those blocks whose last tet stands in the first or the second half of its
+/// part, so that two halves make a whole. Between them, blocks differ by how far their tets turned in the meantime.
+enum class Renewal : std::uint8_t { whole, first_half, second_half };
+
 /// The stiffness sum R K R^T (as `assemble`) in 22 bytes a block rather than 40: S Q S, where S is a number for each node
 /// that does not change, and the blocks of Q off the diagonal are integers of 16 bits. A step of Q is 1/32000 of the
 /// largest that a block between two nodes can become, however its tets turn: K_ij of a positive operator is no larger than
@@ -55,10 +59,13 @@ class ScaledStiffness {
     }
 
     /// First for the lanes that parts share (ranges of `shared`, by any threads), then for each part (one thread each), then
-    /// for all rows: each when all of the one before is done.
+    /// for rows_of(renewal): each when all of the one before is done.
     void turn_shared(BatchRange range, const TetBatches<float>& batches, std::span<const RotationBatch<float>> rotations);
-    void write_part(int part, const TetBatches<float>& batches, std::span<const RotationBatch<float>> rotations);
-    void write_rows(std::size_t begin, std::size_t end);
+    void write_part(int part, Renewal renewal, const TetBatches<float>& batches,
+                    std::span<const RotationBatch<float>> rotations);
+    void write_rows(std::span<const std::int32_t> rows);
+    /// The rows with a block that a renewal writes, ascending.
+    std::span<const std::int32_t> rows_of(Renewal renewal) const { return rows_[static_cast<std::size_t>(renewal)]; }
 
     /// visit(row, Q x in the first three lanes of four) for rows [begin, end); x: three numbers a node and one behind.
     template <class Visit>
@@ -121,7 +128,7 @@ class ScaledStiffness {
         BatchRange batches;
         std::size_t end_group;
     };
-    struct Part {
+    struct HalfPart {
         std::size_t first_step, first_group, first_edge, first_share;
     };
     /// Blocks stand in pairs: eight numbers of the one, eight of the other, the ninth of both.
@@ -129,6 +136,8 @@ class ScaledStiffness {
     static std::size_t ninth_at(std::uint32_t k) { return k / 2 * 18 + k % 2 + 16; }
     void find_rows(std::span<const std::array<std::int32_t, 4>> tets, std::size_t nodes);
     void find_steps(std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts);
+    void find_renewed_rows();
+    void write_half(std::size_t half, const TetBatches<float>& batches, std::span<const RotationBatch<float>> rotations);
     template <int tets>
     void write_group(const Group& group, const Edge*& edge, const Share*& share);
 
@@ -140,7 +149,8 @@ class ScaledStiffness {
     std::vector<std::int16_t> blocks_;
     std::vector<float> diagonal_, scale_;
     std::vector<RotatedTet> turned_;  ///< of each lane
-    std::vector<Part> parts_;         ///< and one behind
+    std::vector<HalfPart> halves_;    ///< two of each part; and one behind
+    std::array<std::vector<std::int32_t>, 3> rows_;  ///< of each renewal
     std::vector<Step> steps_;
     std::vector<Group> groups_;
     std::vector<Edge> edges_;

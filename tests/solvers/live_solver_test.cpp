@@ -121,5 +121,31 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
     EXPECT_LT(report.solve_error, 0.3 * first);
 }
 
+/// A press and back by halves of the operator comes as near to equilibrium as by whole ones.
+TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
+    const auto exact = body({.kind = SolverKind::live});
+    double worst[2] = {0, 0};
+    for (const bool halves : {false, true}) {
+        const auto live = body({.kind = SolverKind::live, .threads = 2});
+        for (int k = 1; k <= 60; ++k) {
+            const Constraints constraints = pressed(k <= 40 ? k / 40.0 : (80 - k) / 40.0);
+            live->set_constraints(constraints);
+            const StepReport report = live->step(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
+            EXPECT_EQ(report.half_renewed, halves && k > 1) << k;
+            if (k % 20) continue;
+            exact->set_constraints(constraints);
+            ASSERT_TRUE(exact->step(0, {.linearisations = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2}).converged) << k;
+            worst[halves] = std::max(worst[halves], largest_gap(live->displacement(), exact->displacement()));
+        }
+    }
+    EXPECT_LT(worst[1], 2 * worst[0]);
+    const auto late = body({.kind = SolverKind::live});
+    for (int k = 0; k < 3; ++k) {
+        const StepReport report = late->step(0, {.deadline = Clock::now()});
+        EXPECT_EQ(report.half_renewed, k > 0);  // the first has no half to go on from
+        EXPECT_EQ(report.iterations, 1);
+    }
+}
+
 }  // namespace
 }  // namespace livetet

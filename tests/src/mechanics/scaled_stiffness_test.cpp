@@ -43,10 +43,12 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
     for (int turn = 0; turn < 2; ++turn) {  // a second time over what stands
         for (int part = GetParam() - 1; part >= 0; --part) {
             if (part == GetParam() - 1) Q.turn_shared(s.parts.shared, batches, rotations);
-            Q.write_part(part, batches, rotations);
+            Q.write_part(part, Renewal::whole, batches, rotations);
         }
-        Q.write_rows(0, nodes / 3);
-        Q.write_rows(nodes / 3, nodes);
+        const auto rows = Q.rows_of(Renewal::whole);
+        ASSERT_EQ(rows.size(), nodes);
+        Q.write_rows(rows.first(nodes / 3));
+        Q.write_rows(rows.subspan(nodes / 3));
     }
 
     // The plain assembly into a dense matrix of blocks
@@ -87,6 +89,41 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
     Q.multiply(0, nodes, x.data(), [&](std::size_t i, const auto& Qx) {
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(Qx[c], y[3 * i + c], 1e-6F * 32000 * 14) << i;
     });
+}
+
+/// Everything that Q holds.
+std::vector<float> numbers_of(ScaledStiffness& Q) {
+    std::vector<float> numbers;
+    for (std::size_t i = 0; i < Q.nodes(); ++i) {
+        for (const float d : Q.diagonal(i)) numbers.push_back(d);
+        Q.visit_row(i, [&](std::int32_t, const auto& block) { numbers.insert(numbers.end(), block.begin(), block.end()); });
+    }
+    return numbers;
+}
+
+TEST_P(ScaledStiffnessOf, PartsIsRenewedByHalves) {
+    Setting s(GetParam());
+    const TetBatches<float> batches(s.elements, s.mesh.tets, s.parts);
+    auto rotations = batches.make_rotations();
+    ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, s.mesh.nodes.size());
+    const auto renew = [&](Renewal renewal) {
+        Q.turn_shared(s.parts.shared, batches, rotations);
+        for (int part = 0; part < GetParam(); ++part) Q.write_part(part, renewal, batches, rotations);
+        Q.write_rows(Q.rows_of(renewal));
+        return numbers_of(Q);
+    };
+    const auto at_rest = renew(Renewal::whole);
+    update_rotations<float>(batches, batches.all(), s.u, rotations);
+    const auto first = renew(Renewal::first_half), both = renew(Renewal::second_half);
+    EXPECT_EQ(both, renew(Renewal::whole));
+    std::size_t old = 0, renewed = 0;
+    for (std::size_t i = 0; i < both.size(); ++i) {
+        if (both[i] == at_rest[i]) continue;
+        old += first[i] == at_rest[i];
+        renewed += first[i] == both[i];
+    }
+    EXPECT_GT(old, both.size() / 4);
+    EXPECT_GT(renewed, both.size() / 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Any, ScaledStiffnessOf, testing::Values(1, 2, 3));

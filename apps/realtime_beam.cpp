@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "apps/allocation_count.hpp"
+#include "apps/realtime_cases.hpp"
+#include "meshing/gmsh_volume.hpp"
+#include "verification/meshes.hpp"
+
+namespace livetet {
+
+namespace {
+
+TriangleMesh surface_of(const TetMesh& mesh) {
+    TriangleMesh surface{{}, boundary_triangles(mesh.tets)};
+    const std::vector<std::int32_t> nodes = nodes_of(surface.triangles);
+    for (const std::int32_t n : nodes) surface.nodes.push_back(mesh.nodes[n]);
+    for (Triangle& t : surface.triangles)
+        for (std::int32_t& n : t)
+            n = static_cast<std::int32_t>(std::lower_bound(nodes.begin(), nodes.end(), n) - nodes.begin());
+    return surface;
+}
+
+}  // namespace
+
+MeshHierarchy mesh_beam(double edge, const ProgressCallback& progress) {
+    const Vector3 extent(0.2, 0.1, 0.1);
+    std::vector<TetMesh> levels;
+    for (double h = edge; h < 0.06; h *= 2) {
+        if (progress) progress(0.2 * static_cast<double>(levels.size()), fmt::format("level {}", levels.size()));
+        std::array<int, 3> cells;
+        for (int a = 0; a < 3; ++a) cells[a] = std::max(1, static_cast<int>(std::lround(extent[a] / h)));
+        levels.push_back(fill_surface(surface_of(verification::box(extent, cells)), h));
+    }
+    return make_hierarchy(std::move(levels), "beam");
+}
+
+namespace {
+
+Constraints beam_constraints(const TetMesh& mesh, double t) {
+    Constraints constraints(mesh.nodes.size());
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+        const Vector3& x = mesh.nodes[i];
+        const std::int32_t n = static_cast<std::int32_t>(i);
+        if (x.x() < 1e-9) constraints.prescribe(std::span(&n, 1), Vector3::Zero());
+        if (x.z() > 0.1 - 1e-9 && std::abs(x.x() - 0.1) <= 0.0165 && std::abs(x.y() - 0.05) <= 0.0165)
+            constraints.prescribe(std::span(&n, 1), {0, 0, -0.02 * std::sin(2 * std::numbers::pi * 0.75 * t)});
+    }
+    return constraints;
+}
+
+}  // namespace
+
+RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy, int threads, double bandwidth,
+                    ProgressLine& progress) {
+    constexpr double dt = 1.0 / 30;
+    constexpr int steps = 30;
+    const Material material{.young_Pa = 5000, .poisson = 0.45, .density_kg_per_m3 = 1000};
+    const ElasticModel model{std::span(&material, 1), StrainModel::corotated, Formulation::displacement};
+    const TimeOptions time{.scheme = TimeScheme::implicit_euler, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.1};
+    const TetMesh& mesh = hierarchy.levels.front();
+    RealtimeResult result;
+    result.name = size.name;
+    result.is_beam = true;
+    result.motion = "euler";
+    result.nu = 0.45;
+    result.bandwidth = bandwidth;
+    result.tets = mesh.tets.size();
+    result.nodes = mesh.nodes.size();
+    result.rate_asked = 1 / size.budget_s;
+    result.mean_allowed = result.worst_allowed = size.allowed;
+
+    std::vector<Vector3> reached;
+    {
+        DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, model, time, {.kind = SolverKind::live, .threads = threads});
+        result.threads = body.threads();
+        reached.resize(mesh.nodes.size());
+        std::vector<Measured> frames;
+        for (int turn = 0; turn < 12; ++turn) {  // the same thirty steps, often enough for a 99th percentile
+            body.set_displacement(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
+            body.set_velocity(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
+            for (int k = 1; k <= steps; ++k) {
+                const Constraints constraints = beam_constraints(mesh, k * dt);
+                const auto allocations = allocations_of_this_thread();
+                const long blocked = times_blocked();
+                Measured m;
+                const auto start = Clock::now();
+                body.set_constraints(constraints);
+                m.step = body.step(dt, {.linear_tolerance = 1e-4,
+                                        .deadline = start + std::chrono::duration_cast<Clock::duration>(
+                                                                std::chrono::duration<double>(budget_within(size.budget_s)))});
+                body.displacement(reached);
+                m.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+                if (turn == 0) continue;
+                result.allocations += allocations_of_this_thread() - allocations;
+                result.blocked += times_blocked() - blocked;
+                frames.push_back(m);
+            }
+            progress.update(0.3 * turn / 12, size.name + ": times");
+        }
+        take_times(result, frames);
+        for (const Measured& m : frames) result.estimate_mean += m.step.solve_error / static_cast<double>(frames.size()) / 0.02;
+        result.bytes = bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, true);
+    }
+    DeformableBody converged(PETSC_COMM_SELF, hierarchy, {}, model, time, {.kind = SolverKind::live, .threads = threads});
+    for (int k = 1; k <= steps; ++k) {
+        progress.update(0.3 + 0.7 * k / steps, size.name + ": converged run");
+        converged.set_constraints(beam_constraints(mesh, k * dt));
+        result.references_not_converged +=
+            !converged.step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2}).converged;
+    }
+    const std::vector<Vector3> truth = converged.displacement();
+    double gap = 0, size_of = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        gap += (truth[i] - reached[i]).squaredNorm();
+        size_of += truth[i].squaredNorm();
+    }
+    result.error_mean = result.error_worst = std::sqrt(gap / size_of);
+    const Gap worst = gap_between(reached, truth);
+    result.node_error_mean = result.node_error_worst = worst.node / worst.largest;
+    return result;
+}
+
+}  // namespace livetet

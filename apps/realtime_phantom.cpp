@@ -1,0 +1,285 @@
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "apps/allocation_count.hpp"
+#include "apps/live_model.hpp"
+#include "apps/phantom.hpp"
+#include "apps/phantom_shape.hpp"
+#include "apps/realtime_cases.hpp"
+#include "mesh/node_selection.hpp"
+#include "meshing/image_surface.hpp"
+#include "meshing/levels.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+using nlohmann::json;
+
+MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size, const ProgressCallback& progress) {
+    MeshingOptions options;
+    options.target_tets = size.tets;
+    options.target_tolerance = 0.03;
+    MeshHierarchy hierarchy =
+        std::move(build_hierarchy(surface_of_labels(images.labels, options).surface, options, progress).hierarchy);
+    hierarchy.levels.front().node_sets["fixed"] = nodes_in_mask(hierarchy.levels.front(), images.fixed_mask);
+    return hierarchy;
+}
+
+namespace {
+
+Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
+    Scene scene;
+    scene.materials = {{.young_Pa = 3000, .poisson = nu, .density_kg_per_m3 = 1060}};
+    scene.fix.push_back({});
+    scene.fix.back().group = "fixed";
+    scene.time.scheme = scheme;
+    scene.time.step_s = 1 / rate;
+    if (scheme != TimeScheme::static_equilibrium) {
+        scene.time.rayleigh_alpha = 10;
+        scene.time.rayleigh_beta = 0.01;
+    }
+    scene.solver.threads = threads;
+    scene.track = TrackOptions{};
+    scene.track->reference_tool = "Reference";
+    scene.track->sensor_tool = "Sensor";
+    scene.track->base_window_s = 0.5;
+    return scene;
+}
+
+std::vector<RegisteredFiducial> phantom_fiducials(const SimulatedTrackerOptions& tracker) {
+    std::vector<RegisteredFiducial> fiducials;
+    for (const NamedPoint& f : phantom::fiducials()) {
+        RegisteredFiducial r;
+        r.name = f.name;
+        r.in_image = f.position;
+        r.in_reference = tracker.image_from_reference.inverse() * f.position;
+        fiducials.push_back(r);
+    }
+    return fiducials;
+}
+
+/// The organ moves, the sensor is pressed by `depth(t)` metres, t from the end of `rest_s` at rest, while the sensor's place
+/// is measured.
+template <class Depth>
+std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double rate, int frames, Depth&& depth,
+                                        double rest_s = 0.6) {
+    TrackerNoise noise(tracker);
+    std::vector<TrackerSample> samples;
+    const int rest = static_cast<int>(std::ceil(rest_s * rate));
+    for (int k = 0; k < rest + frames; ++k) {
+        const double t = k / rate, pressed = k < rest ? 0 : depth((k - rest) / rate);
+        const auto tracker_from_image = true_tracker_from_image(tracker, t);
+        auto image_from_sensor = tracker.image_from_sensor_at_rest;
+        image_from_sensor.translation += pressed * tracker.press_direction.normalized();
+        const auto reference = tracker_from_image * tracker.image_from_reference;
+        const auto sensor = tracker_from_image * image_from_sensor;
+        samples.push_back({t,
+                           {noise({reference.rotation, reference.translation, PoseStatus::ok}),
+                            noise({sensor.rotation, sensor.translation, PoseStatus::ok})}});
+    }
+    return samples;
+}
+
+/// A body on a phantom's mesh that follows samples, and one that solves the same steps to the end.
+class Follower {
+  public:
+    Follower(const Scene& scene, const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker)
+        : scene_(scene),
+          body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
+          model_(scene_, body_, {"Reference", "Sensor"}, phantom_fiducials(tracker)) {}
+
+    Measured frame(const TrackerSample& sample, FrameLimits limits, std::optional<double> budget_s = {}) {
+        Measured m;
+        const auto start = Clock::now();
+        if (budget_s)
+            limits.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*budget_s));
+        const Frame& frame = model_.advance(sample, limits);
+        m.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        m.step = frame.step;
+        m.sensor_s = frame.sensor_s;
+        m.output_s = frame.output_s;
+        return m;
+    }
+
+    /// The same, compared with the converged solve of the same step.
+    Measured judged_frame(const TrackerSample& sample, const FrameLimits& limits, double dt) {
+        if (!reference_) {  // the same kernels: they agree with the plain path (LiveSolver tests) and are twenty times as fast
+            SolverOptions converged = scene_.solver;
+            converged.kind = SolverKind::live;
+            reference_ = std::make_unique<DeformableBody>(PETSC_COMM_SELF, body_.hierarchy, body_.parts,
+                                                          elastic_model(scene_, true), scene_.time, converged);
+        }
+        const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;
+        if (!is_static) reference_->copy_state(*body_.body);
+        Measured m = frame(sample, limits);
+        if (is_static) reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
+        reference_->set_constraints(model_.constraints());
+        reference_->move_constraints(model_.driven(), model_.driven_to());
+        m.reference_converged = reference_->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2}).converged;
+        const Gap gap = gap_between(body_.body->displacement(), reference_->displacement());
+        m.error = gap.rms;
+        m.node_error = gap.node;
+        m.largest = gap.largest;
+        return m;
+    }
+
+    /// Goes on from the converged state of the frame judged last.
+    void take_converged_state() { body_.body->copy_state(*reference_); }
+
+    DeformableBody& body() { return *body_.body; }
+    const TetMesh& mesh() const { return body_.mesh(); }
+
+  private:
+    Scene scene_;
+    SceneBody body_;
+    LiveModel model_;
+    std::unique_ptr<DeformableBody> reference_;
+};
+
+double press_depth(double t) { return 0.0075 * (1 - std::cos(2 * std::numbers::pi * t)); }
+
+SimulatedTrackerOptions bench_tracker() { return phantom_tracker(PhantomOptions{}); }
+
+/// One jump of 10 mm within a frame, the filter off so that nothing softens it: the ten frames after it.
+json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double rate,
+                  const FrameLimits& limits) {
+    Scene scene = pressed;
+    scene.track->smoothing_Hz = 0;
+    SimulatedTrackerOptions tracker = bench_tracker();
+    tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
+    constexpr int before = 5, after = 10;
+    const auto samples = record_press(tracker, rate, before + after, [&](double t) { return t * rate < before - 0.5 ? 0.0 : 0.01; });
+    Follower follower(scene, hierarchy, tracker);
+    json errors = json::array();
+    bool finite = true;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        const bool judged = k + after >= samples.size();
+        const Measured m = judged ? follower.judged_frame(samples[k], limits, 1 / rate) : follower.frame(samples[k], limits);
+        finite = finite && !m.step.kept_old && std::isfinite(m.error);
+        if (judged) errors.push_back(m.error / 0.01);
+    }
+    return {{"error", errors}, {"finite", finite}};
+}
+
+struct Method {
+    std::string name;
+    SolverOptions solver;
+    std::vector<int> iterations;  ///< a point for each
+};
+
+}  // namespace
+
+RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hierarchy, double nu, TimeScheme scheme,
+                       const RealtimeArguments& arguments, double bandwidth, ProgressLine& progress) {
+    RealtimeResult result;
+    result.name = size.name;
+    result.motion = scheme == TimeScheme::static_equilibrium ? "static" : "newmark";
+    result.nu = nu;
+    result.bandwidth = bandwidth;
+    result.rate_asked = size.rate * (nu > 0.47 ? 0.5 : 1);
+    result.mean_allowed = size.mean_allowed;
+    result.worst_allowed = size.worst_allowed;
+    const double rate = result.rate_asked, budget = budget_within(1 / rate);
+    const Scene scene = phantom_scene(nu, scheme, rate, arguments.threads);
+    const SimulatedTrackerOptions tracker = bench_tracker();
+    constexpr int warm_up = 20;
+    const auto samples = record_press(tracker, rate, warm_up + arguments.frames, press_depth);
+    const std::size_t first = samples.size() - arguments.frames;
+    const std::string title = fmt::format("{} nu {} {}", size.name, nu, result.motion);
+
+    // 1. the times, frame after frame
+    std::vector<FrameLimits> taken;
+    {
+        Follower follower(scene, hierarchy, tracker);
+        result.tets = follower.mesh().tets.size();
+        result.nodes = follower.mesh().nodes.size();
+        result.threads = follower.body().threads();
+        std::vector<Measured> frames;
+        frames.reserve(samples.size());
+        taken.reserve(samples.size());
+        for (std::size_t k = 0; k < samples.size(); ++k) {
+            if (k % 100 == 0) progress.update(0.5 * static_cast<double>(k) / samples.size(), title + ": times");
+            const auto allocations = allocations_of_this_thread();
+            const long blocked = times_blocked();
+            const Measured m = follower.frame(samples[k], {}, budget);
+            taken.push_back({{}, std::max(1, m.step.iterations), m.step.half_renewed});
+            if (k < first) continue;
+            result.allocations += allocations_of_this_thread() - allocations;
+            result.blocked += times_blocked() - blocked;
+            frames.push_back(m);
+        }
+        take_times(result, frames);
+        result.bytes = bytes_of_frame(follower.body(), result.tets, result.nodes, result.cycles_mean,
+                                      scheme != TimeScheme::static_equilibrium);
+    }
+    // 2. the errors: the same frames by as much work, some of them judged
+    const auto every = static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
+    Follower follower(scene, hierarchy, tracker);
+    std::vector<Measured> frames;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        const bool judged = k >= first && (k - first) % every == every / 2;
+        if (judged) progress.update(0.5 + 0.5 * static_cast<double>(k) / samples.size(), title + ": errors");
+        frames.push_back(judged ? follower.judged_frame(samples[k], taken[k], 1 / rate)
+                                : follower.frame(samples[k], taken[k]));
+    }
+    take_errors(result, frames);
+    result.jump = measure_jump(scene, hierarchy, rate,
+                               {{}, std::max(1, static_cast<int>(std::lround(result.cycles_mean))), 2 * result.half_renewed > result.frames});
+    return result;
+}
+
+WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy& hierarchy, int threads,
+                                   ProgressLine& progress) {
+    const double rate = size.rate;
+    constexpr int every = 4;
+    WorkPrecisionChart chart{fmt::format("{}: {} tets, static, nu = 0.45, {:.0f} Hz", size.name,
+                                         hierarchy.levels.front().tets.size(), rate),
+                             "mean error of a frame, % of the largest displacement", {}};
+    const std::vector<Method> methods = {
+        {"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
+        {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
+        {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
+        {"PCMG Galerkin", {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin}, {1, 2, 3, 5}},
+        {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
+        {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
+    const SimulatedTrackerOptions tracker = bench_tracker();
+    for (const Method& method : methods) {
+        WorkPrecisionLine line{method.name, {}, {}};
+        const bool makes_hierarchies = method.solver.kind == SolverKind::gamg || method.solver.kind == SolverKind::boomeramg;
+        const int frames = makes_hierarchies ? every : 4 * every;  // by themselves, in every frame: seconds each
+        for (const int iterations : method.iterations) {
+            progress.update(0, fmt::format("figure: {} {}, {} iterations", size.name, method.name, iterations));
+            Scene scene = phantom_scene(0.45, TimeScheme::static_equilibrium, rate, threads);
+            const int scene_threads = method.solver.threads;
+            scene.solver = method.solver;
+            scene.solver.threads = scene_threads;
+            scene.solver.relative_tolerance = 1e-9;
+            scene.solver.tangent = TangentChoice::held_rotation;
+            scene.track->base_window_s = 0.08;
+            const auto samples = record_press(tracker, rate, frames + 1, [](double t) { return press_depth(t + 0.2); }, 0.1);
+            Follower follower(scene, hierarchy, tracker);
+            std::vector<double> seconds;
+            double error = 0, largest = 0, judged = 0;
+            const std::size_t pressed = samples.size() - frames - 1;  // at once, a fifth of a second into the press
+            for (std::size_t k = 0; k < samples.size(); ++k) {
+                const bool judge = k >= pressed && (k - pressed) % every == 0;
+                const Measured m = judge ? follower.judged_frame(samples[k], {{}, iterations}, 1 / rate)
+                                         : follower.frame(samples[k], {{}, iterations});
+                if (k == pressed) follower.take_converged_state();
+                if (k <= pressed) continue;
+                seconds.push_back(m.seconds);
+                if (!judge) continue;
+                error += m.error;
+                largest = std::max(largest, m.largest);
+                ++judged;
+            }
+            line.seconds.push_back(distribution(std::move(seconds)).median);
+            line.error.push_back(100 * error / judged / largest);
+        }
+        chart.lines.push_back(std::move(line));
+    }
+    return chart;
+}
+
+}  // namespace livetet

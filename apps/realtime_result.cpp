@@ -1,0 +1,168 @@
+#include "apps/realtime_result.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <Eigen/Dense>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+using nlohmann::json;
+
+long times_blocked() {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+}
+
+double measure_bandwidth(int threads) {
+    ThreadTeam team(threads);
+    const std::vector<double> values(32 << 20, 1.0);
+    std::vector<double> sums(threads);
+    double best = 1e300;
+    for (int k = 0; k < 6; ++k) {
+        const auto start = Clock::now();
+        team.run([&](int t) {
+            const std::size_t n = values.size() / threads;
+            sums[t] += Eigen::Map<const Eigen::VectorXd>(values.data() + t * n, static_cast<Eigen::Index>(n)).sum();
+        });
+        best = std::min(best, std::chrono::duration<double>(Clock::now() - start).count());
+    }
+    if (!(sums[0] > 0)) fail("bench realtime: the bandwidth's sum is {}", sums[0]);
+    return 8.0 * static_cast<double>(values.size()) / best;
+}
+
+// Batches and rotations in float, once for the rotations and once for the forces; about forty passes over vectors of doubles
+// in a step and nine more an iteration.
+double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations, bool dynamic) {
+    const double batches = static_cast<double>(tets) / batch_width<float>;
+    const double forces = batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
+    const double vectors = 24.0 * static_cast<double>(nodes) * ((dynamic ? 45 : 28) + 9 * iterations);
+    ElasticOperator& op = body.elastic_operator();
+    return forces + vectors + op.bytes_of_update() + op.bytes_of_solve(iterations);
+}
+
+Gap gap_between(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
+    Gap gap;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double d = (a[i] - b[i]).norm();
+        gap.rms += d * d / static_cast<double>(a.size());
+        gap.node = d > gap.node || std::isnan(d) ? d : gap.node;
+        gap.largest = std::max(gap.largest, b[i].norm());
+    }
+    gap.rms = std::sqrt(gap.rms);
+    return gap;
+}
+
+namespace {
+
+json stages_of(const std::vector<Measured>& frames) {
+    const auto median_ms = [&](auto&& part) {
+        std::vector<double> values;
+        for (const Measured& m : frames) values.push_back(1e3 * part(m));
+        return distribution(std::move(values)).median;
+    };
+    return {{"sensor", median_ms([](const Measured& m) { return m.sensor_s; })},
+            {"forces", median_ms([](const Measured& m) { return m.step.forces_s; })},
+            {"operator", median_ms([](const Measured& m) { return m.step.operator_s; })},
+            {"solve", median_ms([](const Measured& m) { return m.step.solve_s; })},
+            {"finish", median_ms([](const Measured& m) { return m.step.finish_s; })},
+            {"output", median_ms([](const Measured& m) { return m.output_s; })}};
+}
+
+}  // namespace
+
+void take_times(RealtimeResult& result, const std::vector<Measured>& frames) {
+    std::vector<double> seconds;
+    for (const Measured& m : frames) {
+        seconds.push_back(m.seconds);
+        result.cycles_mean += m.step.iterations / static_cast<double>(frames.size());
+        result.cut_short += m.step.cut_short;
+        result.half_renewed += m.step.half_renewed;
+    }
+    result.frames = frames.size();
+    result.seconds = distribution(std::move(seconds));
+    result.stages = stages_of(frames);
+}
+
+void take_errors(RealtimeResult& result, const std::vector<Measured>& frames) {
+    double largest = 0, count = 0;
+    for (const Measured& m : frames) largest = std::max(largest, m.largest);
+    for (const Measured& m : frames) {
+        if (m.error < 0) continue;
+        ++count;
+        result.references_not_converged += !m.reference_converged;
+        result.error_mean += m.error / largest;
+        result.error_worst = std::max(result.error_worst, m.error / largest);
+        result.node_error_mean += m.node_error / largest;
+        result.node_error_worst = std::max(result.node_error_worst, m.node_error / largest);
+        result.estimate_mean += m.step.solve_error / largest;
+    }
+    for (double* mean : {&result.error_mean, &result.node_error_mean, &result.estimate_mean}) *mean /= std::max(count, 1.0);
+}
+
+json json_of(const RealtimeResult& r) {
+    return {{"case", r.name},
+            {"motion", r.motion},
+            {"tets", r.tets},
+            {"nodes", r.nodes},
+            {"nu", r.nu},
+            {"frames", r.frames},
+            {"ms_median", 1e3 * r.seconds.median},
+            {"ms_p99", 1e3 * r.seconds.p99},
+            {"fps_median", 1 / r.seconds.median},
+            {"fps_p99", r.rate()},
+            {"fps_asked", r.rate_asked},
+            {"error_mean", r.error_mean},
+            {"error_worst", r.error_worst},
+            {"error_mean_allowed", r.mean_allowed},
+            {"error_worst_allowed", r.worst_allowed},
+            {"error_estimate_mean", r.estimate_mean},
+            {"node_error_mean", r.node_error_mean},
+            {"node_error_worst", r.node_error_worst},
+            {"ms_by_stage", r.stages},
+            {"cycles_mean", r.cycles_mean},
+            {"frames_cut_short", r.cut_short},
+            {"frames_half_renewed", r.half_renewed},
+            {"references_not_converged", r.references_not_converged},
+            {"bytes_moved_per_frame", r.bytes},
+            {"bandwidth_bytes_per_s", r.bandwidth},
+            {"fraction_of_bandwidth", r.bytes / r.seconds.median / r.bandwidth},
+            {"threads", r.threads},
+            {"allocations", r.allocations},
+            {"blocked", r.blocked},
+            {"jump", r.jump},
+            {"held", r.held()}};
+}
+
+void print_realtime_header() {
+    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>15} {:>9} {:>15} | {:>6} {:>6} {:>6}  {}\n", "case", "motion", "nu",
+               "tets", "nodes", "median", "p99", "fps", "asked", "error mean/worst", "estimate", "worst node", "cycles",
+               "bytes", "alloc", "held");
+    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>16} {:>9} {:>15} | {:>6} {:>6} {:>6}\n", "", "", "", "", "", "ms", "ms",
+               "at p99", "", "% RMS of nodes", "%", "% mean/worst", "", "of bw", "+block");
+}
+
+void print_row(const RealtimeResult& r) {
+    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7.2f} {:>7.2f} {:>6.0f} {:>6.0f} | {:>7.3f} / {:>6.3f} {:>9.3f} {:>6.2f} / {:>6.2f} | {:>6.2f} {:>5.0f}% {:>6}  {}\n",
+               r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.seconds.median, 1e3 * r.seconds.p99, r.rate(), r.rate_asked,
+               100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean, 100 * r.node_error_mean, 100 * r.node_error_worst,
+               r.cycles_mean, 100 * r.bytes / r.seconds.median / r.bandwidth, fmt::format("{}+{}", r.allocations, r.blocked),
+               r.held() ? "yes" : "NO");
+    std::string stages;
+    for (const auto& [name, ms] : r.stages.items()) stages += fmt::format("  {} {:.2f}", name, ms.get<double>());
+    fmt::print("       ms by stage:{}\n", stages);
+    if (r.references_not_converged > 0)
+        fmt::print("       {} of the frames' references did not converge: errors against what they reached\n",
+                   r.references_not_converged);
+    if (!r.jump.is_null()) {
+        std::string errors;
+        for (const auto& e : r.jump["error"]) errors += fmt::format(" {:.2f}", 100 * e.get<double>());
+        fmt::print("       10 mm jump, % RMS in the ten frames after:{}{}\n", errors, r.jump["finite"].get<bool>() ? "" : "  NOT FINITE");
+    }
+    std::fflush(stdout);
+}
+
+}  // namespace livetet
