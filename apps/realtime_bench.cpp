@@ -15,7 +15,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench realtime runs on one rank, found {}: start it without mpirun", session.ranks());
     const PhantomSize phantoms[] = {{"P60", 60000, 150, 0.005, 0.02}, {"V68", 360000, 30, 0.01, 0.03}};
-    const BeamSize beams[] = {{"beamA", 0.0050, 0.006, 0.006}, {"beamB", 0.00272, 0.06, 0.01}};
+    const BeamSize beams[] = {{"beamA", 0.0050, 0.006, 0.006, 2}, {"beamB", 0.00272, 0.06, 0.01, 4}};
     const auto asked = [&](const std::string& name) {
         return std::find(arguments.sizes.begin(), arguments.sizes.end(), name) != arguments.sizes.end();
     };

@@ -37,6 +37,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
 struct BeamSize {
     std::string name;
     double edge_m, budget_s, allowed;
+    int iterations;  ///< of every step, as the other engine is told
 };
 
 /// The box 0.2 x 0.1 x 0.1 m: each level a surface of triangles of its size, filled by Gmsh.

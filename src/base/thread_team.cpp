@@ -16,14 +16,13 @@ void pause() {
 #endif
 }
 
-/// Spins until `ready()`; where that takes long, somebody else has this core or the other: lets them have it.
-template <class Ready>
-void spin_until(Ready&& ready) {
-    for (int k = 0; !ready(); ++k)
-        if (k < 20000)
-            pause();
-        else
-            std::this_thread::yield();
+/// The k-th turn of waiting: a pause of some cycles; after tens of microseconds somebody else has this core or the other,
+/// and is let have it.
+void spin(int k) {
+    if (k < 1000)
+        pause();
+    else
+        std::this_thread::yield();
 }
 
 }  // namespace
@@ -48,7 +47,7 @@ void ThreadTeam::start(Call call, void* work) {
 }
 
 void ThreadTeam::finish() {
-    spin_until([&] { return at_work_.load(std::memory_order_acquire) == 0; });
+    for (int k = 0; at_work_.load(std::memory_order_acquire) != 0; ++k) spin(k);
 }
 
 void ThreadTeam::serve(int thread) {
@@ -56,8 +55,8 @@ void ThreadTeam::serve(int thread) {
     for (std::uint32_t seen = 0;; ++seen) {
         Clock::time_point since{};
         for (int k = 1; round_.load(std::memory_order_acquire) == seen; ++k) {
-            pause();
-            if (k % 1024) continue;
+            spin(k);
+            if (k % 256) continue;
             const auto now = Clock::now();
             if (since == Clock::time_point{}) since = now;
             if (now - since < std::chrono::milliseconds(2)) continue;
