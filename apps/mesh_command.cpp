@@ -7,6 +7,7 @@
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/text.hpp"
 #include "mesh/node_selection.hpp"
 #include "meshing/quality.hpp"
 #ifdef LIVETET_IMAGES
@@ -25,16 +26,15 @@ struct MeshArguments {
 
 /// The mesh of an image, surface, .msh, .h5 or scene; says what happened on the way.
 MeshHierarchy make_mesh(MeshArguments& a) {
-    const std::string ending = a.source.file.extension().string();
-    if (ending == ".yaml" || ending == ".yml") a.source = load_scene(a.source.file).mesh;
+    const std::string end = ending(a.source.file);
+    if (end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
     ProgressLine progress("mesh");
 #ifdef LIVETET_IMAGES
-    const std::string format = a.source.file.extension().string();
-    if (format != ".h5" && format != ".msh") {
+    if (!is_tet_mesh_name(a.source.file)) {
         MeshedInput meshed = mesh_input(a.source, progress.callback());
         progress.update(1, "done");
         if (meshed.image)
-            fmt::print("labels       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml\n",
+            fmt::print("picked       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml\n",
                        1e6 * meshed.image->label_volume_m3, 1e6 * meshed.image->body_volume_m3,
                        1e6 * meshed.image->surface_volume_m3);
         for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
@@ -84,15 +84,24 @@ void run(MeshArguments& a) {
 
 void add_mesh_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "mesh", "Meshes a label map or surface: a hierarchy of tetrahedral meshes, with its quality");
+        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes, with its quality");
     auto a = std::make_shared<MeshArguments>();
     command
         ->add_option("input", a->source.file,
-                     "label map (.nii, .nii.gz), surface (.stl, .obj, .ply, .vtk, .off), .msh, .h5, or a scene (.yaml)")
+                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, .vtk, .vtp, .off), mesh "
+                     "(.msh, .vtu, .h5), or a scene (.yaml)")
         ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
     command->add_option("--labels", a->source.labels, "labels of the body, together (default: all but 0)")
         ->delimiter(',');
+    command
+        ->add_option("--threshold", a->source.threshold,
+                     "of a grey image: the body is the voxels with values from LOW to HIGH, in its units; either may be "
+                     "left out")
+        ->type_name("LOW:HIGH")
+        ->check([](const std::string& text) {
+            return range_of(text) ? std::string() : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
+        });
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
         ->capture_default_str()
         ->check(CLI::Range(100, 20'000'000));
@@ -106,13 +115,13 @@ void add_mesh_command(CLI::App& app) {
                      "edge length of each level, finest first; instead of --tets and --levels")
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
-    command->add_flag("--metres", a->metres, "a .msh is in metres, not millimetres");
+    command->add_flag("--metres", a->metres, "a .msh or .vtu is in metres, not millimetres");
     command
         ->add_option("--space", a->source.space,
-                     "which way a surface's axes point: ras, or lps as Slicer's models since 2020")
+                     "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's models since 2020")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
-    command->add_option("--fix", a->fixed_mask, "mask image: nodes under it become the set \"fixed\"");
+    command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
     command->add_option("--json", a->json, "write counts and quality to this file too");
     command->callback([a] { run(*a); });
 }

@@ -1,5 +1,8 @@
 #include "apps/mesh_input.hpp"
 
+#include <algorithm>
+#include <unordered_set>
+
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
@@ -18,6 +21,52 @@ MeshingOptions meshing_options(const MeshSource& source) {
     return options;
 }
 
+/// Anatomical label maps name fewer tissues than this; 8-bit grey images have more values.
+constexpr std::size_t most_labels = 200;
+
+constexpr const char* advice =
+    "a grey image is meshed between thresholds: --threshold LOW:HIGH (in a scene mesh.threshold)";
+
+/// The label map of a file; where the user has not picked labels, it may not look like a grey image.
+LabelImage labels_of(const MeshSource& source) {
+    LabelImage image;
+    try {
+        image = read_label_image(source.file);
+    } catch (const NotALabel& e) {
+        fail("{}; {}", e.what(), advice);
+    }
+    if (!source.labels.empty()) return image;
+    std::unordered_set<std::int32_t> values;
+    for (std::size_t n = 0; n < image.values.size(); ++n) {
+        if (n > 0 && image.values[n] == image.values[n - 1]) continue;
+        values.insert(image.values[n]);
+        if (image.values[n] < 0 || values.size() > most_labels)
+            fail("{}: looks like a grey image ({}), expected labels; {}, a label map's labels are picked by --labels",
+                 source.file.string(),
+                 image.values[n] < 0 ? fmt::format("a voxel is {}", image.values[n])
+                                     : fmt::format("more than {} different values", most_labels),
+                 advice);
+    }
+    return image;
+}
+
+/// 1 in the voxels of a grey image whose values lie in the range asked for.
+LabelImage between_thresholds(const MeshSource& source) {
+    const std::string where = source.file.string();
+    if (!source.labels.empty())
+        fail("{}: both labels and threshold ({}) are given, expected one of them", where, source.threshold);
+    const auto [low, high] = range_of(source.threshold).value();
+    const GreyImage grey = read_grey_image(source.file);
+    LabelImage image{grey.size, grey.ras_from_voxel, std::vector<std::int32_t>(grey.values.size())};
+    for (std::size_t n = 0; n < grey.values.size(); ++n)
+        image.values[n] = grey.values[n] >= low && grey.values[n] <= high;
+    if (std::find(image.values.begin(), image.values.end(), 1) == image.values.end()) {
+        const auto [least, most] = std::minmax_element(grey.values.begin(), grey.values.end());
+        fail("{}: no voxel lies in the threshold {}, its values are {} to {}", where, source.threshold, *least, *most);
+    }
+    return image;
+}
+
 }  // namespace
 
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress) {
@@ -26,16 +75,18 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
-    if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
-        labels = read_label_image(source.file);
-        if (progress) progress(0, "surface of the labels");
+    if (is_image_name(source.file)) {
+        labels = source.threshold.empty() ? labels_of(source) : between_thresholds(source);
+        if (progress) progress(0, "surface of the image");
         meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
     } else {
+        if (!source.threshold.empty())
+            fail("{}: is a surface, a threshold ({}) is for grey images", source.file.string(), source.threshold);
         surface = read_surface(source.file, source.space);
     }
     meshed.result = naming(source.file.string(), [&] { return build_hierarchy(surface, options, progress); });
-    if (meshed.image)
+    if (meshed.image && source.threshold.empty())
         for (TetMesh& level : meshed.result.hierarchy.levels)
             level.regions = regions_by_label(level, labels, options.labels);
     meshed.result.hierarchy.provenance = fmt::format("livetet {} from {}", LIVETET_VERSION, name);

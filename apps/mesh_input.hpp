@@ -9,10 +9,11 @@ namespace livetet {
 /// A hierarchy and how it came to be.
 struct MeshedInput {
     HierarchyResult result;
-    std::optional<ImageSurface> image;  ///< where it was a label map
+    std::optional<ImageSurface> image;  ///< where it was an image
 };
 
-/// Meshes a label map (.nii, .nii.gz) or a surface (.stl, .obj, .ply, .vtk, .off).
+/// Meshes an image (a label map, or a grey one between thresholds: then all of one region) or a surface. Throws Error,
+/// naming --threshold, where a label map was expected and the image is grey.
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress);
 
 }  // namespace livetet

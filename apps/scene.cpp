@@ -2,11 +2,13 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
+#include "io/text.hpp"
 
 namespace livetet {
 
@@ -37,6 +39,18 @@ std::optional<double> seconds_of(const std::string& text) {
     unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
     if (error != std::errc{} || !(number > 0) || !std::isfinite(number) || (unit != "ms" && unit != "s")) return {};
     return unit == "ms" ? number / 1e3 : number;
+}
+
+std::optional<std::pair<double, double>> range_of(const std::string& text) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos || text.size() < 2) return {};
+    const std::string_view low = trim(std::string_view(text).substr(0, colon));
+    const std::string_view high = trim(std::string_view(text).substr(colon + 1));
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto from = low.empty() ? -infinity : parse_number(low);
+    const auto to = high.empty() ? infinity : parse_number(high);
+    if ((low.empty() && high.empty()) || !from || !to || !(*from <= *to)) return {};
+    return std::pair(*from, *to);
 }
 
 Scene load_scene(const std::filesystem::path& path) {

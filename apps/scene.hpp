@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/fields.hpp"
@@ -33,6 +34,7 @@ struct MeshSource {
     LengthUnit unit = LengthUnit::millimetre;
     Space space = Space::ras;
     std::vector<int> labels;
+    std::string threshold{};
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
     int levels = 0;
@@ -65,6 +67,9 @@ struct ProbeOptions {
 
 /// The time that a text such as "10 ms" or "0.02 s" means, s; nothing where it means none above 0.
 std::optional<double> seconds_of(const std::string& text);
+
+/// The range of values that a text such as "100:300", "100:" or ":300" means, both ends in it; nothing where it means none.
+std::optional<std::pair<double, double>> range_of(const std::string& text);
 
 enum class Pace { recorded, every_sample };
 
@@ -110,7 +115,7 @@ struct Scene {
 
 template <class Visitor>
 void visit_selection(Visitor& v, SelectionOptions& s) {
-    v.field("mask", s.mask, "", "nodes in the non-zero voxels of this mask image");
+    v.field("mask", s.mask, "", "nodes in the non-zero voxels of this mask image (NIfTI, NRRD, MetaImage)");
     v.field("group", s.group, "", "nodes of this named set: a Gmsh physical group, or one kept in the hierarchy file");
     v.field("box_mm", s.box_mm, "mm", "nodes in the box [x0, y0, z0, x1, y1, z1]");
     v.field("sphere_mm", s.sphere_mm, "mm", "nodes in the sphere [x, y, z, radius]");
@@ -125,14 +130,19 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
 template <class Visitor>
 void visit_fields(Visitor& v, MeshSource& m) {
     v.field("file", m.file, "",
-            "a hierarchy (.h5 of `livetet mesh`), a Gmsh mesh (.msh), a label map (.nii, .nii.gz), or a surface (.stl, "
-            ".obj, .ply, .off)");
-    v.choice("unit", m.unit, "length unit of a .msh file",
+            "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu), an image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), "
+            "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
+    v.choice("unit", m.unit, "length unit of a .msh or .vtu file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
-    v.choice("space", m.space, "which way the axes of a surface file point, which it does not say",
+    v.choice("space", m.space, "which way the axes of a surface, .msh or .vtu file point, which it does not say",
              {{Space::ras, "ras", "right, anterior, superior"},
               {Space::lps, "lps", "left, posterior, superior: Slicer's models since 2020"}});
     v.field("labels", m.labels, "", "labels of the label map that make up the body; empty: all but 0");
+    v.field("threshold", m.threshold, "",
+            "the body in a grey image: the voxels with values from LOW to HIGH, in its units, such as \"100:300\", \"100:\" "
+            "or \":300\"",
+            Check<std::string>{"LOW:HIGH, numbers of which one may be left out, LOW not above HIGH",
+                               [](const std::string& text) { return text.empty() || range_of(text).has_value(); }});
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, the finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "about how many tetrahedra the finest level gets",

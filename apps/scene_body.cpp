@@ -15,8 +15,10 @@
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/partition.hpp"
+#include "io/text.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
+#include "io/vtu_file.hpp"
 #endif
 
 namespace livetet {
@@ -81,12 +83,35 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
     return nodes;
 }
 
+bool is_tet_mesh_name(const std::filesystem::path& path) {
+    const std::string end = ending(path);
+#ifdef LIVETET_IMAGES
+    if (end == ".vtu") return true;
+#endif
+    return end == ".h5" || end == ".msh";
+}
+
+namespace {
+
+MeshHierarchy read_tets(const MeshSource& source) {
+    if (!source.threshold.empty())
+        fail("{}: is a mesh, a threshold ({}) is for grey images", source.file.string(), source.threshold);
+    if (ending(source.file) == ".h5") return read_hierarchy(source.file);
+    const double metres = source.unit == LengthUnit::millimetre ? 1e-3 : 1.0;
+#ifdef LIVETET_IMAGES
+    TetMesh mesh = ending(source.file) == ".vtu" ? read_vtu(source.file, metres) : read_gmsh(source.file, metres);
+#else
+    TetMesh mesh = read_gmsh(source.file, metres);
+#endif
+    if (source.space == Space::lps)
+        for (Vector3& x : mesh.nodes) x.head<2>() *= -1;
+    return make_hierarchy({std::move(mesh)}, source.file.string());
+}
+
+}  // namespace
+
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
-    const std::string ending = source.file.extension().string();
-    if (ending == ".h5") return read_hierarchy(source.file);
-    if (ending == ".msh")
-        return make_hierarchy({read_gmsh(source.file, source.unit == LengthUnit::millimetre ? 1e-3 : 1.0)},
-                              source.file.string());
+    if (is_tet_mesh_name(source.file)) return read_tets(source);
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
     MPI_Initialized(&initialised);
@@ -98,7 +123,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     return mesh_input(source, progress).result.hierarchy;
 #else
     (void)progress;
-    fail("mesh.file = {}: this build of livetet reads .h5 and .msh, it has no image meshing", source.file.string());
+    fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());
 #endif
 }
 

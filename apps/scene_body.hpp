@@ -11,6 +11,9 @@ namespace livetet {
 /// The nodes that a selection of a scene means. Throws Error, naming `key`, where it means none.
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection, const std::string& key);
 
+/// Whether the name is that of a tetrahedral mesh: .h5, .msh, and .vtu where this build has VTK.
+bool is_tet_mesh_name(const std::filesystem::path& path);
+
 /// The mesh hierarchy that a scene names: read, or meshed on the spot.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 

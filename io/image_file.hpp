@@ -2,17 +2,35 @@
 
 #include <filesystem>
 
+#include "base/error.hpp"
 #include "mesh/image.hpp"
 
 namespace livetet {
 
-/// Reads a NIfTI image (.nii, .nii.gz; versions 1 and 2, either byte order) with its intensity scaling. The affine is
-/// the sform, else the qform, else the spacing alone; millimetres (or the unit that the file states) become metres.
-/// Throws Error where the file is missing, truncated, damaged, has another ending, more than three dimensions or
-/// colours, an affine that flattens space, or a voxel that is not finite.
+/// A label image's voxel that is no label: a grey image, most often.
+class NotALabel : public Error {
+  public:
+    using Error::Error;
+};
+
+/// Whether the name is that of an image file: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd.
+bool is_image_name(const std::filesystem::path& path);
+
+/// Reads an image; millimetres (or the unit that the file states) become metres, its world RAS.
+///   NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling: the affine is the sform,
+///     else the qform, else the spacing alone.
+///   NRRD (.nrrd, .nhdr with its data file; raw, gzip or text), Slicer's .seg.nrrd of one layer too: `space` RAS, LAS
+///   or
+///     LPS; axes that no `space` names lie along LPS, as ITK takes them.
+///   MetaImage (.mha, .mhd with its data file; compressed or not): LPS, axes by TransformMatrix (row i: axis i). Like
+///     ITK and Slicer we take nothing from AnatomicalOrientation.
+/// Axes may be oblique, sheared, left-handed, or flipped by a negative spacing. Throws Error where the file is missing,
+/// truncated, damaged, holds less or more than its header says, has another ending, more than three dimensions, several
+/// values a voxel, no spacing (NRRD, MetaImage), an affine that flattens space, or a voxel that is not finite. A build
+/// without images reads NIfTI alone.
 GreyImage read_grey_image(const std::filesystem::path& path);
 
-/// The same for labels: every voxel must be a whole number of 32 bits.
+/// The same for labels: every voxel must be a whole number of 32 bits, else NotALabel.
 LabelImage read_label_image(const std::filesystem::path& path);
 
 /// Writes a NIfTI 1 image (.nii, or compressed .nii.gz) in mm, with sform and, where axes are square to each other,

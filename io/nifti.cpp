@@ -157,14 +157,7 @@ Eigen::Matrix4d affine_of(const Header& h, const std::string& where) {
         affine.diagonal().head<3>() << h.pixdim[1], h.pixdim[2], h.pixdim[3];
     const double unit = h.xyz_units == 1 ? 1 : h.xyz_units == 3 ? 1e-6 : 1e-3;  // mm where the file does not say
     affine.topRows<3>() *= unit;
-    const Eigen::Matrix3d axes = affine.topLeftCorner<3, 3>();
-    const double lengths = axes.colwise().norm().prod();
-    if (!affine.allFinite() || !(lengths > 0) || !(std::abs(axes.determinant()) > 1e-6 * lengths))
-        fail("{}: its {} does not span space (axes of {:.3g}, {:.3g}, {:.3g} mm), expected three directions", where,
-             h.sform > 0   ? "sform"
-             : h.qform > 0 ? "qform"
-                           : "spacing",
-             1e3 * axes.col(0).norm(), 1e3 * axes.col(1).norm(), 1e3 * axes.col(2).norm());
+    check_spans_space(affine, where, h.sform > 0 ? "sform" : h.qform > 0 ? "qform" : "spacing");
     return affine;
 }
 
@@ -173,35 +166,26 @@ std::array<int, 3> size_of(const Header& h, const std::string& where) {
     const bool flat = d[0] < 3 || d[0] > 7;
     for (int i = 4; !flat && i <= d[0]; ++i)
         if (d[i] > 1) fail("{}: has {} dimensions ({} volumes), expected one image of three", where, d[0], d[i]);
-    constexpr std::int64_t most = 1 << 20;
-    if (flat || std::min({d[1], d[2], d[3]}) < 1 || std::max({d[1], d[2], d[3]}) > most ||
-        static_cast<double>(d[1]) * d[2] * d[3] > 4e9)
+    if (flat)
         fail("{}: has {} dimensions of {} x {} x {} voxels, expected an image of three", where, d[0], d[1], d[2], d[3]);
+    checked_voxel_count({d[1], d[2], d[3]}, where);
     return {static_cast<int>(d[1]), static_cast<int>(d[2]), static_cast<int>(d[3])};
-}
-
-template <class T>
-void convert(const std::vector<char>& bytes, bool swapped, std::vector<double>& values) {
-    const Fields f(bytes, swapped);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(f.get<T>(0, i));
 }
 
 struct Kind {
     int code;
-    std::size_t bytes;
-    void (*convert)(const std::vector<char>&, bool, std::vector<double>&);
+    ScalarType type;
 };
-constexpr Kind kinds[] = {{2, 1, convert<std::uint8_t>},    {4, 2, convert<std::int16_t>},
-                          {8, 4, convert<std::int32_t>},    {16, 4, convert<float>},
-                          {64, 8, convert<double>},         {256, 1, convert<std::int8_t>},
-                          {512, 2, convert<std::uint16_t>}, {768, 4, convert<std::uint32_t>},
-                          {1024, 8, convert<std::int64_t>}, {1280, 8, convert<std::uint64_t>}};
+constexpr Kind kinds[] = {{2, ScalarType::uint8},    {4, ScalarType::int16},    {8, ScalarType::int32},
+                          {16, ScalarType::float32}, {64, ScalarType::float64}, {256, ScalarType::int8},
+                          {512, ScalarType::uint16}, {768, ScalarType::uint32}, {1024, ScalarType::int64},
+                          {1280, ScalarType::uint64}};
 
-const Kind& kind_of(const Header& h, const std::string& where) {
+ScalarType type_of(const Header& h, const std::string& where) {
     if (h.type == 128 || h.type == 2304)
         fail("{}: is a colour image (NIfTI type {}), expected grey or labels", where, h.type);
     for (const Kind& kind : kinds)
-        if (kind.code == h.type) return kind;
+        if (kind.code == h.type) return kind.type;
     fail("{}: has voxels of NIfTI type {}, expected integers of 8 to 64 bits, float or double", where, h.type);
 }
 
@@ -242,23 +226,26 @@ std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matri
     return header;
 }
 
-void check_ending(const fs::path& path) {
+void check_ending(const fs::path& path, const char* expected) {
     const std::string end = ending(path);
     if (end != ".nii" && end != ".nii.gz")
-        fail("{}: the name ends in '{}', expected a NIfTI image: .nii or .nii.gz", path.string(), end);
+        fail("{}: the name ends in '{}', expected an image: {}", path.string(), end, expected);
 }
 
 }  // namespace
 
 Volume read(const fs::path& path) {
-    check_ending(path);
+    check_ending(path, ".nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd");
     const std::string where = path.string();
     if (!fs::is_regular_file(path)) fail("{}: no such file", where);
     GzReader in(path);
     std::vector<char> bytes;
     const Header header = read_header(in, bytes, where);
-    Volume volume{size_of(header, where), affine_of(header, where), {}};
-    const Kind& kind = kind_of(header, where);
+    Volume volume;
+    volume.size = size_of(header, where);
+    volume.ras_from_voxel = affine_of(header, where);
+    volume.type = type_of(header, where);
+    const std::size_t voxel = bytes_of(volume.type);
     if (!(header.offset >= static_cast<double>(bytes.size()) && header.offset <= 1e9))
         fail("{}: its voxels begin at byte {}, expected behind the header", where, header.offset);
     const std::size_t offset = static_cast<std::size_t>(header.offset);
@@ -266,22 +253,25 @@ Volume read(const fs::path& path) {
     const bool whole_header = bytes.size() == offset;
     bytes.clear();
     const std::size_t count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] * volume.size[2];
-    if (whole_header) in.read(bytes, count * kind.bytes);
-    if (bytes.size() < count * kind.bytes)
+    if (whole_header) in.read(bytes, count * voxel);
+    if (bytes.size() < count * voxel)
         fail("{}: found {} bytes of voxels, expected {} x {} x {} of {} bytes: the file is truncated", where,
-             bytes.size(), volume.size[0], volume.size[1], volume.size[2], kind.bytes);
+             bytes.size(), volume.size[0], volume.size[1], volume.size[2], voxel);
     in.finish();
-    volume.values.resize(count);
-    kind.convert(bytes, header.swapped, volume.values);
-    const bool scaled = std::isfinite(header.slope) && std::isfinite(header.intercept) && header.slope != 0;
-    if (scaled && (header.slope != 1 || header.intercept != 0))
-        for (double& v : volume.values) v = header.slope * v + header.intercept;
+    if (header.swapped)
+        for (std::size_t n = 0; n < count; ++n)
+            std::reverse(bytes.begin() + n * voxel, bytes.begin() + (n + 1) * voxel);
+    volume.bytes = std::move(bytes);
+    if (std::isfinite(header.slope) && std::isfinite(header.intercept) && header.slope != 0) {
+        volume.slope = header.slope;
+        volume.intercept = header.intercept;
+    }
     return volume;
 }
 
 void write(const fs::path& path, const std::array<int, 3>& size, const Eigen::Matrix4d& ras_from_voxel, VoxelType type,
            std::span<const char> bytes) {
-    check_ending(path);
+    check_ending(path, ".nii or .nii.gz");
     for (const int n : size)
         if (n < 1 || n > 32767)
             fail("{}: the image has {} voxels along an axis, expected 1 to 32767", path.string(), n);

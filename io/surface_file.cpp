@@ -1,11 +1,6 @@
 #include "io/surface_file.hpp"
 
-#include <vtkAlgorithm.h>
-#include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
-#include <vtkCommand.h>
-#include <vtkErrorCode.h>
-#include <vtkExecutive.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
 #include <vtkPLYReader.h>
@@ -17,6 +12,7 @@
 #include <vtkSTLReader.h>
 #include <vtkSTLWriter.h>
 #include <vtkTriangleFilter.h>
+#include <vtkXMLPolyDataReader.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +23,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/text.hpp"
+#include "io/vtk_reader.hpp"
 
 namespace livetet {
 
@@ -37,36 +34,6 @@ namespace fs = std::filesystem;
 /// The same turn both ways.
 Vector3 turned(const Vector3& x, Space space) { return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x; }
 
-/// Keeps what a VTK object complains of instead of printing it.
-class Complaints {
-  public:
-    explicit Complaints(vtkAlgorithm* object) {
-        command_->SetClientData(this);
-        command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
-            auto& first = static_cast<Complaints*>(self)->first_;
-            if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
-        });
-        for (vtkObject* speaker : {static_cast<vtkObject*>(object), static_cast<vtkObject*>(object->GetExecutive())}) {
-            speaker->AddObserver(vtkCommand::ErrorEvent, command_);
-            speaker->AddObserver(vtkCommand::WarningEvent, command_);
-        }
-    }
-    Complaints(const Complaints&) = delete;
-    Complaints& operator=(const Complaints&) = delete;
-
-    /// The last line of the first complaint: VTK's own source lines come before it.
-    std::string text() const {
-        std::string last;
-        for (const auto line : split_lines(first_))
-            if (!trim(line).empty()) last = trim(line);
-        return last;
-    }
-
-  private:
-    vtkNew<vtkCallbackCommand> command_;
-    std::string first_;
-};
-
 /// Polygons in mm, as the file has them.
 struct Polygons {
     std::vector<Vector3> points;
@@ -76,12 +43,7 @@ struct Polygons {
 template <class Reader>
 Polygons read_with(const fs::path& path) {
     vtkNew<Reader> reader;
-    const Complaints complaints(reader.GetPointer());
-    reader->SetFileName(path.c_str());
-    reader->Update();
-    if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
-    if (reader->GetErrorCode() != vtkErrorCode::NoError)
-        fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+    update_reader(reader.GetPointer(), path);
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputConnection(reader->GetOutputPort());
     triangulate->PassLinesOff();
@@ -178,8 +140,9 @@ Polygons read_polygons(const fs::path& path) {
     if (end == ".obj") return read_with<vtkOBJReader>(path);
     if (end == ".ply") return read_with<vtkPLYReader>(path);
     if (end == ".vtk") return read_with<vtkPolyDataReader>(path);
+    if (end == ".vtp") return read_with<vtkXMLPolyDataReader>(path);
     if (end != ".stl")
-        fail("{}: the name ends in '{}', expected a surface: .stl, .obj, .ply, .vtk or .off", path.string(), end);
+        fail("{}: the name ends in '{}', expected a surface: .stl, .obj, .ply, .vtk, .vtp or .off", path.string(), end);
     check_stl_is_whole(path);
     return read_with<vtkSTLReader>(path);
 }

@@ -51,6 +51,28 @@ TEST(SurfaceFile, PolygonsAreCutAndStrayPointsLeftOut) {
     EXPECT_EQ(read_surface(folder / "a.off", Space::ras).triangles.size(), 2u) << "a collapsed triangle is none";
 }
 
+const std::string vtp =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\"><PolyData>\n"
+    "<Piece NumberOfPoints=\"4\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"4\">\n"
+    "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 10 0 0 0 10 0 0 0 "
+    "10</DataArray>"
+    "</Points>\n<Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 3 1 2 3 0 3 "
+    "2</DataArray>"
+    "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">3 6 9 12</DataArray></Polys>\n"
+    "</Piece></PolyData></VTKFile>\n";
+
+TEST(SurfaceFile, VtksXmlSurfacesAreReadWholeOrNotAtAll) {
+    const auto path = write_bytes(fresh_folder() / "a.vtp", vtp);
+    EXPECT_NEAR(enclosed_volume(read_surface(path, Space::ras)), 1e-6 / 6, 1e-15);
+    for (std::size_t n = 0; n < vtp.size() - 3; n += 3) {
+        write_bytes(path, vtp.substr(0, n));
+        EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }), {"a.vtp"})) << n;
+    }
+    std::string absent = vtp;
+    write_bytes(path, absent.replace(absent.find("0 3 2<"), 5, "0 3 9"));
+    EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }), {"a.vtp", "9"}));
+}
+
 TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     const auto folder = fresh_folder();
     const auto refuses = [&](const char* name, const std::string& text, std::initializer_list<const char*> words) {

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <vtkAlgorithm.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
+#include <vtkLogger.h>
+#include <vtkNew.h>
+#include <vtkXMLReader.h>
+
+#include <exception>
+#include <filesystem>
+#include <string>
+
+#include "base/error.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+/// Keeps what a VTK object complains of instead of printing it.
+class Complaints {
+  public:
+    explicit Complaints(vtkAlgorithm* object) {
+        command_->SetClientData(this);
+        command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
+            auto& first = static_cast<Complaints*>(self)->first_;
+            if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
+        });
+        for (vtkObject* speaker : {static_cast<vtkObject*>(object), static_cast<vtkObject*>(object->GetExecutive())}) {
+            speaker->AddObserver(vtkCommand::ErrorEvent, command_);
+            speaker->AddObserver(vtkCommand::WarningEvent, command_);
+        }
+        if (auto* xml = vtkXMLReader::SafeDownCast(object)) xml->SetParserErrorObserver(command_);
+    }
+    Complaints(const Complaints&) = delete;
+    Complaints& operator=(const Complaints&) = delete;
+
+    /// The last line of the first complaint: VTK's own source lines come before it.
+    std::string text() const {
+        std::string last;
+        for (const auto line : split_lines(first_))
+            if (!trim(line).empty()) last = trim(line);
+        return last;
+    }
+
+  private:
+    vtkNew<vtkCallbackCommand> command_;
+    std::string first_;
+};
+
+/// Arrays without room for what a damaged file says it holds have no observer: they go to VTK's log on stderr.
+class QuietLog {
+  public:
+    QuietLog() : before_(vtkLogger::GetCurrentVerbosityCutoff()) {
+        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    }
+    ~QuietLog() { vtkLogger::SetStderrVerbosity(before_); }
+    QuietLog(const QuietLog&) = delete;
+    QuietLog& operator=(const QuietLog&) = delete;
+
+  private:
+    vtkLogger::Verbosity before_;
+};
+
+/// Lets a VTK reader read `path`. Throws Error with the first thing that it complains of.
+template <class Reader>
+void update_reader(Reader* reader, const std::filesystem::path& path) {
+    const Complaints complaints(reader);
+    const QuietLog quiet;
+    reader->SetFileName(path.c_str());
+    try {
+        reader->Update();
+    } catch (const std::exception& e) {  // memory for what a damaged file says it holds
+        fail("{}: cannot be read: {}", path.string(), e.what());
+    }
+    if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
+    if (reader->GetErrorCode() != vtkErrorCode::NoError)
+        fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+}
+
+}  // namespace livetet

@@ -1,0 +1,104 @@
+#include "io/vtu_file.hpp"
+
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkCellTypes.h>
+#include <vtkDataArray.h>
+#include <vtkGenericCell.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "io/vtk_reader.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Nothing but tets may fill space.
+void check_cells(vtkUnstructuredGrid* grid, const std::string& where) {
+    std::map<int, vtkIdType> counts;
+    for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) ++counts[grid->GetCellType(c)];
+    std::string others;
+    vtkNew<vtkGenericCell> cell;
+    for (const auto& [type, count] : counts) {
+        if (type == VTK_TETRA || type == VTK_EMPTY_CELL) continue;
+        cell->SetCellType(type);
+        if (cell->GetCellDimension() == 3 || cell->GetCellType() != type)
+            others +=
+                fmt::format("{}{} {}", others.empty() ? "" : ", ", count, vtkCellTypes::GetClassNameFromTypeId(type));
+    }
+    if (others.empty()) return;
+    const bool quadratic = counts.contains(VTK_QUADRATIC_TETRA);
+    fail("{}: holds {} beside {} vtkTetra, expected four-node tetrahedra alone{}", where, others,
+         counts.contains(VTK_TETRA) ? counts.at(VTK_TETRA) : 0,
+         quadratic ? " (export linear tetrahedra; a scene's elements: P2 gives them their middle nodes)" : "");
+}
+
+vtkDataArray* region_array(vtkCellData* data) {
+    for (const char* name : {"region", "regions", "label", "labels", "material", "materials", "gmsh:physical",
+                             "medit:ref", "cell_tags", "cellentityids"})
+        for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
+            std::string own = data->GetArrayName(i) ? data->GetArrayName(i) : "";
+            std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return std::tolower(c); });
+            if (own == name && data->GetArray(i) && data->GetArray(i)->GetNumberOfComponents() == 1)
+                return data->GetArray(i);
+        }
+    return nullptr;
+}
+
+std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string& where) {
+    const double value = regions->GetComponent(cell, 0);
+    if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max() && value == std::floor(value)))
+        fail("{}: '{}' of cell {} is {}, expected a whole number", where, regions->GetName(), cell, value);
+    return static_cast<std::int32_t>(value);
+}
+
+}  // namespace
+
+TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
+    const std::string where = path.string();
+    if (ending(path) != ".vtu")
+        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    vtkNew<vtkXMLUnstructuredGridReader> reader;
+    update_reader(reader.GetPointer(), path);
+    vtkUnstructuredGrid* grid = reader->GetOutput();
+    check_cells(grid, where);
+    vtkDataArray* regions = region_array(grid->GetCellData());
+
+    TetMesh mesh;
+    std::vector<std::int32_t> numbers(grid->GetNumberOfPoints(), -1);
+    for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
+        if (grid->GetCellType(c) != VTK_TETRA) continue;
+        vtkIdType count = 0;
+        const vtkIdType* points = nullptr;
+        grid->GetCellPoints(c, count, points);
+        if (count != 4) fail("{}: tet {} has {} points, expected 4", where, c, count);
+        Tet tet;
+        for (int k = 0; k < 4; ++k) {
+            if (points[k] < 0 || points[k] >= grid->GetNumberOfPoints())
+                fail("{}: tet {} names point {}, expected 0 to {}", where, c, points[k], grid->GetNumberOfPoints() - 1);
+            std::int32_t& number = numbers[points[k]];
+            if (number < 0) {
+                number = static_cast<std::int32_t>(mesh.nodes.size());
+                mesh.nodes.push_back(metres_per_unit * Vector3(grid->GetPoint(points[k])));
+            }
+            tet[k] = number;
+        }
+        mesh.tets.push_back(tet);
+        if (regions) mesh.regions.push_back(region_of(regions, c, where));
+    }
+    check_tet_mesh(mesh, where);
+    return mesh;
+}
+
+}  // namespace livetet

@@ -1,0 +1,121 @@
+#include "io/vtu_file.hpp"
+
+#include "base/file.hpp"
+#include "files.hpp"
+
+namespace livetet {
+namespace {
+
+using namespace testing_files;
+
+/// Two tets on a common face, a triangle of their surface, and a point of neither, as text; lengths in mm.
+struct Grid {
+    std::string connectivity = "0 1 2 3  1 2 3 4  0 1 2", offsets = "4 8 11", types = "10 10 5";
+    std::string array = "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">7 9 0</DataArray>";
+    int cells = 3;
+
+    std::string text() const {
+        return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+               "byte_order=\"LittleEndian\">\n"
+               "<UnstructuredGrid><Piece NumberOfPoints=\"6\" NumberOfCells=\"" +
+               std::to_string(cells) +
+               "\">\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n"
+               "0 0 0  10 0 0  0 10 0  0 0 10  10 10 10  50 50 50\n</DataArray></Points>\n"
+               "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" +
+               connectivity + "</DataArray>\n<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
+               "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" + types +
+               "</DataArray></Cells>\n<CellData>" + array + "</CellData>\n</Piece></UnstructuredGrid></VTKFile>\n";
+    }
+};
+
+TetMesh read(const std::string& text) {
+    static int count = 0;
+    return read_vtu(write_bytes(fresh_folder() / ("m" + std::to_string(count++) + ".vtu"), text), 1e-3);
+}
+
+TEST(VtuFile, TetsAndRegionsAreRead) {
+    const TetMesh mesh = read(Grid{}.text());
+    ASSERT_EQ(mesh.tets.size(), 2u);
+    EXPECT_EQ(mesh.nodes.size(), 5u) << "the point of no tet is left out";
+    EXPECT_EQ(mesh.regions, (std::vector<std::int32_t>{7, 9}));
+    EXPECT_NEAR(volume(mesh), 1e-9 * (1000.0 / 6 + 2 * 1000.0 / 6), 1e-18);
+    EXPECT_LT((mesh.nodes[4] - Vector3(0.01, 0.01, 0.01)).norm(), 1e-15);
+}
+
+TEST(VtuFile, RegionArraysHaveSeveralNames) {
+    for (const char* name : {"gmsh:physical", "medit:ref", "Label", "CellEntityIds"}) {
+        Grid grid;
+        grid.array.replace(grid.array.find("region"), 6, name);
+        EXPECT_EQ(read(grid.text()).regions, (std::vector<std::int32_t>{7, 9})) << name;
+    }
+    Grid grid;
+    grid.array.replace(grid.array.find("region"), 6, "quality");
+    EXPECT_TRUE(read(grid.text()).regions.empty());
+    grid.array = "<DataArray type=\"Float32\" Name=\"region\" format=\"ascii\">7 9.5 0</DataArray>";
+    EXPECT_TRUE(says(error_of([&] { read(grid.text()); }), {".vtu", "'region' of cell 1 is 9.5", "whole number"}));
+}
+
+TEST(VtuFile, OtherCellsThatFillSpaceAreCounted) {
+    Grid hexahedron;
+    hexahedron.connectivity = "0 1 2 3  0 1 2 3 4 5 0 1  0 1 2 3 4 5";
+    hexahedron.offsets = "4 12 18";
+    hexahedron.types = "10 12 13";
+    EXPECT_TRUE(
+        says(error_of([&] { read(hexahedron.text()); }), {"1 vtkHexahedron", "1 vtkWedge", "1 vtkTetra", "four-node"}));
+    Grid quadratic;
+    quadratic.cells = 1;
+    quadratic.connectivity = "0 1 2 3 4 5 0 1 2 3";
+    quadratic.offsets = "10";
+    quadratic.types = "24";
+    quadratic.array.clear();
+    EXPECT_TRUE(says(error_of([&] { read(quadratic.text()); }), {"1 vtkQuadraticTetra", "linear", "P2"}));
+}
+
+TEST(VtuFile, DamagedFilesAreErrors) {
+    const auto refuses = [](const Grid& grid, std::initializer_list<const char*> words) {
+        const std::string error = error_of([&] { read(grid.text()); });
+        EXPECT_TRUE(says(error, {".vtu"}));
+        EXPECT_TRUE(says(error, words));
+    };
+    Grid inverted;
+    inverted.connectivity = "0 2 1 3  1 2 3 4  0 1 2";
+    refuses(inverted, {"inverted"});
+    Grid absent;
+    absent.connectivity = "0 1 2 300  1 2 3 4  0 1 2";
+    refuses(absent, {"300"});
+    Grid flat;
+    flat.cells = 1;
+    flat.connectivity = "0 1 2";
+    flat.offsets = "3";
+    flat.types = "5";
+    flat.array.clear();
+    refuses(flat, {"no tet"});
+    Grid beyond;
+    beyond.offsets = "4 8 110000";
+    refuses(beyond, {});
+    Grid backwards;
+    backwards.offsets = "4 -8 11";
+    refuses(backwards, {});
+    Grid few;
+    few.types = "10 10";
+    refuses(few, {});
+    const std::string whole = Grid{}.text();
+    for (std::size_t n = 0; n < whole.size() - 3; n += 3)
+        EXPECT_TRUE(says(error_of([&] { read(whole.substr(0, n)); }), {".vtu"})) << n;
+    EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtk", 1); }), {"'.vtk'", ".vtu"}));
+    EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtu", 1); }), {"a.vtu", "no such file"}));
+}
+
+TEST(VtuFile, HostileCountsAreErrors) {
+    testing::internal::CaptureStderr();
+    std::string text = Grid{}.text();
+    text.replace(text.find("NumberOfPoints=\"6\""), 18, "NumberOfPoints=\"600000000000\"");
+    EXPECT_TRUE(says(error_of([&] { read(text); }), {".vtu"}));
+    text = Grid{}.text();
+    text.replace(text.find("NumberOfCells=\"3\""), 17, "NumberOfCells=\"300000000000\"");
+    EXPECT_TRUE(says(error_of([&] { read(text); }), {".vtu"}));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the error is all there is to say";
+}
+
+}  // namespace
+}  // namespace livetet
