@@ -11,6 +11,7 @@
 #include "verification/suite.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
+#include "apps/pictures_display.hpp"
 #include "apps/realtime_bench.hpp"
 #endif
 
@@ -135,6 +136,14 @@ int verify(const VerificationArguments& arguments) {
     return failed ? 1 : 0;
 }
 
+/// Before minutes of measuring, not after.
+void check_drawable([[maybe_unused]] const std::filesystem::path& figure) {
+#ifdef LIVETET_IMAGES
+    if (!figure.empty() && !have_display())
+        fail("--figure {}: no X server answers that could draw it; start the command behind xvfb-run -a", figure.string());
+#endif
+}
+
 }  // namespace
 
 void add_bench_command(CLI::App& app, ExitStatus& status) {
@@ -149,7 +158,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
 #ifdef LIVETET_IMAGES
     command->add_option("--figure", arguments->figure, "draw error against time to this PNG (needs an X server, or xvfb-run)");
 #endif
-    command->callback([arguments, &status] { status.value = verify(*arguments); });
+    command->callback([arguments, &status] {
+        check_drawable(arguments->figure);
+        status.value = verify(*arguments);
+    });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(
         "realtime", "Frames a second of the live solver and how far each is from the converged one; exit 1 where a target is missed");
@@ -162,7 +174,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     realtime->add_option("--json", live->json, "write every case's figures to this file");
     realtime->add_option("--figure", live->figure,
                          "draw error against frame time, method by method, to this PNG (needs an X server, or xvfb-run)");
-    realtime->callback([live, &status] { status.value = bench_realtime(*live); });
+    realtime->callback([live, &status] {
+        check_drawable(live->figure);
+        status.value = bench_realtime(*live);
+    });
 #endif
 }
 

@@ -25,7 +25,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
     const int threads = arguments.threads > 0 ? arguments.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
     const double bandwidth = measure_bandwidth(threads);
     fmt::print("memory bandwidth, {} thread{}: {:.1f} GB/s\n\n", threads, threads == 1 ? "" : "s", bandwidth / 1e9);
-    print_realtime_header();
+    if (arguments.frames > 0) print_realtime_header();
     std::vector<RealtimeResult> results;
     std::vector<WorkPrecisionChart> charts;
     ProgressLine progress("realtime");
@@ -43,7 +43,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
         if (!arguments.figure.empty()) charts.push_back(measure_methods(size, hierarchy, threads, progress));
     }
     for (const BeamSize& size : beams)
-        if (asked(size.name)) keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), threads, bandwidth, progress));
+        if (asked(size.name) && arguments.frames > 0) keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), threads, bandwidth, progress));
     bool all = true;
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {
