@@ -6,13 +6,21 @@
 
 namespace livetet {
 
+/// A material of a label map: what its voxels fill, and what the finest level's tets of that region do.
+struct RegionVolume {
+    std::int32_t label = 0;
+    double voxels_m3 = 0, tets_m3 = 0;
+};
+
 /// A hierarchy and how it came to be.
 struct MeshedInput {
     HierarchyResult result;
     std::optional<ImageSurface> image;  ///< where it was a label map
+    std::vector<RegionVolume> regions;  ///< of a label map with more than one label
 };
 
-/// Meshes a label map (.nii, .nii.gz) or a surface (.stl, .obj, .ply, .vtk, .off).
-MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress);
+/// Meshes a label map (.nii, .nii.gz) or a surface (.stl, .obj, .ply, .vtk, .off). Labels, levels, tets and edge
+/// lengths come from `source`, the rest from `options`. Throws Error; MeshingFailure where no tries gave a mesh.
+MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress, MeshingOptions options = {});
 
 }  // namespace livetet
