@@ -29,8 +29,8 @@ constexpr double coarser = 0.75;
 constexpr int shape_tries = 4;
 constexpr double other_edges = 0.93;
 
-/// The optimiser aims at this many times the least angle that is accepted.
-constexpr double aim_over_bound = 2;
+/// The optimiser aims so many degrees higher than the least angle that is accepted.
+constexpr double aim_over_bound_deg = 5;
 
 /// The finest level's volume is within this of the surface's, relative.
 constexpr double volume_limit = 0.01;
@@ -116,8 +116,16 @@ struct Maker {
             };
         }
         level.mesh = fill_surface(tried, edge, filling, &report.filled_by);
-        if (options.min_dihedral_deg > 0)
-            report.optimise = raise_dihedral_angles(level.mesh, body, aim_over_bound * options.min_dihedral_deg);
+        if (options.min_dihedral_deg > 0) {
+            TetMesh filled = level.mesh;
+            report.optimise = raise_dihedral_angles(level.mesh, body, options.min_dihedral_deg + aim_over_bound_deg);
+            // In plates as thin as the tets' angles allow, better angles cost volume: what was good enough stays.
+            if (std::abs(volume(level.mesh) / volume(filled) - 1) > volume_limit / 2 &&
+                measure_quality(filled).min_dihedral_deg >= options.min_dihedral_deg) {
+                level.mesh = std::move(filled);
+                report.optimise = {};
+            }
+        }
         report.quality = measure_quality(level.mesh);
         tried = boundary_surface(level.mesh);
         if (const auto& worst = report.quality.worst.front(); worst.min_dihedral_deg < options.min_dihedral_deg)

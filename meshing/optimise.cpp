@@ -18,6 +18,7 @@ constexpr int most_passes = 12;
 constexpr double crease_slack = 0.05;   ///< of a node's mean edge: how far it may leave the body's surface
 constexpr double turned_normal = 0.5;   ///< cosine: a boundary triangle may not turn further in one move
 constexpr std::size_t widest_ring = 7;  ///< tets about an edge that is removed
+constexpr double least_gain = 1e-4;     ///< of `shape`, for a move to be worth it
 constexpr double inverted = -2;         ///< worse than any angle
 
 /// Minus the cosine of the least dihedral angle, which grows with it; `inverted` for no or negative volume. The outward
@@ -266,7 +267,7 @@ class Optimiser {
                 if (normal(boundary[f]).dot(normals[f]) < turned_normal) worst = inverted;
             for (std::size_t i = 0; i < star.size() && worst > value; ++i)
                 worst = std::min(worst, shape(mesh_.tets[star[i]]));
-            if (worst <= value) return false;
+            if (worst < value + least_gain) return false;
             value = worst;
             at = x;
             return true;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "base/error.hpp"
 #include "meshing/surface_check.hpp"
 #include "shapes.hpp"
@@ -132,6 +134,26 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
         EXPECT_NE(std::string(failure.what()).find(" mm"), std::string::npos) << failure.what();
         EXPECT_TRUE(check_topology(failure.surface).closed());
         EXPECT_NEAR(signed_volume(failure.surface), signed_volume(organ()), 0.01 * signed_volume(organ()));
+    }
+}
+
+/// In a plate of 0.4 mm tets with edges of 8 mm have angles of about 5 degrees, whatever is done to them.
+TEST(Hierarchy, that_only_a_smaller_bound_would_let_pass_is_refused) {
+    const TetMesh block = shapes::box({0.05, 0.05, 0.0004}, {12, 12, 1});
+    const TriangleMesh plate{block.nodes, boundary_triangles(block.tets)};
+    MeshingOptions options;
+    options.edge_lengths_mm = {8};
+    options.remesh_tries = 1;
+    options.gmsh_time_limit_s = 20;
+    options.min_dihedral_deg = 0;
+    EXPECT_LT(build_hierarchy(plate, options).levels[0].quality.min_dihedral_deg, 8);
+    options.min_dihedral_deg = 15;
+    try {
+        build_hierarchy(plate, options);
+        FAIL() << "tets of 5 degrees passed for 15";
+    } catch (const MeshingFailure& failure) {
+        EXPECT_NE(std::string(failure.what()).find(") mm"), std::string::npos) << failure.what();
+        EXPECT_FALSE(failure.surface.triangles.empty());
     }
 }
 
