@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
@@ -7,9 +8,12 @@
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/surface_file.hpp"
 #include "io/text.hpp"
 #include "mesh/node_selection.hpp"
+#include "meshing/options.hpp"
 #include "meshing/quality.hpp"
+#include "meshing/surface_check.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
 #endif
@@ -21,28 +25,130 @@ namespace {
 struct MeshArguments {
     MeshSource source;
     std::filesystem::path fixed_mask, output, json;
-    bool metres = false;
+    bool metres = false, again = false;
+    MeshingOptions options;
+    std::optional<double> budget_ms, inside_growth;
+    std::vector<double> spheres;  ///< five numbers each
 };
 
-/// The mesh of an image, surface, .msh, .h5 or scene; says what happened on the way.
-MeshHierarchy make_mesh(MeshArguments& a) {
-    const std::string end = ending(a.source.file);
-    if (end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
-    ProgressLine progress("mesh");
-#ifdef LIVETET_IMAGES
-    if (!is_tet_mesh_name(a.source.file)) {
-        MeshedInput meshed = mesh_input(a.source, progress.callback());
-        progress.update(1, "done");
-        if (meshed.image)
-            fmt::print("picked       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml\n",
-                       1e6 * meshed.image->label_volume_m3, 1e6 * meshed.image->body_volume_m3,
-                       1e6 * meshed.image->surface_volume_m3);
-        for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
-        return std::move(meshed.result.hierarchy);
-    }
-#endif
-    return load_mesh(a.source, progress.callback());
+nlohmann::json to_json(const Vector3& place) { return {1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z()}; }
+
+nlohmann::json to_json(const MeshQuality& q) {
+    nlohmann::json worst = nlohmann::json::array();
+    for (const auto& tet : q.worst)
+        worst.push_back({{"tet", tet.tet},
+                         {"min_dihedral_deg", tet.min_dihedral_deg},
+                         {"radius_ratio", tet.radius_ratio},
+                         {"place_mm", to_json(tet.place)}});
+    return {{"tets", q.tets},
+            {"nodes", q.nodes},
+            {"volume_ml", 1e6 * q.volume_m3},
+            {"mean_edge_mm", 1e3 * q.mean_edge_m},
+            {"min_dihedral_deg", q.min_dihedral_deg},
+            {"max_dihedral_deg", q.max_dihedral_deg},
+            {"min_radius_ratio", q.min_radius_ratio},
+            {"dihedral_counts_of_10_deg", q.dihedral_counts},
+            {"worst", worst}};
 }
+
+#ifdef LIVETET_IMAGES
+nlohmann::json to_json(const SurfaceDistance& d) {
+    return {{"max_mm", 1e3 * d.max_m}, {"mean_mm", 1e3 * d.mean_m}, {"farthest_mm", to_json(d.farthest)}};
+}
+
+nlohmann::json to_json(const LevelReport& level) {
+    nlohmann::json json = to_json(level.quality);
+    json.update({{"edge_mm", 1e3 * level.remesh.edge_length_m},
+                 {"volume_ratio", level.volume_ratio},
+                 {"to_surface", to_json(level.distance.to_body)},
+                 {"from_surface", to_json(level.distance.from_body)},
+                 {"filled_by", level.filled_by},
+                 {"not_taken", level.dropped},
+                 {"moves", level.optimise.moves},
+                 {"flips", level.optimise.flips},
+                 {"collapses", level.optimise.collapses},
+                 {"peeled_tets", level.optimise.peeled_tets},
+                 {"fillings", level.fillings},
+                 {"seconds", level.seconds}});
+    return json;
+}
+
+/// Says how the input became a hierarchy, and gives the same for the files.
+nlohmann::json report(const MeshedInput& meshed) {
+    nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
+    if (const auto& image = meshed.image) {
+        fmt::print(
+            "picked       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml ({:+.2f} %), "
+            "{:.2f} mm from the voxels' faces in the mean, {:.2f} mm at most, at {}\n",
+            1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3, 1e6 * image->surface_volume_m3,
+            100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,
+            1e3 * image->moved.max_m, place_mm(image->moved.farthest));
+        json["image"] = {{"labels_ml", 1e6 * image->label_volume_m3},
+                         {"body_ml", 1e6 * image->body_volume_m3},
+                         {"surface_ml", 1e6 * image->surface_volume_m3},
+                         {"smoothing_mm", image->smoothing_mm},
+                         {"moved", to_json(image->moved)}};
+    }
+    std::vector<MeshQuality> qualities;
+    for (const LevelReport& level : meshed.result.levels) {
+        qualities.push_back(level.quality);
+        json["levels"].push_back(to_json(level));
+    }
+    fmt::print("{}\n{}\ndihedral angles of level 0\n{}", quality_table(qualities), level_table(meshed.result.levels),
+               dihedral_histogram(qualities.front()));
+    if (meshed.regions.size() > 1)
+        for (const RegionVolume& r : meshed.regions) {
+            fmt::print("region {:>5} {:>9.2f} ml of tets, {:.2f} ml of voxels ({:+.1f} %)\n", r.label, 1e6 * r.tets_m3,
+                       1e6 * r.voxels_m3, 100 * (r.tets_m3 / r.voxels_m3 - 1));
+            json["regions"].push_back(
+                {{"label", r.label}, {"tets_ml", 1e6 * r.tets_m3}, {"voxels_ml", 1e6 * r.voxels_m3}});
+        }
+    for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
+    return json;
+}
+
+/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the version (G.
+/// Fowler, L. Noll, K. Vo: FNV-1a).
+std::string fingerprint(const MeshArguments& a) {
+    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {}", LIVETET_VERSION, gmsh_version(), a.source.threshold,
+                                   fmt::join(a.source.labels, ","), a.source.tets, a.source.levels,
+                                   fmt::join(a.source.edge_lengths_mm, ","), static_cast<int>(a.source.space),
+                                   a.options.min_dihedral_deg, a.inside_growth.value_or(0), fmt::join(a.spheres, ","));
+    text += '\n' + read_text_file(a.source.file);
+    if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
+    std::uint64_t hash = 0xcbf29ce484222325;
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    return fmt::format("{:016x}", hash);
+}
+
+/// What a hierarchy file of ours says about itself, or null where there is none.
+nlohmann::json stored_report(const std::filesystem::path& path) {
+    if (!std::filesystem::exists(path)) return nullptr;
+    try {
+        return nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
+    } catch (const Error&) {
+        return nullptr;  // not ours, or damaged: to be written anew
+    }
+}
+
+/// An image or surface to a hierarchy. Where that fails, the surface that it failed on lies beside the output.
+MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json) {
+    ProgressLine progress("mesh");
+    try {
+        MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options);
+        progress.update(1, "done");
+        json = report(meshed);
+        MeshHierarchy& hierarchy = meshed.result.hierarchy;
+        json.update({{"made_by", hierarchy.provenance}, {"fingerprint", key}});
+        hierarchy.provenance = json.dump();
+        return std::move(hierarchy);
+    } catch (const MeshingFailure& failure) {
+        std::filesystem::path look = a.output;
+        write_surface(look.replace_extension(".failed.stl"), failure.surface, Space::ras);
+        fail("{} (the surface that it was tried with: {})", failure.what(), look.string());
+    }
+}
+#endif
 
 void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
     if (mask.empty()) return;
@@ -60,24 +166,47 @@ void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
 
 void run(MeshArguments& a) {
     if (a.metres) a.source.unit = LengthUnit::metre;
-    MeshHierarchy hierarchy = make_mesh(a);
-    std::vector<MeshQuality> qualities;
-    for (const TetMesh& level : hierarchy.levels) qualities.push_back(measure_quality(level));
-    fmt::print("{}", quality_table(qualities));
+    if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
+    a.options.inside_growth = a.inside_growth;
+    if (a.spheres.size() % 5 != 0)
+        fail("--refine-sphere: {} numbers, expected x,y,z,radius,edge of each sphere", a.spheres.size());
+    for (std::size_t i = 0; i < a.spheres.size(); i += 5)
+        a.options.finer.push_back({Vector3(a.spheres[i], a.spheres[i + 1], a.spheres[i + 2]) / 1e3,
+                                   a.spheres[i + 3] / 1e3, a.spheres[i + 4] / 1e3});
+    if (const std::string end = ending(a.source.file); end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
+
+    nlohmann::json json;
+    MeshHierarchy hierarchy;
+#ifdef LIVETET_IMAGES
+    if (!is_tet_mesh_name(a.source.file)) {
+        const std::string key = fingerprint(a);
+        json = stored_report(a.output);
+        // What a header of its own names is not in the fingerprint.
+        const std::string end = ending(a.source.file);
+        const bool detached = end == ".nhdr" || end == ".mhd";
+        if (!a.again && !detached && json.is_object() && json.value("fingerprint", "") == key) {
+            fmt::print("unchanged    {} kept: made from the same input by the same options and version\n",
+                       a.output.string());
+            if (!a.json.empty()) write_text_file(a.json, json.dump(2) + "\n");
+            return;
+        }
+        hierarchy = mesh_and_report(a, key, json);
+    }
+#endif
+    if (hierarchy.levels.empty()) {
+        ProgressLine progress("mesh");
+        hierarchy = load_mesh(a.source, progress.callback());
+        std::vector<MeshQuality> qualities;
+        json = {{"levels", nlohmann::json::array()}};
+        for (const TetMesh& level : hierarchy.levels)
+            json["levels"].push_back(to_json(qualities.emplace_back(measure_quality(level))));
+        fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),
+                   dihedral_histogram(qualities.front()));
+    }
     fix_nodes(hierarchy, a.fixed_mask);
     write_hierarchy(a.output, hierarchy);
     fmt::print("written      {}\n", a.output.string());
-    if (a.json.empty()) return;
-    nlohmann::json levels = nlohmann::json::array();
-    for (const MeshQuality& q : qualities)
-        levels.push_back({{"tets", q.tets},
-                          {"nodes", q.nodes},
-                          {"volume_ml", 1e6 * q.volume_m3},
-                          {"mean_edge_mm", 1e3 * q.mean_edge_m},
-                          {"min_dihedral_deg", q.min_dihedral_deg},
-                          {"max_dihedral_deg", q.max_dihedral_deg},
-                          {"min_radius_ratio", q.min_radius_ratio}});
-    write_text_file(a.json, nlohmann::json{{"levels", levels}}.dump(2) + "\n");
+    if (!a.json.empty()) write_text_file(a.json, json.dump(2) + "\n");
 }
 
 }  // namespace
@@ -121,8 +250,30 @@ void add_mesh_command(CLI::App& app) {
                      "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's models since 2020")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
+    command
+        ->add_option("--budget-ms", a->budget_ms,
+                     "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
+        ->check(CLI::PositiveNumber)
+        ->excludes("--tets");
+    command
+        ->add_option("--refine-sphere", a->spheres,
+                     "finer near a place: x,y,z,radius,edge in mm, RAS; more of them in one list")
+        ->delimiter(',');
+    command->add_option("--inside-growth", a->inside_growth, "edges deep inside over those of the surface, 1 to 10")
+        ->check(CLI::Range(1.0, 10.0));
+    command
+        ->add_option("--min-dihedral-deg", a->options.min_dihedral_deg,
+                     "no tet of an accepted level has a smaller dihedral angle; 0: any")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 15.0));
+    command
+        ->add_option("--time-limit-s", a->options.gmsh_time_limit_s,
+                     "for each level, after which Gmsh is killed and the level given up")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_flag("--again", a->again, "mesh even where the output was made from the same input and options");
     command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
-    command->add_option("--json", a->json, "write counts and quality to this file too");
+    command->add_option("--json", a->json, "write the report to this file too");
     command->callback([a] { run(*a); });
 }
 

@@ -1,6 +1,9 @@
 #include "apps/mesh_input.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
+#include <map>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -12,13 +15,15 @@ namespace livetet {
 
 namespace {
 
-MeshingOptions meshing_options(const MeshSource& source) {
-    MeshingOptions options;
-    options.labels.assign(source.labels.begin(), source.labels.end());
-    options.levels = source.levels;
-    options.target_tets = source.tets;
-    options.edge_lengths_mm = source.edge_lengths_mm;
-    return options;
+std::vector<RegionVolume> region_volumes(const LabelImage& image, const TetMesh& mesh) {
+    std::map<std::int32_t, double> tets;
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets[mesh.regions[t]] += signed_volume(mesh, mesh.tets[t]);
+    const double voxel = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+    std::vector<RegionVolume> regions;
+    for (const auto& [label, volume] : tets)
+        regions.push_back(
+            {label, voxel * static_cast<double>(std::count(image.values.begin(), image.values.end(), label)), volume});
+    return regions;
 }
 
 /// Anatomical label maps name fewer tissues than this; 8-bit grey images have more values.
@@ -69,8 +74,11 @@ LabelImage between_thresholds(const MeshSource& source) {
 
 }  // namespace
 
-MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress) {
-    const MeshingOptions options = meshing_options(source);
+MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress, MeshingOptions options) {
+    options.labels.assign(source.labels.begin(), source.labels.end());
+    options.levels = source.levels;
+    options.target_tets = source.tets;
+    options.edge_lengths_mm = source.edge_lengths_mm;
     const std::string name = source.file.filename().string();
     MeshedInput meshed;
     TriangleMesh surface;
@@ -85,11 +93,19 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
             fail("{}: is a surface, a threshold ({}) is for grey images", source.file.string(), source.threshold);
         surface = read_surface(source.file, source.space);
     }
-    meshed.result = naming(source.file.string(), [&] { return build_hierarchy(surface, options, progress); });
-    if (meshed.image && source.threshold.empty())
-        for (TetMesh& level : meshed.result.hierarchy.levels)
-            level.regions = regions_by_label(level, labels, options.labels);
-    meshed.result.hierarchy.provenance = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
+    try {
+        meshed.result = build_hierarchy(surface, options, progress);
+    } catch (const MeshingFailure& failure) {
+        throw MeshingFailure(fmt::format("{}: {}", source.file.string(), failure.what()), failure.surface);
+    } catch (const Error& error) {
+        fail("{}: {}", source.file.string(), error.what());
+    }
+    MeshHierarchy& hierarchy = meshed.result.hierarchy;
+    if (meshed.image && source.threshold.empty()) {
+        for (TetMesh& level : hierarchy.levels) level.regions = regions_by_label(level, labels, options.labels);
+        meshed.regions = region_volumes(labels, hierarchy.levels.front());
+    }
+    hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, name, hierarchy.provenance);
     return meshed;
 }
 

@@ -3,7 +3,7 @@
 #include <gmsh.h>
 
 #include <algorithm>
-#include <chrono>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <future>
@@ -61,13 +61,21 @@ struct Header {
 
 /// The child's work. Result: Header, then nodes (3 doubles, m), then tets (4 node numbers from 0). The surface's nodes
 /// come first, in their order.
-int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, int passes, int out) {
+int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, const GmshOptions& options,
+                   int out) {
     std::srand(1);  // whatever the parent drew before
     gmsh::initialize(0, nullptr, false);
     set_options(algorithm, mm_per_m * edge_length_m);
+    if (options.edge_length_at) {
+        gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 0);
+        gmsh::option::setNumber("Mesh.MeshSizeMax", 1e22);
+        gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z) {
+            return mm_per_m * options.edge_length_at(Vector3(x, y, z) / mm_per_m);
+        });
+    }
     add_surface(surface);
     gmsh::model::mesh::generate(3);
-    for (int p = 0; p < passes; ++p) gmsh::model::mesh::optimize("");
+    for (int p = 0; p < options.optimise_passes; ++p) gmsh::model::mesh::optimize("");
 
     std::vector<std::size_t> tags, elements, corners;
     std::vector<double> coordinates, unused;
@@ -183,7 +191,7 @@ std::string end_text(const ChildResult& child, double limit) {
 
 }  // namespace
 
-TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options) {
+TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options, std::string* way) {
     const SurfaceTopology topology = check_topology(surface);
     if (!topology.closed())
         fail("surface: it has {} border, {} non-manifold and {} misoriented edges, first at {}; expected none",
@@ -191,12 +199,14 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
     if (!(edge_length_m > 0)) fail("Gmsh: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
     std::string faults;
     double time_left = options.time_limit_s;
-    for (const Algorithm algorithm : {Algorithm::hxt, Algorithm::delaunay}) {
+    std::array<Algorithm, 2> ways{Algorithm::hxt, Algorithm::delaunay};
+    if (options.edge_length_at) std::swap(ways[0], ways[1]);  // HXT of Gmsh 4.8 takes sizes from the boundary alone
+    for (const Algorithm algorithm : ways) {
         const auto work = [&](int out) {
-            return on_fresh_heap(
-                [&] { return mesh_and_write(surface, edge_length_m, algorithm, options.optimise_passes, out); });
+            return on_fresh_heap([&] { return mesh_and_write(surface, edge_length_m, algorithm, options, out); });
         };
-        const ChildResult child = options.run(work, time_left);
+        const double limit = algorithm == ways[0] ? time_left / 2 : time_left;  // a hang leaves time for the other
+        const ChildResult child = options.run(work, limit);
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
         std::string fault;
         if (child.end == ChildResult::End::returned) {
@@ -205,14 +215,15 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
             fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log) : fault_of(mesh, surface);
             if (fault.empty()) {
                 sort_for_locality(mesh);
+                if (way) *way = faults.empty() ? name : fmt::format("{} ({})", name, faults);
                 return mesh;
             }
         } else {
-            fault = end_text(child, time_left);
+            fault = end_text(child, limit);
         }
         faults += fmt::format("{}{} {}", faults.empty() ? "" : "; ", name, fault);
         time_left -= child.seconds;
-        if (child.end == ChildResult::End::timed_out || time_left <= 0) break;
+        if (time_left <= 0) break;
     }
     fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface about {} ({} triangles): {}", 1e3 * edge_length_m,
          place_mm(surface.nodes.front()), surface.triangles.size(), faults);

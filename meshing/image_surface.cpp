@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/error.hpp"
@@ -101,6 +102,38 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     std::copy(values.begin(), values.end(), static_cast<float*>(field.image->GetScalarPointer()));
 }
 
+/// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not shared. Precondition:
+/// the mask's rim is empty.
+TriangleMesh voxel_faces(const Image<std::uint8_t>& mask) {
+    TriangleMesh faces;
+    const auto add = [&](const Vector3& voxel, int axis, double side) {
+        const auto first = static_cast<std::int32_t>(faces.nodes.size());
+        constexpr double corners[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+        for (const auto& [p, q] : corners) {
+            Vector3 corner = voxel;
+            corner[axis] += side;
+            corner[(axis + 1) % 3] += p;
+            corner[(axis + 2) % 3] += q;
+            faces.nodes.push_back((mask.ras_from_voxel * corner.homogeneous()).head<3>());
+        }
+        faces.triangles.push_back({first, first + 1, first + 2});
+        faces.triangles.push_back({first, first + 2, first + 3});
+    };
+    for (int k = 1; k + 1 < mask.size[2]; ++k)
+        for (int j = 1; j + 1 < mask.size[1]; ++j)
+            for (int i = 1; i + 1 < mask.size[0]; ++i) {
+                if (!mask.at(i, j, k)) continue;
+                const std::array<int, 3> at{i, j, k};
+                for (int axis = 0; axis < 3; ++axis)
+                    for (const int side : {-1, 1}) {
+                        std::array<int, 3> next = at;
+                        next[axis] += side;
+                        if (!mask.at(next[0], next[1], next[2])) add(Vector3(i, j, k), axis, 0.5 * side);
+                    }
+            }
+    return faces;
+}
+
 /// The largest part of the iso-surface, in metres, wound outwards.
 TriangleMesh iso_surface(const Field& field, double level) {
     vtkNew<vtkFlyingEdges3D> edges;
@@ -173,6 +206,8 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
             "image: the surface has {} border and {} non-manifold edges, first at {}; take a larger "
             "meshing.smoothing_mm than {}",
             t.border_edges, t.non_manifold_edges, place_mm(t.place), options.smoothing_mm);
+    const NearestTriangle tree(result.surface.nodes, result.surface.triangles);
+    result.moved = distance_between(voxel_faces(body.mask), tree, std::numeric_limits<double>::infinity());
     return result;
 }
 

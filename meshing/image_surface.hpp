@@ -3,6 +3,7 @@
 #include "mesh/image.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "meshing/options.hpp"
+#include "meshing/surface_distance.hpp"
 
 namespace livetet {
 
@@ -13,6 +14,7 @@ struct ImageSurface {
     double body_volume_m3 = 0;     ///< of the largest connected part of them, its holes filled
     double surface_volume_m3 = 0;  ///< enclosed by `surface`: within 1 % of the body's
     double iso_level = 0.5;        ///< of the smoothed indicator, moved from 0.5 to keep the volume
+    SurfaceDistance moved;         ///< from the voxels' outer faces to `surface`: what smoothing did, stairs and all
     double smoothing_mm = 0;       ///< that it took; more than asked where the surface was not manifold with less
 };
 

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"
 #include "meshing/gmsh_volume.hpp"
+#include "meshing/optimise.hpp"
 #include "meshing/options.hpp"
 #include "meshing/quality.hpp"
 #include "meshing/remesh.hpp"
+#include "meshing/surface_distance.hpp"
 
 namespace livetet {
 
@@ -16,9 +20,21 @@ namespace livetet {
 struct LevelReport {
     double asked_edge_length_m = 0;  ///< the options', or the one found for the number of tets asked for
     RemeshReport remesh;
+    std::string filled_by;  ///< Gmsh's algorithm, and why those before it failed
+    OptimiseReport optimise;
     MeshQuality quality;
-    int fillings = 0;    ///< volumes meshed on the way to the number of tets asked for
-    double seconds = 0;  ///< wall time
+    HausdorffDistance distance;        ///< between the level's boundary and the surface given (repaired)
+    double volume_ratio = 1;           ///< of the level over that of the surface
+    std::vector<std::string> dropped;  ///< tries that were not taken, and why: a line each
+    int fillings = 0;                  ///< volumes meshed in all
+    double seconds = 0;                ///< wall time
+};
+
+/// A level could not be made. `surface` is the last one tried, for a look; the message says what is wrong and where.
+class MeshingFailure : public Error {
+  public:
+    MeshingFailure(const std::string& message, TriangleMesh tried) : Error(message), surface(std::move(tried)) {}
+    TriangleMesh surface;
 };
 
 struct HierarchyResult {
@@ -28,11 +44,16 @@ struct HierarchyResult {
 };
 
 /// A hierarchy of non-nested levels: the surface is repaired, then for every level remeshed at that level's own edge
-/// length and filled on its own. The finest level's edge length is found from `options.target_tets` where no lengths
-/// are given (tets = c V / h^3, c from the last try). A level that would not be coarser than the one before it is left
-/// out, with a note. `gmsh` lets tests replace how Gmsh is run; its time limit and passes come from `options`. Throws
-/// Error as repair_surface, remesh_surface and fill_surface do.
+/// length, filled, and improved until no dihedral angle is below `options.min_dihedral_deg`; where that does not come
+/// about, other edges are tried. The finest level's edge length is found from `options.target_tets` where no lengths
+/// are given (tets = c V / h^3, c from the last try); coarser levels are remeshed from the finest one's surface. A
+/// coarser level that cannot be made, or would not be coarser than the one before it, ends the hierarchy, with a note.
+/// `gmsh` lets tests replace how Gmsh is run; its time limit and passes come from `options`. Throws MeshingFailure
+/// where the finest level cannot be made, Error as repair_surface does.
 HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
                                 const ProgressCallback& progress = {}, const GmshOptions& gmsh = {});
+
+/// How each level relates to the surface and how it was made: a table in mm, %, s; every line ends with a line break.
+std::string level_table(std::span<const LevelReport> levels);
 
 }  // namespace livetet

@@ -26,6 +26,10 @@ int automatic_levels(std::int64_t finest_tets, double coarsening) {
     return std::max(levels, 2);
 }
 
+std::int64_t tets_for_budget(double budget_s) {
+    return std::max<std::int64_t>(std::llround(budget_s / live_seconds_per_tet), 100);
+}
+
 void check_options(const MeshingOptions& o) {
     positive("voxel_mm", o.voxel_mm);
     if (!(o.smoothing_mm >= 0)) fail("meshing.smoothing_mm = {} must be >= 0", o.smoothing_mm);
@@ -45,6 +49,14 @@ void check_options(const MeshingOptions& o) {
     positive("remesh_tries", o.remesh_tries);
     positive("gmsh_time_limit_s", o.gmsh_time_limit_s);
     if (o.optimise_passes < 0) fail("meshing.optimise_passes = {} must be >= 0", o.optimise_passes);
+    if (o.inside_growth && !(*o.inside_growth >= 1 && *o.inside_growth <= 10))
+        fail("meshing.inside_growth = {} must be from 1 to 10", *o.inside_growth);
+    for (const FineSphere& s : o.finer) {
+        positive("finer.radius_m", s.radius_m);
+        positive("finer.edge_length_m", s.edge_length_m);
+    }
+    if (!(o.min_dihedral_deg >= 0 && o.min_dihedral_deg <= 15))
+        fail("meshing.min_dihedral_deg = {} must be from 0 to 15", o.min_dihedral_deg);
 }
 
 }  // namespace livetet

@@ -44,7 +44,6 @@ MeshQuality measure_quality(const TetMesh& mesh) {
     q.boundary_triangles = static_cast<std::int64_t>(boundary_triangles(mesh.tets).size());
     q.volume_m3 = volume(mesh);
     q.min_edge_m = q.min_radius_ratio = std::numeric_limits<double>::infinity();
-    q.min_dihedral_deg = 180;
     double edges = 0, ratios = 0;
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
         const Tet& t = mesh.tets[e];
@@ -56,35 +55,56 @@ MeshQuality measure_quality(const TetMesh& mesh) {
                 q.max_edge_m = std::max(q.max_edge_m, length);
                 edges += length;
             }
-        for (const double angle : dihedral_angles_deg(a, b, c, d)) {
-            q.min_dihedral_deg = std::min(q.min_dihedral_deg, angle);
-            q.max_dihedral_deg = std::max(q.max_dihedral_deg, angle);
-        }
+        const auto angles = dihedral_angles_deg(a, b, c, d);
+        for (const double angle : angles)
+            ++q.dihedral_counts[std::min<std::size_t>(static_cast<std::size_t>(angle / 10),
+                                                      q.dihedral_counts.size() - 1)];
+        const auto [least, greatest] = std::minmax_element(angles.begin(), angles.end());
+        q.max_dihedral_deg = std::max(q.max_dihedral_deg, *greatest);
         const double ratio = radius_ratio(a, b, c, d);
         ratios += ratio;
-        if (ratio >= q.min_radius_ratio) continue;
-        q.min_radius_ratio = ratio;
-        q.worst_tet = static_cast<std::int64_t>(e);
-        q.worst_place = (a + b + c + d) / 4;
+        q.min_radius_ratio = std::min(q.min_radius_ratio, ratio);
+        if (q.worst.size() == q.worst_listed && *least >= q.worst.back().min_dihedral_deg) continue;
+        const MeshQuality::WorstTet tet{static_cast<std::int64_t>(e), *least, ratio, (a + b + c + d) / 4};
+        q.worst.insert(
+            std::upper_bound(q.worst.begin(), q.worst.end(), tet,
+                             [](const auto& s, const auto& t) { return s.min_dihedral_deg < t.min_dihedral_deg; }),
+            tet);
+        if (q.worst.size() > q.worst_listed) q.worst.pop_back();
     }
+    q.min_dihedral_deg = q.worst.front().min_dihedral_deg;
     q.mean_edge_m = edges / (6.0 * static_cast<double>(q.tets));
     q.mean_radius_ratio = ratios / static_cast<double>(q.tets);
     return q;
 }
 
 std::string quality_table(std::span<const MeshQuality> levels) {
-    std::string text =
-        fmt::format("{:>5} {:>9} {:>9} {:>9} {:>10} {:>25} {:>15} {:>13}  {}\n", "level", "tets", "nodes", "surface",
-                    "volume/ml", "edge min/mean/max/mm", "dihedral/deg", "3r/R min/mean", "worst tet at");
+    std::string text = fmt::format("{:>5} {:>9} {:>9} {:>9} {:>10} {:>25} {:>15} {:>13}\n", "level", "tets", "nodes",
+                                   "surface", "volume/ml", "edge min/mean/max/mm", "dihedral/deg", "3r/R min/mean");
     for (std::size_t l = 0; l < levels.size(); ++l) {
         const MeshQuality& q = levels[l];
         text += fmt::format(
             "{:>5} {:>9} {:>9} {:>9} {:>10.2f} {:>7.2f} / {:>6.2f} / {:>6.2f} {:>6.1f} / {:>6.1f} "
-            "{:>5.3f} / {:>5.3f}  {}\n",
+            "{:>5.3f} / {:>5.3f}\n",
             l, q.tets, q.nodes, q.boundary_triangles, 1e6 * q.volume_m3, 1e3 * q.min_edge_m, 1e3 * q.mean_edge_m,
-            1e3 * q.max_edge_m, q.min_dihedral_deg, q.max_dihedral_deg, q.min_radius_ratio, q.mean_radius_ratio,
-            place_mm(q.worst_place));
+            1e3 * q.max_edge_m, q.min_dihedral_deg, q.max_dihedral_deg, q.min_radius_ratio, q.mean_radius_ratio);
     }
+    return text;
+}
+
+std::string dihedral_histogram(const MeshQuality& q) {
+    const double all = 6.0 * static_cast<double>(q.tets);
+    constexpr double stars_for_all = 250;
+    std::string text;
+    for (std::size_t bin = 0; bin < q.dihedral_counts.size(); ++bin) {
+        const auto count = static_cast<double>(q.dihedral_counts[bin]);
+        text += fmt::format("{:>3} to {:>3} deg {:>9} {:>7.3f} % {}\n", 10 * bin, 10 * (bin + 1),
+                            q.dihedral_counts[bin], 100 * count / all,
+                            std::string(static_cast<std::size_t>(std::lround(stars_for_all * count / all)), '*'));
+    }
+    for (const MeshQuality::WorstTet& tet : q.worst)
+        text += fmt::format("worst: tet {}, {:.2f} deg, 3r/R {:.3f}, at {}\n", tet.tet, tet.min_dihedral_deg,
+                            tet.radius_ratio, place_mm(tet.place));
     return text;
 }
 

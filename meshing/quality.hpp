@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 
@@ -14,8 +15,15 @@ struct MeshQuality {
     double min_edge_m = 0, mean_edge_m = 0, max_edge_m = 0;
     double min_dihedral_deg = 0, max_dihedral_deg = 0;
     double min_radius_ratio = 0, mean_radius_ratio = 0;  ///< 3 r_in / r_circ: 1 regular, 0 flat
-    std::int64_t worst_tet = -1;                         ///< of the least radius ratio
-    Vector3 worst_place = Vector3::Zero();               ///< its centre, metres
+    std::array<std::int64_t, 18> dihedral_counts{};      ///< all six angles of each tet: 0 to 10 degrees, 10 to 20, ...
+    /// The tets with the least dihedral angles, the worst first: at most `worst_listed`.
+    struct WorstTet {
+        std::int64_t tet = -1;
+        double min_dihedral_deg = 180, radius_ratio = 1;
+        Vector3 place = Vector3::Zero();  ///< its centre, metres
+    };
+    std::vector<WorstTet> worst;
+    static constexpr std::size_t worst_listed = 5;
 };
 
 /// 3 r_in / r_circ of a tet, with r_in = 3 V / A and, from the products p, q, r of opposite edges' lengths,
@@ -30,5 +38,8 @@ MeshQuality measure_quality(const TetMesh& mesh);
 
 /// A table with a row for each level, in mm, ml and degrees; every line ends with a line break.
 std::string quality_table(std::span<const MeshQuality> levels);
+
+/// The shares of dihedral angles in steps of ten degrees as bars, then the worst tets with their places.
+std::string dihedral_histogram(const MeshQuality& quality);
 
 }  // namespace livetet

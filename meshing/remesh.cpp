@@ -13,6 +13,7 @@
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "base/error.hpp"
@@ -130,6 +131,42 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
     return {};
 }
 
+/// Step by step those faces again that want edges shorter than they have.
+void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthField& shorter_at) {
+    constexpr double step = 0.7, least = 0.01;
+    for (double length = step * edge_length; length > least * edge_length; length *= step) {
+        std::vector<Face> faces;
+        for (const Face f : mesh.faces()) {
+            Vector3 centre = Vector3::Zero();
+            for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) centre += vector(mesh.point(v)) / 3;
+            if (shorter_at(centre) < length / std::sqrt(step)) faces.push_back(f);
+        }
+        if (faces.empty()) return;
+        PMP::isotropic_remeshing(faces, length, mesh, CGAL::parameters::number_of_iterations(iterations));
+    }
+}
+
+/// Shifts the nodes along their normals, all by as much, until the mesh encloses `volume` again: chords of triangles
+/// lie inside of what is round. At most by a tenth of an edge.
+void keep_volume(Mesh& mesh, double volume, double edge_length) {
+    for (int step = 0; step < 3; ++step) {
+        const TriangleMesh now = from_cgal(mesh);
+        std::vector<Vector3> area_normals(now.nodes.size(), Vector3::Zero());
+        double area = 0;
+        for (const auto& [a, b, c] : now.triangles) {
+            const Vector3 n = (now.nodes[b] - now.nodes[a]).cross(now.nodes[c] - now.nodes[a]) / 2;
+            area += n.norm();
+            for (const std::int32_t i : {a, b, c}) area_normals[i] += n;
+        }
+        const double shift = (volume - signed_volume(now)) / area;
+        for (const auto v : mesh.vertices()) {
+            const Vector3 x = vector(mesh.point(v)) + std::clamp(shift, -edge_length / 10, edge_length / 10) *
+                                                          area_normals[static_cast<Mesh::size_type>(v)].normalized();
+            mesh.point(v) = {x.x(), x.y(), x.z()};
+        }
+    }
+}
+
 double mean_edge_length(const Mesh& mesh) {
     double sum = 0;
     for (const auto e : mesh.edges())
@@ -159,7 +196,7 @@ TriangleMesh repair_surface(const TriangleMesh& surface) {
 }
 
 TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, int iterations, int tries,
-                            RemeshReport& report) {
+                            RemeshReport& report, const EdgeLengthField& shorter_at) {
     const double asked_volume = signed_volume(surface);
     const Mesh original = to_cgal(surface);
     double edge_length = edge_length_m;
@@ -168,9 +205,13 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, i
         Mesh mesh = original;
         PMP::isotropic_remeshing(mesh.faces(), edge_length, mesh,
                                  CGAL::parameters::number_of_iterations(iterations).number_of_relaxation_steps(3));
+        if (shorter_at) refine(mesh, edge_length, iterations, shorter_at);
         if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
             PMP::experimental::remove_self_intersections(mesh);
         if (mesh.number_of_faces() == 0) continue;
+        fault = fault_of(mesh, from_cgal(mesh), asked_volume);
+        if (fault) continue;
+        keep_volume(mesh, asked_volume, edge_length);
         const TriangleMesh result = from_cgal(mesh);
         fault = fault_of(mesh, result, asked_volume);
         if (fault) continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mesh/tet_mesh.hpp"
+#include "meshing/options.hpp"
 
 namespace livetet {
 
@@ -27,10 +28,12 @@ struct RemeshReport {
 };
 
 /// Triangles of about the same size and shape over a repaired surface (M. Botsch and L. Kobbelt, A Remeshing Approach
-/// to Multiresolution Modeling, 2004, as CGAL has it). The result is closed, manifold, free of self-intersections and
+/// to Multiresolution Modeling, 2004, as CGAL has it). Then all nodes are shifted along their normals, as far as makes
+/// the volume that of the input (by at most 0.3 edges). The result is closed, manifold, free of self-intersections and
 /// wound outwards: where `edge_length_m` is too coarse for that it is made smaller, up to `tries` times in all. Throws
-/// Error with the place in mm of what stayed wrong.
+/// Error with the place in mm of what stayed wrong. Where `shorter_at` wants edges shorter than `edge_length_m`, they
+/// are so, in steps of a factor of 0.7.
 TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, int iterations, int tries,
-                            RemeshReport& report);
+                            RemeshReport& report, const EdgeLengthField& shorter_at = {});
 
 }  // namespace livetet

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "base/error.hpp"
+#include "base/thread_team.hpp"
 #include "mesh/nearest_triangle.hpp"
 
 namespace livetet {
@@ -148,20 +150,25 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points) {
     map.nodes.resize(points.size());
     map.weights.resize(points.size());
     map.distance.assign(points.size(), 0.0);
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i)
         if (!points[i].allFinite()) fail("barycentric map: point {} is not at a finite place", i);
-        Weights w{};
-        if (const std::int32_t tet = grid.find(points[i], w); tet >= 0) {
-            map.nodes[i] = mesh.tets[tet];
-            map.weights[i] = clamped(w);
-            continue;
+    ThreadTeam team(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+    constexpr std::size_t worth_a_thread = 10000;
+    team.run_pieces(points.size(), worth_a_thread, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Weights w{};
+            if (const std::int32_t tet = grid.find(points[i], w); tet >= 0) {
+                map.nodes[i] = mesh.tets[tet];
+                map.weights[i] = clamped(w);
+                continue;
+            }
+            const NearestTriangle::Hit hit = nearest.find(points[i]);
+            const Triangle& f = boundary[hit.triangle];
+            map.nodes[i] = {f[0], f[1], f[2], fourth[hit.triangle]};
+            map.weights[i] = {hit.weights[0], hit.weights[1], hit.weights[2], 0.0};
+            map.distance[i] = hit.distance;
         }
-        const NearestTriangle::Hit hit = nearest.find(points[i]);
-        const Triangle& f = boundary[hit.triangle];
-        map.nodes[i] = {f[0], f[1], f[2], fourth[hit.triangle]};
-        map.weights[i] = {hit.weights[0], hit.weights[1], hit.weights[2], 0.0};
-        map.distance[i] = hit.distance;
-    }
+    });
     return map;
 }
 

@@ -102,10 +102,11 @@ NearestTriangle::Hit NearestTriangle::find(const Vector3& x) const {
         for (std::int32_t i = box.first; i < box.first + box.count; ++i) {
             const auto& [a, b, c] = corners_[order_[i]];
             const std::array<double, 3> w = nearest_weights(x, a, b, c);
-            const double squared = (w[0] * a + w[1] * b + w[2] * c - x).squaredNorm();
+            const Vector3 place = w[0] * a + w[1] * b + w[2] * c;
+            const double squared = (place - x).squaredNorm();
             if (squared >= best) continue;
             best = squared;
-            hit = {order_[i], w, 0};
+            hit = {order_[i], w, place, 0};
         }
     }
     hit.distance = std::sqrt(best);

@@ -22,6 +22,7 @@ class NearestTriangle {
     struct Hit {
         std::int32_t triangle = -1;
         std::array<double, 3> weights{};  ///< of the triangle's corners
+        Vector3 place;                    ///< the point on the triangle, metres
         double distance = 0;              ///< metres
     };
 

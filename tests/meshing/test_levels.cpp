@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "base/error.hpp"
 #include "meshing/surface_check.hpp"
 #include "shapes.hpp"
@@ -28,7 +30,9 @@ void expect_valid(const HierarchyResult& result) {
     for (std::size_t l = 0; l < h.levels.size(); ++l) {
         check_tet_mesh(h.levels[l], fmt::format("level {}", l));
         EXPECT_EQ(result.levels[l].quality.tets, static_cast<std::int64_t>(h.levels[l].tets.size()));
-        EXPECT_GT(result.levels[l].quality.min_radius_ratio, 0.02);
+        EXPECT_GE(result.levels[l].quality.min_dihedral_deg, 5);
+        EXPECT_NEAR(result.levels[l].volume_ratio, 1, l == 0 ? 0.01 : 0.4);
+        EXPECT_LT(result.levels[l].distance.max_m(), result.levels[l].remesh.edge_length_m);
         if (l == 0) continue;
         EXPECT_LT(h.levels[l].tets.size(), 0.75 * h.levels[l - 1].tets.size());
         EXPECT_EQ(h.transfers[l - 1].size(), h.levels[l - 1].nodes.size());
@@ -97,6 +101,104 @@ TEST(Hierarchy, leaves_out_levels_that_would_not_be_coarser) {
     EXPECT_FALSE(result.notes.empty());
 }
 
+/// Gmsh as it is, but the first calls end at once with nothing.
+GmshOptions failing_at_first(int calls) {
+    GmshOptions gmsh;
+    gmsh.run = [left = std::make_shared<int>(calls)](const std::function<int(int)>& work, double limit) {
+        return (*left)-- > 0 ? ChildResult{ChildResult::End::failed, 1, {}, "Error   : no", 0}
+                             : run_in_child(work, limit);
+    };
+    return gmsh;
+}
+
+TEST(Hierarchy, tries_other_ways_where_gmsh_fails_and_says_so) {
+    MeshingOptions options;
+    options.edge_lengths_mm = {9};
+    for (const int failures : {1, 2}) {  // HXT; HXT and Delaunay
+        const HierarchyResult result = build_hierarchy(organ(), options, {}, failing_at_first(failures));
+        expect_valid(result);
+        ASSERT_EQ(result.notes.size(), 1u);
+        EXPECT_NE(result.notes[0].find(failures == 1 ? "level 0: filled by Delaunay" : "level 0: not taken"),
+                  std::string::npos)
+            << result.notes[0];
+    }
+}
+
+TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
+    MeshingOptions options;
+    options.target_tets = 1500;
+    try {
+        build_hierarchy(organ(), options, {}, failing_at_first(1000));
+        FAIL() << "nothing filled it";
+    } catch (const MeshingFailure& failure) {
+        EXPECT_NE(std::string(failure.what()).find(" mm"), std::string::npos) << failure.what();
+        EXPECT_TRUE(check_topology(failure.surface).closed());
+        EXPECT_NEAR(signed_volume(failure.surface), signed_volume(organ()), 0.01 * signed_volume(organ()));
+    }
+}
+
+/// In a plate of 0.4 mm tets with edges of 8 mm have angles of about 5 degrees, whatever is done to them.
+TEST(Hierarchy, that_only_a_smaller_bound_would_let_pass_is_refused) {
+    const TetMesh block = shapes::box({0.05, 0.05, 0.0004}, {12, 12, 1});
+    const TriangleMesh plate{block.nodes, boundary_triangles(block.tets)};
+    MeshingOptions options;
+    options.edge_lengths_mm = {8};
+    options.remesh_tries = 1;
+    options.gmsh_time_limit_s = 20;
+    options.min_dihedral_deg = 0;
+    EXPECT_LT(build_hierarchy(plate, options).levels[0].quality.min_dihedral_deg, 8);
+    options.min_dihedral_deg = 15;
+    try {
+        build_hierarchy(plate, options);
+        FAIL() << "tets of 5 degrees passed for 15";
+    } catch (const MeshingFailure& failure) {
+        EXPECT_NE(std::string(failure.what()).find(") mm"), std::string::npos) << failure.what();
+        EXPECT_FALSE(failure.surface.triangles.empty());
+    }
+}
+
+/// The mean edge of the tets whose centre lies in the sphere.
+double mean_edge_in(const TetMesh& mesh, const FineSphere& s) {
+    double sum = 0;
+    int count = 0;
+    for (const Tet& t : mesh.tets) {
+        const Vector3 centre = (mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]] + mesh.nodes[t[3]]) / 4;
+        if ((centre - s.centre).norm() > s.radius_m) continue;
+        for (const auto& [i, j] : tet_edges) sum += (mesh.nodes[t[i]] - mesh.nodes[t[j]]).norm();
+        count += 6;
+    }
+    return sum / count;
+}
+
+TEST(Hierarchy, is_finer_near_a_place) {
+    MeshingOptions options;
+    options.edge_lengths_mm = {10};
+    const FineSphere patch{{0, 0, 0.04}, 0.015, 0.003}, elsewhere{{0, 0, -0.02}, 0.015, 0.003};
+    options.finer = {patch};
+    const HierarchyResult result = build_hierarchy(organ(), options);
+    expect_valid(result);
+    EXPECT_LT(mean_edge_in(result.hierarchy.levels[0], patch), 0.0045);
+    EXPECT_GT(mean_edge_in(result.hierarchy.levels[0], elsewhere), 0.008);
+}
+
+TEST(Hierarchy, grows_inside_as_far_as_asked) {
+    MeshingOptions options;
+    options.edge_lengths_mm = {5};
+    std::vector<std::int64_t> tets;
+    for (const double growth : {1.0, 3.0}) {
+        options.inside_growth = growth;
+        const HierarchyResult result = build_hierarchy(organ(), options);
+        expect_valid(result);
+        tets.push_back(result.levels[0].quality.tets);
+    }
+    EXPECT_LT(tets[1], 0.7 * tets[0]);
+}
+
+TEST(Hierarchy, fits_a_frame_budget) {
+    EXPECT_EQ(tets_for_budget(6e-3), 60000);
+    EXPECT_EQ(tets_for_budget(1e-9), 100);
+}
+
 TEST(Hierarchy, refuses_options_out_of_range_by_name) {
     const auto refused = [](const std::function<void(MeshingOptions&)>& change, const std::string& name) {
         MeshingOptions options;
@@ -114,6 +216,9 @@ TEST(Hierarchy, refuses_options_out_of_range_by_name) {
     refused([](MeshingOptions& o) { o.coarsening = 1; }, "coarsening");
     refused([](MeshingOptions& o) { o.voxel_mm = std::nan(""); }, "voxel_mm");
     refused([](MeshingOptions& o) { o.edge_lengths_mm = {8, 4}; }, "edge_lengths_mm[1]");
+    refused([](MeshingOptions& o) { o.min_dihedral_deg = 40; }, "min_dihedral_deg");
+    refused([](MeshingOptions& o) { o.inside_growth = 0.5; }, "inside_growth");
+    refused([](MeshingOptions& o) { o.finer = {{}}; }, "finer");
     refused([](MeshingOptions& o) { o.gmsh_time_limit_s = 0; }, "gmsh_time_limit_s");
 }
 

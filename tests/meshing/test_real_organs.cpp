@@ -50,7 +50,7 @@ class RealOrgan : public testing::Test {
         EXPECT_GT(result.levels[3].quality.tets, 50);
         EXPECT_LT(result.levels[3].quality.tets, 400);
         EXPECT_NEAR(1e6 * result.levels[0].quality.volume_m3, volume_ml, 0.005 * volume_ml);
-        for (const LevelReport& level : result.levels) EXPECT_GT(level.quality.min_radius_ratio, 0.05);
+        for (const LevelReport& level : result.levels) EXPECT_GE(level.quality.min_dihedral_deg, 5);
     }
     std::filesystem::path folder_;
 };

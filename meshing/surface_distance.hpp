@@ -1,0 +1,29 @@
+#pragma once
+
+#include "mesh/nearest_triangle.hpp"
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// How far a surface lies from another, metres.
+struct SurfaceDistance {
+    double max_m = 0;                    ///< one-sided Hausdorff distance, of the points tried
+    double mean_m = 0;                   ///< by area
+    Vector3 farthest = Vector3::Zero();  ///< the point of the surface where it is greatest
+};
+
+/// From `surface` to `other`, taken at the centres of n^2 equal pieces of each triangle, n so great that their edges
+/// are at most `spacing_m` (and at most 20). The maximum misses less than `spacing_m`. On all cores.
+SurfaceDistance distance_between(const TriangleMesh& surface, const NearestTriangle& other, double spacing_m);
+
+/// Both directions, at a third of the level's mean edge.
+struct HausdorffDistance {
+    SurfaceDistance to_body, from_body;
+
+    double max_m() const { return to_body.max_m > from_body.max_m ? to_body.max_m : from_body.max_m; }
+};
+
+/// Between a level's boundary and the surface that it stands for.
+HausdorffDistance hausdorff_distance(const TriangleMesh& level, const TriangleMesh& body, const NearestTriangle& tree);
+
+}  // namespace livetet
