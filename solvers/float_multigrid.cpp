@@ -75,12 +75,14 @@ struct FloatMultigrid::Level {
     std::vector<float> b, x, next, r, d;
     std::vector<float> into, from;  ///< S and 1 / S of each component, 0 where it is constrained
     std::unique_ptr<Lent> lent;     ///< to the next finer level's nodes
+    std::vector<float> more;        ///< of each node: inertia and springs, as they stand in the diagonal
     double bound = 2;               ///< largest eigenvalue of D^-1 A
 
     Level(ElasticLevel& l, ThreadTeam& t)
         : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
         for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from}) v->assign(3 * nodes() + 1, 0.0F);
         inverse.assign(9 * nodes() + 4, 0.0F);
+        more.assign(nodes(), 0.0F);
     }
 
     std::size_t nodes() const { return A.nodes(); }
@@ -109,18 +111,32 @@ struct FloatMultigrid::Level {
             A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
         });
         team.run([&](int thread) { A.write_part(thread, renewal, live.batches, rotations); });
-        const auto mass = level.node_mass(), springs = level.springs();
         const auto renewed = A.rows_of(renewal);
         team.run_pieces(renewed.size(), grain, [&](std::size_t begin, std::size_t end) {
             const auto rows = renewed.subspan(begin, end - begin);
             A.write_rows(rows);
             for (const std::int32_t i : rows) {
-                const double more = m_over_s * mass[i] + (springs.empty() ? 0 : springs[i] / s);
-                const auto block = A.diagonal(i);
-                for (int c = 0; c < 3; ++c) block[4 * c] += static_cast<float>(more) / (A.scale()[i] * A.scale()[i]);
-                invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
+                more[i] = 0;
+                add_more(i, m_over_s, s, true);
             }
         });
+        if (renewed.size() == nodes()) return;
+        over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) add_more(i, m_over_s, s, false);
+        });
+    }
+
+    /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the block is new, too.
+    void add_more(std::size_t i, double m_over_s, double s, bool renewed) {
+        const auto mass = level.node_mass(), springs = level.springs();
+        const auto now = static_cast<float>((m_over_s * mass[i] + (springs.empty() ? 0 : springs[i] / s)) /
+                                            (A.scale()[i] * A.scale()[i]));
+        const float change = now - more[i];
+        if (!renewed && std::abs(change) <= 1e-6F * more[i]) return;
+        const auto block = A.diagonal(i);
+        for (int c = 0; c < 3; ++c) block[4 * c] += change;
+        more[i] = now;
+        invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
     }
 
     /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in the other rows and columns.
@@ -212,7 +228,7 @@ void FloatMultigrid::restrict_displacements() {
 void FloatMultigrid::update(double s, double m, bool by_halves) {
     restrict_displacements();
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
-    by_halves = by_halves && !invert && s == s_now_ && m == m_now_;
+    by_halves = by_halves && !invert;
     half_ = !by_halves ? Renewal::whole : half_ == Renewal::first_half ? Renewal::second_half : Renewal::first_half;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
@@ -224,7 +240,6 @@ void FloatMultigrid::update(double s, double m, bool by_halves) {
         level->assemble(m / s, s, level == levels_.front() ? half_ : Renewal::whole);
     }
     s_now_ = s;
-    m_now_ = m;
     if (!invert) return;
     invert_coarsest();
     fresh_ = false;

@@ -31,7 +31,7 @@ class FloatMultigrid {
     void set_constrained();
 
     /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`: of the finest level
-    /// only the half that was not renewed last, unless s, m or constraints changed.
+    /// only the half that was not renewed last, unless constraints are new, or s or m by more than a twentieth.
     void update(double s, double m, bool by_halves = false);
     /// Whether the last update renewed a half only.
     bool renewed_half() const { return half_ != Renewal::whole; }
@@ -61,7 +61,7 @@ class FloatMultigrid {
     Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
     Eigen::LLT<Eigen::MatrixXf> factor_;
     double s_ = 0, m_ = 0;  ///< of the coarsest inverse
-    double s_now_ = 1, m_now_ = 0;  ///< of the other levels' operators
+    double s_now_ = 1;      ///< of the other levels' operators
     Renewal half_ = Renewal::whole;  ///< that was written last of the finest level
     bool fresh_ = true;     ///< constraints are new: bounds and inverse must be made
 };
