@@ -12,6 +12,11 @@ namespace {
 /// The weight of the newest in the running means of how long things take.
 constexpr double lately = 0.2;
 
+/// Constraints that go so much farther than they usually do in a step have jumped; so many steps after it take operators
+/// whole, since halves would let a large change of the rotations ring.
+constexpr double sudden = 4;
+constexpr int steps_to_settle = 10;
+
 class Stopwatch {
   public:
     /// Seconds since the last lap.
@@ -140,21 +145,21 @@ void DeformableBody::take_rotations() {
     operator_.update_rotations(u_.get());
 }
 
-bool DeformableBody::find_prescribed() {
+double DeformableBody::find_prescribed() {
     const MeshShare& share = operator_.fine().share();
     const auto constrained = operator_.fine().constrained();
-    int moved = 0;
+    double largest = 0;
     {
         const ReadArray u(u_.get());
         WriteArray way(prescribed_.get());
         for (const std::int32_t i : held_nodes_)
             for (int c = 0; c < 3; ++c) {
                 if (constrained[i] >> c & 1) way[3 * i + c] = constraints_.values[share.nodes[i]][c] - u[3 * i + c];
-                moved |= way[3 * i + c] != 0;
+                largest = std::max(largest, std::abs(way[3 * i + c]));
             }
     }
-    if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_INT, MPI_LOR, share.comm);
-    return moved;
+    if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, share.comm);
+    return largest;
 }
 
 void DeformableBody::zero_constrained(Vec v) const {
@@ -293,7 +298,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
     Tangent tangent = !exact ? Tangent::held_rotation : positive_steps_ > 0 ? Tangent::positive : Tangent::exact;
     positive_steps_ = std::max(0, positive_steps_ - 1);
     for (;;) {
-        const bool half = assemble(c, tangent, effort.by_halves || is_late(effort));
+        const bool half = assemble(c, tangent, settling_steps_ == 0 && (effort.by_halves || is_late(effort)));
         const double assembly_s = watch.lap();
         report.half_renewed |= half;
         report.operator_s += assembly_s;
@@ -326,7 +331,10 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     start_scale_ = 0;
     positive_steps_ = 0;
     const bool live = effort.tolerance == 0;
-    const bool moved = find_prescribed();
+    const double way = find_prescribed();
+    const bool moved = way > 0;
+    settling_steps_ = way > sudden * usual_way_ ? steps_to_settle : std::max(0, settling_steps_ - 1);
+    usual_way_ += lately * (way - usual_way_);
     const bool at_once = live && operator_.fine().holds_rotations();
     double imbalance = evaluate_residual(c, at_once && moved);
     start_scale_ = scale_;

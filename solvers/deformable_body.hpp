@@ -37,7 +37,8 @@ struct StepEffort {
     double linear_tolerance = 1e-3;
     int iterations = 0;
     std::optional<Clock::time_point> deadline{};
-    bool by_halves = false;  ///< live: one half of the operator, the other by the next step, however far the deadline is
+    /// Live: one half of the operator, the other by the next step, however far the deadline is; not soon after a jump.
+    bool by_halves = false;
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
@@ -110,8 +111,9 @@ class DeformableBody {
     void add_inertia(const TimeCoefficients& c);
     /// Takes up which nodes are constrained.
     void find_held();
-    /// prescribed_ = the way of the constrained nodes to their values; false where they are there already.
-    bool find_prescribed();
+    /// prescribed_ = the way of the constrained nodes to their values; the largest component, 0 where they are there
+    /// already, m.
+    double find_prescribed();
     void zero_constrained(Vec v) const;
     /// Fills residual_ = f_ext - f_int - C v1 - M a1 (as the scheme weighs them), zero at constrained components, and the
     /// constraint's residual in the mixed form; returns their norm and sets scale_. Rotations must be those of u_.
@@ -155,6 +157,8 @@ class DeformableBody {
     double external_size_ = 0;  ///< N
     double round_off_ = 0;    ///< N
     double renewal_s_ = 0, rest_s_ = 0;  ///< running means: a whole operator; one iteration and what follows
+    double usual_way_ = 0;     ///< running mean of find_prescribed(), m
+    int settling_steps_ = 0;   ///< to come since it jumped
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
 
