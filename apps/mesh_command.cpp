@@ -31,6 +31,11 @@ struct MeshArguments {
     std::vector<double> spheres;  ///< five numbers each
 };
 
+/// File names and Gmsh's words need not be UTF-8.
+std::string text_of(const nlohmann::json& json, int indent) {
+    return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 nlohmann::json to_json(const Vector3& place) { return {1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z()}; }
 
 nlohmann::json to_json(const MeshQuality& q) {
@@ -114,11 +119,22 @@ std::string fingerprint(const MeshArguments& a) {
                                    fmt::join(a.source.labels, ","), a.source.tets, a.source.levels,
                                    fmt::join(a.source.edge_lengths_mm, ","), static_cast<int>(a.source.space),
                                    a.options.min_dihedral_deg, a.inside_growth.value_or(0), fmt::join(a.spheres, ","));
+    text += fmt::format(" {}", a.options.gmsh_time_limit_s);
     text += '\n' + read_text_file(a.source.file);
     if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
     std::uint64_t hash = 0xcbf29ce484222325;
     for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
     return fmt::format("{:016x}", hash);
+}
+
+/// Whether the file names others that hold its voxels: those are not in the fingerprint. In doubt yes.
+bool names_other_files(const std::filesystem::path& path) {
+    const std::string end = ending(path);
+    const bool nrrd = end == ".nrrd" || end == ".nhdr";
+    if (!nrrd && end != ".mha" && end != ".mhd") return false;
+    const std::string head = lower(read_text_file(path).substr(0, 1 << 16));
+    if (nrrd) return head.find("data file:") != head.npos || head.find("datafile:") != head.npos;
+    return head.find("elementdatafile = local") == head.npos;
 }
 
 /// What a hierarchy file of ours says about itself, or null where there is none.
@@ -140,12 +156,18 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
         json = report(meshed);
         MeshHierarchy& hierarchy = meshed.result.hierarchy;
         json.update({{"made_by", hierarchy.provenance}, {"fingerprint", key}});
-        hierarchy.provenance = json.dump();
+        hierarchy.provenance = text_of(json, -1);
         return std::move(hierarchy);
     } catch (const MeshingFailure& failure) {
         std::filesystem::path look = a.output;
-        write_surface(look.replace_extension(".failed.stl"), failure.surface, Space::ras);
-        fail("{} (the surface that it was tried with: {})", failure.what(), look.string());
+        look.replace_extension(".failed.stl");
+        std::string where = fmt::format("the surface that it was tried with: {}", look.string());
+        try {
+            write_surface(look, failure.surface, Space::ras);
+        } catch (const Error& error) {
+            where = fmt::format("nor could its surface be written: {}", error.what());
+        }
+        fail("{} ({})", failure.what(), where);
     }
 }
 #endif
@@ -165,6 +187,7 @@ void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
 }
 
 void run(MeshArguments& a) {
+    if (const std::string end = ending(a.source.file); end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
     if (a.metres) a.source.unit = LengthUnit::metre;
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
@@ -173,7 +196,6 @@ void run(MeshArguments& a) {
     for (std::size_t i = 0; i < a.spheres.size(); i += 5)
         a.options.finer.push_back({Vector3(a.spheres[i], a.spheres[i + 1], a.spheres[i + 2]) / 1e3,
                                    a.spheres[i + 3] / 1e3, a.spheres[i + 4] / 1e3});
-    if (const std::string end = ending(a.source.file); end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
 
     nlohmann::json json;
     MeshHierarchy hierarchy;
@@ -181,13 +203,11 @@ void run(MeshArguments& a) {
     if (!is_tet_mesh_name(a.source.file)) {
         const std::string key = fingerprint(a);
         json = stored_report(a.output);
-        // What a header of its own names is not in the fingerprint.
-        const std::string end = ending(a.source.file);
-        const bool detached = end == ".nhdr" || end == ".mhd";
-        if (!a.again && !detached && json.is_object() && json.value("fingerprint", "") == key) {
+        const bool known = !names_other_files(a.source.file) && !names_other_files(a.fixed_mask);
+        if (!a.again && known && json.is_object() && json.contains("fingerprint") && json["fingerprint"] == key) {
             fmt::print("unchanged    {} kept: made from the same input by the same options and version\n",
                        a.output.string());
-            if (!a.json.empty()) write_text_file(a.json, json.dump(2) + "\n");
+            if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
             return;
         }
         hierarchy = mesh_and_report(a, key, json);
@@ -206,7 +226,7 @@ void run(MeshArguments& a) {
     fix_nodes(hierarchy, a.fixed_mask);
     write_hierarchy(a.output, hierarchy);
     fmt::print("written      {}\n", a.output.string());
-    if (!a.json.empty()) write_text_file(a.json, json.dump(2) + "\n");
+    if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
 }
 
 }  // namespace

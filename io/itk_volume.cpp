@@ -37,12 +37,6 @@ struct Header {
     bool is_true(const std::string& name) const { return of(name) == "True" || of(name) == "true" || of(name) == "1"; }
 };
 
-std::string lower(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::tolower(c); });
-    return out;
-}
-
 /// `name: value` and `key:=value` up to a blank line (NRRD), `Name = value` up to ElementDataFile (MetaImage).
 Header read_header(const fs::path& path, bool nrrd) {
     const std::string where = path.string();
@@ -65,9 +59,13 @@ Header read_header(const fs::path& path, bool nrrd) {
         if (nrrd && line[0] == '#') continue;
         const std::size_t sign = line.find(nrrd ? ':' : '=');
         if (sign == std::string::npos) continue;
-        const std::size_t value = sign + (nrrd && line[sign + 1] == '=' ? 2 : 1);
-        const std::string name = lower(trim(std::string_view(line).substr(0, sign)));
-        header.fields.emplace(name, trim(std::string_view(line).substr(value)));
+        // "key:=value" pairs of a NRRD are not its fields: they go by "=key".
+        const bool pair = nrrd && line[sign + 1] == '=';
+        const std::string name = (pair ? "=" : "") + lower(trim(std::string_view(line).substr(0, sign)));
+        const bool added = header.fields.emplace(name, trim(std::string_view(line).substr(sign + (pair ? 2 : 1)))).second;
+        // Readers differ in which one counts.
+        if (!pair && !added) fail("{}: states '{}' twice", where, name);
+        if (!nrrd && line.find(':') < sign) fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
         if (!nrrd && name == "elementdatafile") return header;
     }
     if (nrrd && in.eof() && (header.fields.contains("data file") || header.fields.contains("datafile"))) return header;
@@ -93,7 +91,10 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
     if (data.attached) {
         data.file = path;
         data.offset = header.end;
-    } else if (name.find('%') == std::string::npos && !name.starts_with("LIST")) {
+    } else if (name.find('%') != std::string::npos) {
+        for (const std::string_view word : split_words(name))  // MetaIO has room for 80 characters
+            if (word.size() > 79) fail("{}: found {} characters in ElementDataFile's '{}...', expected at most 79", where, word.size(), word.substr(0, 20));
+    } else if (!name.starts_with("LIST")) {
         data.file = path.parent_path() / name;
         std::error_code ignored;
         if (!fs::is_regular_file(data.file, ignored))
@@ -121,8 +122,8 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
     return data;
 }
 
-/// How many bytes (at most `enough`) a zlib or gzip stream holds that begins at `offset`.
-std::uint64_t inflated_size(const Data& data, std::uint64_t enough, const std::string& where) {
+/// How many bytes (at most `enough`) a zlib or gzip stream of `packed_size` bytes holds that begins at `offset`.
+std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::uint64_t enough, const std::string& where) {
     std::ifstream in(data.file, std::ios::binary);
     in.seekg(static_cast<std::streamoff>(data.offset));
     z_stream stream{};
@@ -132,9 +133,10 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t enough, const std::s
     std::uint64_t size = 0;
     while (size < enough) {
         if (stream.avail_in == 0) {
-            in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+            in.read(packed.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(packed.size(), packed_size)));
             stream.next_in = reinterpret_cast<Bytef*>(packed.data());
             stream.avail_in = static_cast<uInt>(in.gcount());
+            packed_size -= stream.avail_in;
             if (stream.avail_in == 0) fail("{}: its compressed voxels do not end: the file is truncated", where);
         }
         stream.next_out = reinterpret_cast<Bytef*>(open.data());
@@ -142,7 +144,7 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t enough, const std::s
         const int status = inflate(&stream, Z_NO_FLUSH);
         size += open.size() - stream.avail_out;
         if (status == Z_STREAM_END) {  // gzip files may follow one another
-            if (size + 1 >= enough || (stream.avail_in == 0 && in.peek() == std::ifstream::traits_type::eof())) break;
+            if (size + 1 >= enough || (stream.avail_in == 0 && (packed_size == 0 || in.peek() == std::ifstream::traits_type::eof()))) break;
             inflateReset(&stream);
             continue;
         }
@@ -155,16 +157,25 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t enough, const std::s
 /// The file must hold `count` voxels of `bytes` in all, whatever its header says: before memory is asked for.
 void check_holds(const Data& data, const Header& header, std::uint64_t count, std::uint64_t bytes,
                  const std::string& where) {
-    if (data.file.empty()) return;  // a list of files: ITK says which is missing or short
+    if (data.file.empty()) {  // a list of files: ITK says which is missing or short, once there is memory for all
+        std::uint64_t all = 0;
+        for (const auto& entry : fs::directory_iterator(fs::absolute(fs::path(where)).parent_path()))
+            if (entry.is_regular_file()) all += entry.file_size();
+        constexpr std::uint64_t most_deflated = 1032;
+        if (bytes > (data.coding == Data::raw ? all : most_deflated * all))
+            fail("{}: found {} bytes in all files beside it, expected {} of voxels", where, all, bytes);
+        return;
+    }
     const std::uint64_t size = fs::file_size(data.file);
     const std::uint64_t stored = size > data.offset ? size - data.offset : 0;
     std::uint64_t found = stored, expected = bytes;
     const char* kind = "bytes of voxels";
     if (data.coding == Data::deflated) {
-        if (const auto stated = parse_index(header.of("compresseddatasize")); stated && *stated > stored)
+        const auto stated = parse_index(header.of("compresseddatasize"));
+        if (stated && *stated > stored)
             fail("{}: found {} bytes of compressed voxels, expected CompressedDataSize = {}: the file is truncated",
                  where, stored, *stated);
-        found = inflated_size(data, bytes + (data.skips ? 0 : 1), where);
+        found = inflated_size(data, stated ? *stated : stored, bytes + (data.skips ? 0 : 1), where);
     } else if (data.coding == Data::text) {
         if (2 * count > stored + 1) fail("{}: found {} bytes of text, expected {} numbers", where, stored, count);
         found = split_words(std::string_view(read_text_file(data.file)).substr(data.offset)).size();
@@ -228,7 +239,7 @@ void check_nrrd(const Header& header, const std::string& where) {
     });
     if (missing > static_cast<std::ptrdiff_t>(*dimension) - 3 && missing > 0)
         fail("{}: its spacings are {}, expected a number for each axis", where, header.of("spacings"));
-    const bool segments = header.fields.contains("segment0_id");
+    const bool segments = header.fields.contains("=segment0_id");
     if (segments && *dimension == 4 && sizes[0] != "1")
         fail(
             "{}: is a Slicer segmentation of {} layers, whose segments overlap, expected one; in Slicer's Segmentations "
@@ -287,7 +298,7 @@ ScalarType type_of(const itk::ImageIOBase& io, const std::string& where) {
     fail("{}: has voxels of a type that is not known, expected integers of 8 to 64 bits, float or double", where);
 }
 
-/// ITK's axes and origin are LPS, in the header's unit; but of LAS it turns round x where LPS is y (5.2, and 5.4 still):
+/// ITK's axes and origin are LPS, in the header's unit; but of LAS it turns round x where LPS is y (5.2):
 /// what comes is RAS. A negative spacing turns its axis round.
 Eigen::Matrix4d affine_of(const itk::ImageIOBase& io, bool las, double metres) {
     Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
@@ -397,7 +408,7 @@ Volume read_itk_volume(const fs::path& path) {
     itk::ImageIORegion region(3);
     for (int i = 0; i < 3; ++i) region.SetSize(i, static_cast<itk::SizeValueType>(size[i]));
     // What lies in several files has not been measured; MetaIO only whispers where one of them is short.
-    through_itk(where, data.file.empty() ? Whispers::errors : Whispers::ignored, [&] {
+    through_itk(where, data.file.empty() || data.skips ? Whispers::errors : Whispers::ignored, [&] {
         io->SetIORegion(region);
         io->Read(volume.bytes.data());
     });

@@ -62,9 +62,14 @@ std::optional<std::size_t> parse_index(std::string_view text) {
     return value;
 }
 
+std::string lower(std::string_view text) {
+    std::string out(text);
+    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::tolower(c); });
+    return out;
+}
+
 std::string ending(const std::filesystem::path& path) {
-    std::string last = path.extension().string();
-    std::transform(last.begin(), last.end(), last.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::string last = lower(path.extension().string());
     if (last == ".gz") last = ending(path.stem()) + last;
     return last;
 }

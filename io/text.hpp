@@ -24,6 +24,9 @@ std::optional<double> parse_number(std::string_view text);
 /// The whole of `text` as an integer that is not negative; nothing where it is not one.
 std::optional<std::size_t> parse_index(std::string_view text);
 
+/// In lower case (ASCII).
+std::string lower(std::string_view text);
+
 /// The file's ending in lower case: ".mha"; both where it ends in ".gz": ".nii.gz".
 std::string ending(const std::filesystem::path& path);
 

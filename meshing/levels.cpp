@@ -159,7 +159,14 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std
     int fillings = 0;
     while (fillings < o.target_tries) {
         tell(fillings);
-        Level level = maker.make(edge_length, 1);
+        Level level;
+        try {
+            level = maker.make(edge_length, 1);
+        } catch (const MeshingFailure& failure) {
+            if (fillings == 0) throw;
+            notes.push_back(fmt::format("level 0, mesh {}: {}", fillings + 1, failure.what()));
+            break;
+        }
         const auto tets = static_cast<double>(level.report.quality.tets);
         ++fillings;
         seconds += level.report.seconds;

@@ -147,7 +147,7 @@ void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthFiel
 }
 
 /// Shifts the nodes along their normals, all by as much, until the mesh encloses `volume` again: chords of triangles
-/// lie inside of what is round. At most by a tenth of an edge.
+/// lie inside of what is round. In three steps of at most a tenth of an edge.
 void keep_volume(Mesh& mesh, double volume, double edge_length) {
     for (int step = 0; step < 3; ++step) {
         const TriangleMesh now = from_cgal(mesh);

@@ -13,10 +13,11 @@ struct SurfaceDistance {
 };
 
 /// From `surface` to `other`, taken at the centres of n^2 equal pieces of each triangle, n so great that their edges
-/// are at most `spacing_m` (and at most 20). The maximum misses less than `spacing_m`. On all cores.
+/// are at most `spacing_m`, but no greater than 20: the maximum misses less than `spacing_m`, or than a twentieth of the
+/// longest edge where that is more. On all cores.
 SurfaceDistance distance_between(const TriangleMesh& surface, const NearestTriangle& other, double spacing_m);
 
-/// Both directions, at a third of the level's mean edge.
+/// Both directions.
 struct HausdorffDistance {
     SurfaceDistance to_body, from_body;
 

@@ -12,6 +12,9 @@ namespace {
 /// The weight of the newest in the running means of how long things take.
 constexpr double lately = 0.2;
 
+/// The time of a whole renewal over that of a half, which has the coarse levels and the shared tets, too.
+constexpr double whole_over_half = 1.6;
+
 /// Constraints that go so much farther than they usually do in a step have jumped; so many steps after it take operators
 /// whole, since halves would let a large change of the rotations ring.
 constexpr double sudden = 4;
@@ -155,7 +158,7 @@ double DeformableBody::find_prescribed() {
         for (const std::int32_t i : held_nodes_)
             for (int c = 0; c < 3; ++c) {
                 if (constrained[i] >> c & 1) way[3 * i + c] = constraints_.values[share.nodes[i]][c] - u[3 * i + c];
-                largest = std::max(largest, std::abs(way[3 * i + c]));
+                if (const double d = std::abs(way[3 * i + c]); !(d <= largest)) largest = d;  // what is not finite stays
             }
     }
     if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, share.comm);
@@ -302,7 +305,9 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         const double assembly_s = watch.lap();
         report.half_renewed |= half;
         report.operator_s += assembly_s;
-        renewal_s_ += lately * ((half ? 2 : 1) * assembly_s - renewal_s_);
+        const double whole_s = half ? whole_over_half * assembly_s : assembly_s;
+        // New constraints and time steps take more, once.
+        renewal_s_ += lately * ((renewal_s_ > 0 ? std::min(whole_s, 2 * renewal_s_) : whole_s) - renewal_s_);
         const LinearEffort how{effort.linear_tolerance, effort.iterations > 0 ? effort.iterations : options_.max_iterations,
                                effort.deadline};
         const Vec guesses[] = {previous_[0].get(), previous_[1].get()};
@@ -332,9 +337,9 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
     positive_steps_ = 0;
     const bool live = effort.tolerance == 0;
     const double way = find_prescribed();
-    const bool moved = way > 0;
+    const bool moved = way != 0;
     settling_steps_ = way > sudden * usual_way_ ? steps_to_settle : std::max(0, settling_steps_ - 1);
-    usual_way_ += lately * (way - usual_way_);
+    if (std::isfinite(way)) usual_way_ += lately * (way - usual_way_);
     const bool at_once = live && operator_.fine().holds_rotations();
     double imbalance = evaluate_residual(c, at_once && moved);
     start_scale_ = scale_;
