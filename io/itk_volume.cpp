@@ -117,7 +117,13 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
             data.coding = Data::deflated;
         else if (header.fields.contains("binarydata") && !header.is_true("binarydata"))
             data.coding = Data::text;
-        data.skips = header.fields.contains("headersize") && header.of("headersize") != "0";
+        if (const std::string skipped = header.of("headersize"); !skipped.empty() && skipped != "0") {
+            if (data.attached) fail("{}: skips {} bytes (HeaderSize) of its own header, expected none", where, skipped);
+            if (const auto bytes = parse_index(skipped))
+                data.offset = *bytes;
+            else
+                data.skips = true;  // -1: what is before the last bytes
+        }
     }
     return data;
 }

@@ -278,6 +278,16 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 99999999999"),
             {"truncated"});
     refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize", "Comment"), {"CompressedDataSize"});
+    refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 8\nComment = "), {"truncated"});
+    refuses("a.mha", with(m, "DimSize", "HeaderSize = 12\nDimSize"), {"HeaderSize"});
+    write_bytes(folder / "whole.raw", voxels());
+    refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"), {"found 12", "expected 24"});
+    // Readers that differ in which of two counts must not be led apart.
+    refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
+    refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});
+    refuses("a.nrrd", with(n, "sizes: 4 3 2", "sizes: 4 3 2\nsizes: 4 3 2"), {"sizes", "twice"});
+    refuses("a.mhd", with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"), {"at most 79"});
+    refuses("a.mhd", with(meta(meta_place, "LIST"), "4 3 2", "4000 1000 900"), {"beside it"});
     std::string damaged = nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true);
     damaged[damaged.size() - 12] ^= 0x55;
     refuses("z.nrrd", damaged, {"damaged"});
