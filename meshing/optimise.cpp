@@ -291,6 +291,22 @@ class Optimiser {
         return found;
     }
 
+    /// How many nodes boundary edges join to both.
+    std::size_t shared_boundary_neighbours(std::int32_t a, std::int32_t b) const {
+        std::array<std::vector<std::int32_t>, 2> near;
+        for (const int side : {0, 1}) {
+            const std::int32_t n = side == 0 ? a : b;
+            for (const Triangle& f : boundary_about(n))
+                for (const std::int32_t corner : f)
+                    if (corner != n) near[side].push_back(corner);
+            std::sort(near[side].begin(), near[side].end());
+            near[side].erase(std::unique(near[side].begin(), near[side].end()), near[side].end());
+        }
+        std::vector<std::int32_t> shared;
+        std::set_intersection(near[0].begin(), near[0].end(), near[1].begin(), near[1].end(), std::back_inserter(shared));
+        return shared.size();
+    }
+
     /// Draws node `from` onto `to`. One on the boundary goes along a boundary edge, without turning the surface about
     /// it.
     bool collapse(std::int32_t from, std::int32_t to) {
@@ -304,6 +320,8 @@ class Optimiser {
         std::sort(ring.begin(), ring.end());
         ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
         if (both != ring) return false;
+        // And on the boundary: else a narrow neck would be pinched.
+        if (on_surface_[from] && shared_boundary_neighbours(from, to) != 2) return false;
         const auto drawn = [&](auto corners) {
             std::replace(corners.begin(), corners.end(), from, to);
             return corners;

@@ -211,10 +211,10 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, i
         if (mesh.number_of_faces() == 0) continue;
         fault = fault_of(mesh, from_cgal(mesh), asked_volume);
         if (fault) continue;
+        const Mesh unshifted = mesh;
         keep_volume(mesh, asked_volume, edge_length);
+        if (fault_of(mesh, from_cgal(mesh), asked_volume)) mesh = unshifted;  // a thin place met itself: rather less volume
         const TriangleMesh result = from_cgal(mesh);
-        fault = fault_of(mesh, result, asked_volume);
-        if (fault) continue;
         report = {edge_length, mean_edge_length(mesh), signed_volume(result) / asked_volume, attempt};
         return largest_part(result);
     }

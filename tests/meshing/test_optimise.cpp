@@ -41,13 +41,29 @@ TetMesh shaken_block(unsigned seed) {
 }
 
 TEST(Optimise, lifts_shaken_blocks_above_the_aim) {
+    OptimiseReport all;
     for (const unsigned seed : {1u, 2u, 3u}) {
         TetMesh mesh = shaken_block(seed);
         ASSERT_LT(measure_quality(mesh).min_dihedral_deg, 3);
-        improve(mesh, 10);
+        const OptimiseReport report = improve(mesh, 10);
+        all.moves += report.moves;
+        all.flips += report.flips;
         expect_whole(mesh, 1);
         EXPECT_GE(measure_quality(mesh).min_dihedral_deg, 10);
     }
+    EXPECT_GT(all.moves, 0);
+    EXPECT_GT(all.flips, 0);
+}
+
+TEST(Optimise, collapses_what_moves_and_flips_cannot_mend) {
+    int collapses = 0;
+    for (const unsigned seed : {1u, 2u, 3u}) {
+        TetMesh mesh = shaken_block(seed);
+        collapses += improve(mesh, 30).collapses;  // more than a block of cubes' halves can reach: all means are tried
+        check_tet_mesh(mesh, "improved");
+        EXPECT_TRUE(check_topology(boundary(mesh)).closed());
+    }
+    EXPECT_GT(collapses, 0);
 }
 
 TEST(Optimise, leaves_what_is_good_alone) {
