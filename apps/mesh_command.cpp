@@ -294,7 +294,15 @@ void add_mesh_command(CLI::App& app) {
     command->add_flag("--again", a->again, "mesh even where the output was made from the same input and options");
     command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
     command->add_option("--json", a->json, "write the report to this file too");
-    command->callback([a] { run(*a); });
+    command->callback([a, command] {
+        if (const std::string end = ending(a->source.file); end == ".yaml" || end == ".yml")
+            for (const char* option : {"--labels", "--threshold", "--tets", "--levels", "--edge-lengths-mm", "--metres", "--space",
+                                       "--budget-ms"})
+                if (command->count(option) > 0)
+                    fail("{}: is a scene, whose mesh block says what {} would: write it there", a->source.file.string(), option);
+        (void)PendingFile(a->output);  // that it can be written, before minutes of meshing
+        run(*a);
+    });
 }
 
 }  // namespace livetet

@@ -65,7 +65,7 @@ struct Maker {
         std::vector<std::string> dropped;
         TriangleMesh tried = surface;
         const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-        for (int tries = 0; tries < shape_tries && passed() < options.gmsh_time_limit_s; ++tries) {
+        for (int tries = 0; tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
             const double edge = edge_length_m * std::pow(other_edges, tries);
             try {
                 Level level = make_once(edge, scale, options.gmsh_time_limit_s - passed(), tried);

@@ -2,8 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/surface_file.hpp"
 #include "support/program.hpp"
 
 namespace livetet {
@@ -67,6 +69,46 @@ TEST(Mesh, KeepsWhatNothingHasChanged) {
     write_image(folder / "labels.nii.gz", image);
     EXPECT_TRUE(remade(""));
     EXPECT_FALSE(remade(""));
+}
+
+TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    write_text_file(folder / "mask.mhd",
+                    "ObjectType = Image\nNDims = 3\nDimSize = 24 24 24\nElementSpacing = 2 2 2\nElementType = MET_UCHAR\n"
+                    "TransformMatrix = -1 0 0 0 -1 0 0 0 1\nElementDataFile = mask.raw\n");
+    std::size_t fixed[2];
+    for (const int thickness : {8, 12}) {
+        std::string voxels(24 * 24 * 24, 0);
+        std::fill_n(voxels.begin(), thickness * 24 * 24, 1);
+        write_text_file(folder / "mask.raw", voxels);
+        ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5").status, 0);
+        fixed[thickness == 12] = read_hierarchy(folder / "m.h5").levels.front().node_sets.at("fixed").size();
+    }
+    EXPECT_GT(fixed[1], fixed[0]);
+}
+
+TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const auto result = livetet(folder, "mesh labels.nii.gz --tets 4000 --time-limit-s 1e-9 -o m.h5");
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("m.failed.stl"), std::string::npos) << result.err;
+    EXPECT_FALSE(read_surface(folder / "m.failed.stl", Space::ras).triangles.empty());
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.h5"));
+}
+
+TEST(Mesh, SaysAtOnceWhatItCannotDo) {
+    const Folder folder;
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz}\n");
+    const auto mixed = livetet(folder, "mesh scene.yaml --tets 4000 -o m.h5");
+    EXPECT_EQ(mixed.status, 2);
+    EXPECT_NE(mixed.err.find("--tets"), std::string::npos) << mixed.err;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const auto nowhere = livetet(folder, "mesh labels.nii.gz -o none/m.h5");
+    EXPECT_EQ(nowhere.status, 2);
+    EXPECT_NE(nowhere.err.find("none"), std::string::npos) << nowhere.err;
+    EXPECT_EQ(nowhere.err.find("level 0"), std::string::npos) << nowhere.err;
 }
 
 TEST(Mesh, TakesAFrameBudget) {
