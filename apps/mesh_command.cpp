@@ -31,6 +31,8 @@ struct MeshArguments {
     std::vector<double> spheres;  ///< five numbers each
 };
 
+bool is_scene(const std::filesystem::path& path) { return ending(path) == ".yaml" || ending(path) == ".yml"; }
+
 /// File names and Gmsh's words need not be UTF-8.
 std::string text_of(const nlohmann::json& json, int indent) {
     return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -187,7 +189,7 @@ void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
 }
 
 void run(MeshArguments& a) {
-    if (const std::string end = ending(a.source.file); end == ".yaml" || end == ".yml") a.source = load_scene(a.source.file).mesh;
+    if (is_scene(a.source.file)) a.source = load_scene(a.source.file).mesh;
     if (a.metres) a.source.unit = LengthUnit::metre;
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
@@ -295,7 +297,7 @@ void add_mesh_command(CLI::App& app) {
     command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
     command->add_option("--json", a->json, "write the report to this file too");
     command->callback([a, command] {
-        if (const std::string end = ending(a->source.file); end == ".yaml" || end == ".yml")
+        if (is_scene(a->source.file))
             for (const char* option : {"--labels", "--threshold", "--tets", "--levels", "--edge-lengths-mm", "--metres", "--space",
                                        "--budget-ms"})
                 if (command->count(option) > 0)

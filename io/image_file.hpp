@@ -20,8 +20,7 @@ bool is_image_name(const std::filesystem::path& path);
 ///   NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling: the affine is the sform,
 ///     else the qform, else the spacing alone.
 ///   NRRD (.nrrd, .nhdr with its data file; raw, gzip or text), Slicer's .seg.nrrd of one layer too: `space` RAS, LAS
-///   or
-///     LPS; axes that no `space` names lie along LPS, as ITK takes them.
+///     or LPS; axes that no `space` names lie along LPS, as ITK takes them.
 ///   MetaImage (.mha, .mhd with its data file; compressed or not): LPS, axes by TransformMatrix (row i: axis i). Like
 ///     ITK and Slicer we take nothing from AnatomicalOrientation.
 /// Axes may be oblique, sheared, left-handed, or flipped by a negative spacing. Throws Error where the file is missing,

@@ -8,8 +8,6 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -46,9 +44,8 @@ vtkDataArray* region_array(vtkCellData* data) {
     for (const char* name : {"region", "regions", "label", "labels", "material", "materials", "gmsh:physical",
                              "medit:ref", "cell_tags", "cellentityids"})
         for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
-            std::string own = data->GetArrayName(i) ? data->GetArrayName(i) : "";
-            std::transform(own.begin(), own.end(), own.begin(), [](unsigned char c) { return std::tolower(c); });
-            if (own == name && data->GetArray(i) && data->GetArray(i)->GetNumberOfComponents() == 1)
+            const char* own = data->GetArrayName(i);
+            if (own && lower(own) == name && data->GetArray(i) && data->GetArray(i)->GetNumberOfComponents() == 1)
                 return data->GetArray(i);
         }
     return nullptr;
