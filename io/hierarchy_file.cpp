@@ -64,10 +64,10 @@ BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, s
     for (std::size_t i = 0; i < points; ++i) {
         const auto& w = map.weights[i];
         // Written so that NaN is refused as well.
-        const bool convex = std::all_of(w.begin(), w.end(), [](double v) { return v >= -1e-6 && v <= 1 + 1e-6; });
-        if (!convex || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
-            fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from 0 to 1 that sum to 1", where, i, w[0],
-                 w[1], w[2], w[3]);
+        const bool bounded = std::all_of(w.begin(), w.end(), [](double v) { return v >= least_extrapolated - 1e-6; });
+        if (!bounded || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
+            fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1", where, i, w[0], w[1],
+                 w[2], w[3], least_extrapolated);
         if (!(map.distance[i] >= 0)) fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
     }
     return map;

@@ -34,17 +34,18 @@ class LocalForces {
 
 ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
                            StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
-                           ThreadTeam& team)
+                           ThreadTeam& team, std::span<const double> volumes)
     : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
     if (layout) matrix_.emplace(share_, mesh.nodes, *layout);
     if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
-    make_elements(mesh, materials);
+    make_elements(mesh, materials, volumes);
     if (matrix_) find_slots();
     const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
     if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches();
 }
 
-void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> materials) {
+void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> materials,
+                                 std::span<const double> volumes) {
     elements_.reserve(share_.tets.size());
     node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
@@ -55,6 +56,7 @@ void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> 
             elements_.push_back(
                 make_element({mesh.nodes[whole[0]], mesh.nodes[whole[1]], mesh.nodes[whole[2]], mesh.nodes[whole[3]]},
                              m.lambda(), m.mu()));
+            if (!volumes.empty()) elements_.back().volume = volumes[share_.tet_ids[e]];
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                     node_mass_[n] += m.density_kg_per_m3 * elements_.back().volume * Shape::mass_share(i);

@@ -42,9 +42,11 @@ struct LiveBatches {
 class ElasticLevel {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does). No layout: no
-    /// matrix but `live` batches. `team`: works on the batches; must outlive this.
+    /// matrix but `live` batches. `team`: works on the batches; must outlive this. `volumes`: of every tet of the mesh, m^3,
+    /// where they are not those of its shape (see carried_volumes).
     ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
-                 Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone());
+                 Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone(),
+                 std::span<const double> volumes = {});
 
     const MeshShare& share() const { return share_; }
     StrainModel strain() const { return strain_; }
@@ -116,7 +118,7 @@ class ElasticLevel {
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-    void make_elements(const TetMesh& mesh, std::span<const Material> materials);
+    void make_elements(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes);
     void find_slots();
     void make_batches();
     /// work(batches) on all of them, by the whole team; work may add to nodes.

@@ -36,9 +36,9 @@ void configure_boomeramg(PC pc) {
     set_option("pc_hypre_boomeramg_vec_interp_qmax", "4");
 }
 
-/// The largest eigenvalue of D^-1 A, D the 3x3 blocks of A's diagonal, from a few steps of conjugate gradients
-/// (Lanczos).
-double largest_eigenvalue(Mat A) {
+/// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where that is null, from a few
+/// steps of conjugate gradients (Lanczos).
+double largest_eigenvalue(Mat A, PC by = nullptr) {
     PetscHandle<KSP> ksp;
     PetscHandle<Vec> b, x;
     MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(A));
@@ -48,9 +48,13 @@ double largest_eigenvalue(Mat A) {
     LIVETET_PETSC(KSPSetComputeEigenvalues(ksp.get(), PETSC_TRUE));
     LIVETET_PETSC(KSPSetTolerances(ksp.get(), 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, 12));
     LIVETET_PETSC(KSPSetOperators(ksp.get(), A, A));
-    PC pc = nullptr;
-    LIVETET_PETSC(KSPGetPC(ksp.get(), &pc));
-    LIVETET_PETSC(PCSetType(pc, PCPBJACOBI));
+    if (by) {
+        LIVETET_PETSC(KSPSetPC(ksp.get(), by));
+    } else {
+        PC pc = nullptr;
+        LIVETET_PETSC(KSPGetPC(ksp.get(), &pc));
+        LIVETET_PETSC(PCSetType(pc, PCPBJACOBI));
+    }
     LIVETET_PETSC(MatCreateVecs(A, x.out(), b.out()));
     {
         // A fixed rough vector, the same on any number of runs.
@@ -179,7 +183,7 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
-      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 2),
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 5),
       tet_count_(hierarchy.levels.front().tets.size()) {
     make_levels(comm, hierarchy, parts, model);
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
@@ -204,13 +208,17 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
+    std::vector<double> volumes = tet_volumes(hierarchy.levels.front());
     for (std::size_t l = 0; l < count; ++l) {
+        if (l > 0)
+            volumes = carried_volumes(hierarchy.levels[l - 1], volumes, hierarchy.transfers[l - 1], hierarchy.levels[l]);
         const auto layout = layout_for(kind_, options_.coarse, l + 1 == count);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l]),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
-            l == 0 ? formulation : Formulation::displacement, layout, team_));
+            l == 0 ? formulation : Formulation::displacement, layout, team_,
+            l == 0 ? std::span<const double>{} : volumes));
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
@@ -261,7 +269,7 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
     switch (kind_) {
         case SolverKind::automatic:
         case SolverKind::multigrid:
-            configure_multigrid(pc);
+            configure_multigrid(pc, 0);
             break;
         case SolverKind::live:
             LIVETET_PETSC(PCSetType(pc, PCSHELL));
@@ -330,31 +338,43 @@ void ElasticOperator::apply_saddle_preconditioner(Vec r, Vec y) {
     LIVETET_PETSC(KSPSolve(krylov_.get(), saddle_work_.get(), y_u));
 }
 
-void ElasticOperator::configure_multigrid(PC pc) {
-    const int count = level_count();
+void ElasticOperator::configure_multigrid(PC pc, std::size_t l) {
+    const char* outer = nullptr;  // "displacement_" in the mixed form
+    LIVETET_PETSC(KSPGetOptionsPrefix(krylov_.get(), &outer));
+    const auto set_prefix = [&](KSP ksp, const std::string& name) {
+        LIVETET_PETSC(KSPSetOptionsPrefix(ksp, ((outer ? outer : "") + name).c_str()));
+    };
+    const std::size_t number = levels_.size() - 1 - l;  // PETSc counts from the coarsest
     LIVETET_PETSC(PCSetType(pc, PCMG));
-    LIVETET_PETSC(PCMGSetLevels(pc, count, nullptr));
+    LIVETET_PETSC(PCMGSetLevels(pc, 2, nullptr));
     LIVETET_PETSC(PCMGSetGalerkin(pc, PC_MG_GALERKIN_NONE));
-    for (int l = 0; l + 1 < count; ++l) {
-        const int level = count - 1 - l;  // PCMG counts from the coarsest
-        LIVETET_PETSC(PCMGSetInterpolation(pc, level, transfers_[l]->interpolation()));
-        KSP smoother = nullptr;
-        PC block_jacobi = nullptr;
-        LIVETET_PETSC(PCMGGetSmoother(pc, level, &smoother));
-        LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
-        LIVETET_PETSC(
-            KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
-        LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
-        LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
+    LIVETET_PETSC(PCMGSetInterpolation(pc, 1, transfers_[l]->interpolation()));
+    KSP smoother = nullptr, coarse = nullptr;
+    PC block_jacobi = nullptr, below = nullptr;
+    LIVETET_PETSC(PCMGGetSmoother(pc, 1, &smoother));
+    set_prefix(smoother, fmt::format("mg_levels_{}_", number));
+    LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
+    LIVETET_PETSC(KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
+    LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
+    LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
+    LIVETET_PETSC(PCMGGetCoarseSolve(pc, &coarse));
+    LIVETET_PETSC(KSPGetPC(coarse, &below));
+    if (number > 1) {
+        set_prefix(coarse, fmt::format("mg_cycles_{}_", number - 1));
+        LIVETET_PETSC(KSPSetType(coarse, KSPCHEBYSHEV));
+        LIVETET_PETSC(KSPSetNormType(coarse, KSP_NORM_NONE));
+        LIVETET_PETSC(KSPSetConvergenceTest(coarse, KSPConvergedSkip, nullptr, nullptr));
+        LIVETET_PETSC(KSPSetTolerances(coarse, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, cycles_below));
+        configure_multigrid(below, l + 1);
+    } else {
+        int ranks = 1;
+        MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), &ranks);
+        set_prefix(coarse, "mg_coarse_");
+        LIVETET_PETSC(KSPSetType(coarse, KSPPREONLY));
+        LIVETET_PETSC(PCSetType(below, ranks > 1 ? PCREDUNDANT : PCLU));
     }
-    KSP coarsest = nullptr;
-    PC factor = nullptr;
-    LIVETET_PETSC(PCMGGetCoarseSolve(pc, &coarsest));
-    LIVETET_PETSC(KSPSetType(coarsest, KSPPREONLY));
-    LIVETET_PETSC(KSPGetPC(coarsest, &factor));
-    int ranks = 1;
-    MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), &ranks);
-    LIVETET_PETSC(PCSetType(factor, ranks > 1 ? PCREDUNDANT : PCLU));
+    smoothers_.insert(smoothers_.begin(), smoother);
+    coarse_solves_.insert(coarse_solves_.begin(), coarse);
 }
 
 void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) {
@@ -400,7 +420,7 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
     if (kind_ == SolverKind::multigrid && !bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
         assemble_levels(at, s, 0, tangent);
-        set_smoother_bounds();
+        set_bounds();
     }
     assemble_levels(at, s, m, tangent);
     if (coupling_) {
@@ -435,34 +455,40 @@ void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m
     set_level_operators();
 }
 
-void ElasticOperator::set_level_operators() {
+bool ElasticOperator::cycles() const {
     PC pc = nullptr;
     PetscBool multigrid = PETSC_FALSE;
     LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
     LIVETET_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &multigrid));
-    if (!multigrid) return;  // the user's options chose another preconditioner
-    for (int l = 0; l < level_count(); ++l) {
-        KSP smoother = nullptr;
-        LIVETET_PETSC(PCMGGetSmoother(pc, level_count() - 1 - l, &smoother));
-        Mat A = l > 0 && options_.coarse == CoarseOperator::galerkin ? galerkin_[l - 1].get() : levels_[l]->matrix();
-        LIVETET_PETSC(KSPSetOperators(smoother, A, A));
+    return multigrid;
+}
+
+void ElasticOperator::set_level_operators() {
+    if (!cycles()) return;
+    const auto matrix = [&](std::size_t l) {
+        return l > 0 && options_.coarse == CoarseOperator::galerkin ? galerkin_[l - 1].get() : levels_[l]->matrix();
+    };
+    for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
+        LIVETET_PETSC(KSPSetOperators(smoothers_[l], matrix(l), matrix(l)));
+        LIVETET_PETSC(KSPSetOperators(coarse_solves_[l], matrix(l + 1), matrix(l + 1)));
     }
 }
 
-void ElasticOperator::set_smoother_bounds() {
-    PC pc = nullptr;
-    PetscBool multigrid = PETSC_FALSE;
-    LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
-    LIVETET_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &multigrid));
-    for (int l = 0; multigrid && l + 1 < level_count(); ++l) {
-        KSP smoother = nullptr;
-        Mat A = nullptr;
-        LIVETET_PETSC(PCMGGetSmoother(pc, level_count() - 1 - l, &smoother));
-        LIVETET_PETSC(KSPGetOperators(smoother, &A, nullptr));
-        const double bound = 1.1 * largest_eigenvalue(A);
-        LIVETET_PETSC(KSPChebyshevSetEigenvalues(smoother, bound, 0.1 * bound));
-    }
+void ElasticOperator::set_bounds() {
     bounds_known_ = true;
+    if (!cycles()) return;
+    const auto bound = [](KSP chebyshev, PC by, double low) {
+        Mat A = nullptr;
+        LIVETET_PETSC(KSPGetOperators(chebyshev, &A, nullptr));
+        const double high = 1.1 * largest_eigenvalue(A, by);
+        LIVETET_PETSC(KSPChebyshevSetEigenvalues(chebyshev, high, low * high));
+    };
+    for (KSP smoother : smoothers_) bound(smoother, nullptr, 0.05);
+    for (std::size_t l = coarse_solves_.size() - 1; l-- > 0;) {  // each cycles by the ones below it
+        PC below = nullptr;
+        LIVETET_PETSC(KSPGetPC(coarse_solves_[l], &below));
+        bound(coarse_solves_[l], below, 0.2);
+    }
 }
 
 bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {

@@ -106,11 +106,17 @@ class ElasticOperator {
     void make_krylov(MPI_Comm comm);
     void make_saddle_krylov(MPI_Comm comm);
     void make_live(const MeshHierarchy& hierarchy, const ElasticModel& model);
-    void configure_multigrid(PC pc);
+    /// Level l and those below it: a cycle whose coarse equation is solved by cycles_below cycles of the next level,
+    /// accelerated by Chebyshev's polynomial, for a coarse mesh that is too soft or too stiff somewhere would have a plain
+    /// W-cycle diverge. A fixed polynomial, so that conjugate gradients stay exact.
+    void configure_multigrid(PC pc, std::size_t l);
+    static constexpr int cycles_below = 2;
+    /// Whether multigrid is what preconditions: the user's options may have chosen another.
+    bool cycles() const;
     void assemble_levels(const ElasticState& at, double s, double m, Tangent tangent);
     void apply_saddle_preconditioner(Vec r, Vec y);
     void set_level_operators();
-    void set_smoother_bounds();
+    void set_bounds();
     Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
     /// x = the best combination of guesses, rest_ = b - A x. True where x is not zero.
     bool start_from(std::span<const Vec> guesses, Vec b, Vec x);
@@ -129,6 +135,7 @@ class ElasticOperator {
     std::unique_ptr<FloatMultigrid> live_;
     PetscHandle<Mat> live_matrix_;
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
+    std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     std::unique_ptr<Stopping> stopping_;
     PetscHandle<Vec> rest_, start_;            ///< displacement form: what is left of b, and x, before Krylov
     PetscHandle<Vec> images_[most_guesses];    ///< A times the guesses

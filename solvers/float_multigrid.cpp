@@ -52,10 +52,16 @@ struct Lent {
         for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k] * load(fine + 3 * nodes[k]);
         return sum;
     }
-    float weight(std::size_t n) const {
-        float sum = 0;
-        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k];
-        return sum;
+    /// Their mean, which has no use for negative weights.
+    Four mean(std::size_t n, const float* fine) const {
+        Four sum{};
+        float total = 1e-6F;
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) {
+            const float w = std::max(weights[k], 0.0F);
+            sum += w * load(fine + 3 * nodes[k]);
+            total += w;
+        }
+        return sum / total;
     }
 };
 
@@ -219,8 +225,7 @@ void FloatMultigrid::restrict_displacements() {
         Level& coarse = *levels_[l + 1];
         coarse.over_rows([&](std::size_t begin, std::size_t end) {
             for (std::size_t n = begin; n < end; ++n)
-                store(coarse.lent->gather(n, fine.live.u.data()) / std::max(coarse.lent->weight(n), 1e-6F),
-                      coarse.live.u.data() + 3 * n);
+                store(coarse.lent->mean(n, fine.live.u.data()), coarse.live.u.data() + 3 * n);
         });
     }
 }

@@ -10,7 +10,7 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
     for (std::size_t i = 0; i < fine_in_coarse.size(); ++i)
         for (int k = 0; k < 4; ++k) {
             const std::int32_t n = fine_in_coarse.nodes[i][k];
-            const double w = fine_in_coarse.weights[i][k];
+            const double w = fine_in_coarse.mean_weight(i, k);
             total[n] += w;
             for (int c = 0; c < 3; ++c)
                 if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
@@ -20,6 +20,40 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
         for (int c = 0; c < 3; ++c)
             if (held[n][c] >= 0.3 * total[n]) components[n] |= 1 << c;
     return components;
+}
+
+namespace {
+
+/// A quarter of each tet's volume at each of its corners.
+std::vector<double> nodal_volumes(const TetMesh& mesh, std::span<const double> volumes) {
+    std::vector<double> of_node(mesh.nodes.size(), 0);
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e]) of_node[n] += volumes[e] / 4;
+    return of_node;
+}
+
+}  // namespace
+
+std::vector<double> tet_volumes(const TetMesh& mesh) {
+    std::vector<double> volumes;
+    volumes.reserve(mesh.tets.size());
+    for (const Tet& t : mesh.tets) volumes.push_back(signed_volume(mesh, t));
+    return volumes;
+}
+
+std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double> fine_volumes,
+                                    const BarycentricMap& fine_in_coarse, const TetMesh& coarse) {
+    std::vector<double> volumes = tet_volumes(coarse);
+    const std::vector<double> given = nodal_volumes(fine, fine_volumes), own = nodal_volumes(coarse, volumes);
+    std::vector<double> carried(coarse.nodes.size(), 0);
+    for (std::size_t i = 0; i < given.size(); ++i)
+        for (int k = 0; k < 4; ++k) carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * given[i];
+    for (std::size_t e = 0; e < volumes.size(); ++e) {
+        double ratio = 0;
+        for (const std::int32_t n : coarse.tets[e]) ratio += std::clamp(carried[n] / own[n], 0.1, 10.0) / 4;
+        volumes[e] *= ratio;
+    }
+    return volumes;
 }
 
 namespace {
@@ -53,7 +87,7 @@ Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse, const Barycen
     std::vector<PetscInt> lent(coarse.number_of_node.size(), 0);
     for (std::size_t i = 0; i < map_.size(); ++i)
         for (int k = 0; k < 4; ++k) {
-            total[map_.nodes[i][k]] += map_.weights[i][k];
+            total[map_.nodes[i][k]] += map_.mean_weight(i, k);
             ++lent[map_.nodes[i][k]];
         }
     PetscInt most = 1;
@@ -64,10 +98,10 @@ Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse, const Barycen
     for (std::size_t i = 0; i < map_.size(); ++i)
         for (int k = 0; k < 4; ++k) {
             const std::int32_t n = map_.nodes[i][k];
-            if (owned_row[n] < 0 || map_.weights[i][k] == 0) continue;
+            if (owned_row[n] < 0 || map_.mean_weight(i, k) == 0) continue;
             for (PetscInt c = 0; c < 3; ++c)
                 LIVETET_PETSC(MatSetValue(mean_.get(), 3 * coarse.number_of_node[n] + c, 3 * fine.number_of_node[i] + c,
-                                          map_.weights[i][k] / total[n], ADD_VALUES));
+                                          map_.mean_weight(i, k) / total[n], ADD_VALUES));
         }
     finish(mean_.get());
 }

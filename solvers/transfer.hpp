@@ -18,6 +18,14 @@ namespace livetet {
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
                                             std::size_t coarse_nodes);
 
+/// Of each tet, m^3.
+std::vector<double> tet_volumes(const TetMesh& mesh);
+
+/// What each coarse tet carries of the fine tets' volumes, m^3: its own, scaled by what its nodes are lent against what
+/// they have. Stiffness of fine material that lies outside of the coarse mesh, in thin rims, is not lost that way.
+std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double> fine_volumes,
+                                    const BarycentricMap& fine_in_coarse, const TetMesh& coarse);
+
 /// Interpolation between two levels, three components a node, as PETSc matrices.
 class Transfer {
   public:

@@ -31,6 +31,13 @@ struct TetFrame {
     }
 };
 
+TetFrame frame_of(const TetMesh& mesh, const std::array<std::int32_t, 4>& t) {
+    const Vector3& origin = mesh.nodes[t[0]];
+    Eigen::Matrix3d edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes[t[k + 1]] - origin;
+    return {origin, edges.inverse()};
+}
+
 /// Tets by the cells of a uniform grid that their bounding boxes touch: those of cell c are
 /// tets_[first_[c]] .. tets_[first_[c + 1]]. About as many cells as tets.
 class TetGrid {
@@ -77,12 +84,7 @@ class TetGrid {
 
     void build_frames(const TetMesh& mesh) {
         frames_.reserve(mesh.tets.size());
-        for (const Tet& t : mesh.tets) {
-            const Vector3& origin = mesh.nodes[t[0]];
-            Eigen::Matrix3d edges;
-            for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes[t[k + 1]] - origin;
-            frames_.push_back({origin, edges.inverse()});
-        }
+        for (const Tet& t : mesh.tets) frames_.push_back(frame_of(mesh, t));
     }
 
     template <class Visit>
@@ -137,9 +139,19 @@ Weights clamped(Weights w) {
     return w;
 }
 
+/// From `near`, on the boundary, towards `at`, as far as no weight is below least_extrapolated.
+Weights extrapolated(const Weights& near, const Weights& at) {
+    double part = 1;
+    for (int k = 0; k < 4; ++k)
+        if (at[k] < least_extrapolated) part = std::min(part, (near[k] - least_extrapolated) / (near[k] - at[k]));
+    Weights w;
+    for (int k = 0; k < 4; ++k) w[k] = near[k] + part * (at[k] - near[k]);
+    return w;
+}
+
 }  // namespace
 
-BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points) {
+BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Outside outside) {
     if (mesh.tets.empty()) fail("barycentric map: the mesh has no tetrahedra, expected at least one");
     const TetGrid grid(mesh);
     const std::vector<Triangle> boundary = boundary_triangles(mesh.tets);
@@ -167,6 +179,8 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points) {
             map.nodes[i] = {f[0], f[1], f[2], fourth[hit.triangle]};
             map.weights[i] = {hit.weights[0], hit.weights[1], hit.weights[2], 0.0};
             map.distance[i] = hit.distance;
+            if (outside == Outside::extrapolated)
+                map.weights[i] = extrapolated(map.weights[i], frame_of(mesh, map.nodes[i]).weights(points[i]));
         }
     });
     return map;

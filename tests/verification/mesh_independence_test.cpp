@@ -59,7 +59,7 @@ TEST(MeshIndependence, IterationsStayWithinThreeFrom8000To350000Tets) {
         const int counts[] = {iterations(surface, 8000, 2, coarse), iterations(surface, 60000, 3, coarse),
                               iterations(surface, 350000, 4, coarse)};
         EXPECT_LE(*std::max_element(counts, counts + 3) - *std::min_element(counts, counts + 3), 3);
-        EXPECT_LE(*std::max_element(counts, counts + 3), 20);
+        EXPECT_LE(*std::max_element(counts, counts + 3), 15);
     }
 }
 

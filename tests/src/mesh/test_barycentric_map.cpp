@@ -83,6 +83,29 @@ TEST(BarycentricMap, takes_the_nearest_boundary_point_of_points_outside) {
     }
 }
 
+TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_runs_away) {
+    const TetMesh mesh = shapes::box(box_size, {5, 4, 3});
+    Eigen::Matrix3d gradient;
+    gradient << 1, -2, 0.5, 3, 0.25, -1, 0.1, 4, 2;
+    std::vector<Vector3> values;
+    for (const Vector3& x : mesh.nodes) values.push_back(gradient * x);
+    const Vector3 cell = box_size.cwiseQuotient(Vector3(5, 4, 3));
+    const std::vector<Vector3> near = random_points(2000, -0.2 * cell, box_size + 0.2 * cell);
+    const BarycentricMap map = map_into(mesh, near, Outside::extrapolated);
+    for (std::size_t i = 0; i < near.size(); ++i)
+        EXPECT_LT((interpolate(map, i, values) - gradient * near[i]).norm(), 1e-12) << "point " << i;
+    const std::vector<Vector3> far = random_points(2000, -3 * box_size, 4 * box_size);
+    const BarycentricMap away = map_into(mesh, far, Outside::extrapolated);
+    for (std::size_t i = 0; i < far.size(); ++i) {
+        double sum = 0;
+        for (const double w : away.weights[i]) {
+            EXPECT_GE(w, least_extrapolated - 1e-12) << "point " << i;
+            sum += w;
+        }
+        EXPECT_NEAR(sum, 1, 1e-12) << "point " << i;
+    }
+}
+
 TEST(BarycentricMap, stays_on_the_boundary_for_points_absurdly_far_away) {
     // A thousand km off, squared distances no longer tell neighbouring triangles apart; the distance is still right.
     const TetMesh mesh = shapes::box(box_size, {5, 4, 3});

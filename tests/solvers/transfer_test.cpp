@@ -1,0 +1,48 @@
+#include "solvers/transfer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "mesh/hierarchy.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+const Vector3 size(0.2, 0.1, 0.1);
+
+double total(const std::vector<double>& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
+
+TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
+    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, size), test::block({8, 4, 4}, size)}, "");
+    const auto carried = carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
+    const auto own = tet_volumes(h.levels[1]);
+    EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
+    for (std::size_t e = 0; e < own.size(); ++e) EXPECT_NEAR(carried[e], own[e], 0.5 * own[e]) << e;
+}
+
+/// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what lies outside.
+TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
+    const TetMesh fine = test::block({16, 8, 8}, size);
+    TetMesh coarse = test::block({8, 4, 4}, 0.8 * size);
+    for (Vector3& x : coarse.nodes) x += 0.1 * size;
+    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
+    const auto own = tet_volumes(coarse);
+    const auto carried = carried_volumes(fine, tet_volumes(fine), h.transfers[0], coarse);
+    EXPECT_LT(total(own), 0.52 * size.prod());
+    EXPECT_NEAR(total(carried), size.prod(), 0.15 * size.prod());
+    double inside = 0, outside = 0;  // ratios, of the tet in the middle and of one at a corner
+    for (std::size_t e = 0; e < own.size(); ++e) {
+        Vector3 x = Vector3::Zero();
+        for (const std::int32_t n : coarse.tets[e]) x += coarse.nodes[n] / 4;
+        const double from_middle = (x - size / 2).cwiseQuotient(0.4 * size).lpNorm<Eigen::Infinity>();
+        if (from_middle < 0.3) inside = std::max(inside, carried[e] / own[e]);
+        if (from_middle > 0.7) outside = std::max(outside, carried[e] / own[e]);
+    }
+    EXPECT_LT(inside, 1.3);
+    EXPECT_GT(outside, 2);
+}
+
+}  // namespace
+}  // namespace livetet
