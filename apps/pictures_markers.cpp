@@ -1,12 +1,16 @@
 #include <vtkColorTransferFunction.h>
+#include <vtkDoubleArray.h>
 #include <vtkImageData.h>
 #include <vtkPlotHistogram2D.h>
+#include <vtkStringArray.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "apps/pictures.hpp"
 #include "apps/pictures_chart_parts.hpp"
@@ -21,11 +25,11 @@ constexpr float panel_width = 320, panel_height = 290;
 constexpr int most_columns = 6;
 constexpr look::Colour cross_colour{1.0, 0.75, 0.1}, circle_colour{0.95, 0.25, 0.2};
 
-/// A rectangle of a plane across one axis of the world: `across` is constant, `u` to the right, `v` upwards; metres.
+/// A square of a plane across one axis of the world: axis `u` to the right, `v` upwards; metres.
 struct Slice {
-    int across, u, v;
+    int u, v;
     Vector3 centre;
-    double half_u, half_v;
+    double half;
 };
 
 /// The value at a place by linear interpolation; `outside` beyond the outermost voxels' centres.
@@ -66,42 +70,56 @@ vtkSmartPointer<vtkImageData> sampled(const GreyImage& image, const Slice& slice
     const Eigen::Matrix4d voxel_from_ras = image.ras_from_voxel.inverse();
     auto pixels = vtkSmartPointer<vtkImageData>::New();
     pixels->SetDimensions(samples, samples, 1);
-    pixels->SetOrigin(1e3 * (slice.centre[slice.u] - slice.half_u), 1e3 * (slice.centre[slice.v] - slice.half_v), 0);
-    pixels->SetSpacing(2e3 * slice.half_u / samples, 2e3 * slice.half_v / samples, 1);
+    pixels->SetOrigin(1e3 * (slice.centre[slice.u] - slice.half), 1e3 * (slice.centre[slice.v] - slice.half), 0);
+    pixels->SetSpacing(2e3 * slice.half / samples, 2e3 * slice.half / samples, 1);
     pixels->AllocateScalars(VTK_FLOAT, 1);
     auto* to = static_cast<float*>(pixels->GetScalarPointer());
     for (int q = 0; q < samples; ++q)
         for (int p = 0; p < samples; ++p) {
             Vector3 x = slice.centre;
-            x[slice.u] += slice.half_u * ((2 * p + 1.0) / samples - 1);
-            x[slice.v] += slice.half_v * ((2 * q + 1.0) / samples - 1);
+            x[slice.u] += slice.half * ((2 * p + 1.0) / samples - 1);
+            x[slice.v] += slice.half * ((2 * q + 1.0) / samples - 1);
             *to++ = value_at(image, (voxel_from_ras * x.homogeneous()).head<3>(), outside);
         }
     return pixels;
 }
 
-ChartLine line(const Slice& s, double u0, double v0, double u1, double v1) {
-    const double u = 1e3 * s.centre[s.u], v = 1e3 * s.centre[s.v];
-    return {"", {u + u0, u + u1}, {v + v0, v + v1}, cross_colour, 1};
-}
-
-/// A cross-hair that leaves the middle free, and the circle that the marker should fill.
-void add_marks(vtkChartXY* chart, const Slice& s, double radius) {
-    const double u = 1e3 * s.half_u, v = 1e3 * s.half_v, gap = 0.25e3 * radius;
+/// A cross-hair that leaves the marker's middle free, and the circle that it should fill.
+void add_marks(vtkChartXY* chart, const Slice& s, const Vector3& marker, double radius) {
+    const double u = 1e3 * marker[s.u], v = 1e3 * marker[s.v], gap = 0.25e3 * radius;
     for (const double side : {-1.0, 1.0}) {
-        add_plot(chart, vtkChart::LINE, line(s, side * gap, 0, side * u, 0));
-        add_plot(chart, vtkChart::LINE, line(s, 0, side * gap, 0, side * v));
+        const double u_end = 1e3 * (s.centre[s.u] + side * s.half), v_end = 1e3 * (s.centre[s.v] + side * s.half);
+        add_plot(chart, vtkChart::LINE, {"", {u + side * gap, u_end}, {v, v}, cross_colour, 1});
+        add_plot(chart, vtkChart::LINE, {"", {u, u}, {v + side * gap, v_end}, cross_colour, 1});
     }
     ChartLine circle{"", {}, {}, circle_colour, 1.5F};
     for (int k = 0; k <= 72; ++k) {
         const double angle = k * std::numbers::pi / 36;
-        circle.x.push_back(1e3 * (s.centre[s.u] + radius * std::cos(angle)));
-        circle.y.push_back(1e3 * (s.centre[s.v] + radius * std::sin(angle)));
+        circle.x.push_back(u + 1e3 * radius * std::cos(angle));
+        circle.y.push_back(v + 1e3 * radius * std::sin(angle));
     }
     add_plot(chart, vtkChart::LINE, circle);
 }
 
-void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slice, double radius,
+/// An axis in mm, with ticks at round numbers.
+void set_mm_axis(vtkChartXY* chart, int which, const char* name, double low, double high) {
+    set_axis(chart, which, name, low, high);
+    vtkAxis* axis = chart->GetAxis(which);
+    set_text(axis->GetTitleProperties(), 13);
+    set_text(axis->GetLabelProperties(), 12);
+    axis->SetGridVisible(false);
+    const double rough = (high - low) / 5, decade = std::pow(10, std::floor(std::log10(rough)));
+    const double step = decade * (rough > 5 * decade ? 10 : rough > 2 * decade ? 5 : 2);
+    vtkNew<vtkDoubleArray> ticks;
+    vtkNew<vtkStringArray> labels;
+    for (double tick = std::ceil(low / step) * step; tick <= high; tick += step) {
+        ticks->InsertNextValue(tick);
+        labels->InsertNextValue(fmt::format("{:g}", tick + 0.0));
+    }
+    axis->SetCustomTickPositions(ticks, labels);
+}
+
+void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slice, const Vector3& marker, double radius,
                const std::array<float, 2>& range, const std::string& title, const std::array<float, 4>& place) {
     constexpr const char* names[] = {"x (R) [mm]", "y (A) [mm]", "z (S) [mm]"};
     const auto chart = make_chart(scene, title, place);
@@ -113,29 +131,24 @@ void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slic
     pixels->SetInputData(sampled(image, slice, range[0]));
     pixels->SetTransferFunction(greys);
     chart->AddPlot(pixels);
-    add_marks(chart, slice, radius);
-    const double u = 1e3 * slice.centre[slice.u], v = 1e3 * slice.centre[slice.v];
-    set_axis(chart, vtkAxis::BOTTOM, names[slice.u], u - 1e3 * slice.half_u, u + 1e3 * slice.half_u);
-    set_axis(chart, vtkAxis::LEFT, names[slice.v], v - 1e3 * slice.half_v, v + 1e3 * slice.half_v);
+    add_marks(chart, slice, marker, radius);
     set_text(chart->GetTitleProperties(), 15, true);
-    for (const int which : {vtkAxis::BOTTOM, vtkAxis::LEFT}) {
-        set_text(chart->GetAxis(which)->GetTitleProperties(), 13);
-        set_text(chart->GetAxis(which)->GetLabelProperties(), 12);
-        chart->GetAxis(which)->SetNumberOfTicks(5);
-        chart->GetAxis(which)->SetGridVisible(false);
-    }
+    for (const auto& [which, axis] : {std::pair(vtkAxis::BOTTOM, slice.u), std::pair(vtkAxis::LEFT, slice.v)})
+        set_mm_axis(chart, which, names[axis], 1e3 * (slice.centre[axis] - slice.half),
+                    1e3 * (slice.centre[axis] + slice.half));
 }
 
-/// The slice across z through the whole image, as square as its panel: the marker's centre stays the cross-hair's.
-Slice whole(const GreyImage& image, const Vector3& centre) {
-    double half = 0;
+/// The slice across z through the whole image at a marker.
+Slice whole(const GreyImage& image, const Vector3& marker) {
+    Eigen::AlignedBox3d box;
     for (int corner = 0; corner < 8; ++corner) {
         Eigen::Vector4d voxel(0, 0, 0, 1);
         for (int k = 0; k < 3; ++k) voxel[k] = corner >> k & 1 ? image.size[k] - 1 : 0;
-        const Vector3 x = (image.ras_from_voxel * voxel).head<3>();
-        half = std::max({half, std::abs(x.x() - centre.x()), std::abs(x.y() - centre.y())});
+        box.extend(Vector3((image.ras_from_voxel * voxel).head<3>()));
     }
-    return {2, 0, 1, centre, half, half};
+    Vector3 centre = box.center();
+    centre.z() = marker.z();
+    return {0, 1, centre, box.sizes().head<2>().maxCoeff() / 2};
 }
 
 }  // namespace
@@ -152,14 +165,13 @@ void write_marker_picture(const std::filesystem::path& path, const GreyImage& im
     for (int m = 0; m < count; ++m) {
         const ImageMarker& marker = markers[static_cast<std::size_t>(m)];
         const Vector3 c = marker.centre, mm = 1e3 * c;
-        const Slice slices[] = {
-            whole(image, c), {2, 0, 1, c, half, half}, {1, 0, 2, c, half, half}, {0, 1, 2, c, half, half}};
+        const Slice slices[] = {whole(image, c), {0, 1, c, half}, {0, 2, c, half}, {1, 2, c, half}};
         const std::string titles[] = {
             fmt::format("M{}: fit {:.3f}, +- {:.2f} mm", m + 1, marker.fit, 1e3 * marker.uncertainty),
             fmt::format("z = {:.2f} mm", mm.z()), fmt::format("y = {:.2f} mm", mm.y()),
             fmt::format("x = {:.2f} mm", mm.x())};
         for (int row = 0; row < 4; ++row)
-            add_panel(out.scene(), image, slices[row], radius, range, titles[row],
+            add_panel(out.scene(), image, slices[row], c, radius, range, titles[row],
                       {panel_width * static_cast<float>(m % most_columns),
                        height - panel_height * static_cast<float>(4 * (m / most_columns) + row + 1), panel_width,
                        panel_height});

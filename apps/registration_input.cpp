@@ -150,17 +150,16 @@ void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& or
 
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) {
     const std::filesystem::path file = a.surface_points.empty() ? a.tracker : a.surface_points;
+    if (a.surface_points.empty() && a.surface_frames.empty())
+        fail("--surface {}: no points on it, expected --surface-points FILE, or --surface-frames FIRST:END of {}",
+             a.surface.string(), file.string());
     if (is_list(file)) {
-        if (a.surface_points.empty() || !a.surface_frames.empty())
-            fail("{}: holds points, --surface-frames are of a recording: expected --surface-points FILE alone",
-                 file.string());
+        if (!a.surface_frames.empty())
+            fail("{}: holds points, expected a recording for --surface-frames {}", file.string(), a.surface_frames);
         std::vector<Eigen::Vector3d> points;
         for (const NamedPoint& p : read_list(file)) points.push_back(p.position);
         return points;
     }
-    if (a.surface_points.empty() && a.surface_frames.empty())
-        fail("--surface {}: no points on it, expected --surface-points FILE, or --surface-frames FIRST:END of {}",
-             a.surface.string(), file.string());
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, file);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double inner_sigma = 0.45, outer_sigma = 0.72;  // radii
 constexpr std::size_t max_candidates = 300;
-constexpr double window_beyond = 0.25, window_voxels = 1.2;  // past the ball's edge: radii, or voxels if that is more
+constexpr double window_beyond = 0.2, window_voxels = 0.8;  // past the ball's edge: radii, or voxels if that is more
 constexpr int windows = 6, iterations = 20;
 
 Vector3 spacing_of(const GreyImage& image) { return image.ras_from_voxel.topLeftCorner<3, 3>().colwise().norm(); }

@@ -30,7 +30,7 @@ struct ImageMarker {
 /// the maxima of a difference of Gaussians of 0.45 and 0.72 radii; where they are, least squares about each: value =
 /// b + g . x + a m(|x - c| - r), with m the share of a voxel within the ball (its edge a Gaussian of the deviation that
 /// the voxel's box has in the normal's direction: anisotropic, oblique, sheared and left-handed voxels alike), in a
-/// window a quarter larger than the ball: a slope of the background or another tissue on one side does not pull the
+/// window a fifth larger than the ball: a slope of the background or another tissue on one side does not pull the
 /// centre. Throws Error, naming the limit, where the diameter is less than two voxels or more than half of the image.
 std::vector<ImageMarker> find_markers(const GreyImage& image, const MarkerOptions& options);
 

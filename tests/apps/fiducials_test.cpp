@@ -60,7 +60,7 @@ TEST(Fiducials, FoundInTheImageTheyRegisterInAnyOrderAndAPictureShowsThem) {
     if (display) EXPECT_EQ(text_of(folder / "found.png").substr(1, 3), "PNG");
     const auto found = read_fiducials(folder / "found.mrk.json");
     ASSERT_EQ(found.size(), 5u);
-    for (const NamedPoint& p : found) EXPECT_LT(1e3 * distance_to_truth(p.position), 0.1);
+    for (const NamedPoint& p : found) EXPECT_LT(1e3 * distance_to_truth(p.position), 0.15);  // voxels of 2 mm
 
     const RigidTransform<Tracker, ImageFrame> tracker_from_image{rotation_of_vector({0.7, -0.4, 1.1}),
                                                                  {0.3, 0.1, -0.2}};
@@ -71,7 +71,7 @@ TEST(Fiducials, FoundInTheImageTheyRegisterInAnyOrderAndAPictureShowsThem) {
         livetet(folder, "register --tracker touched.mrk.json --image found.mrk.json --any-order -o registration.json");
     ASSERT_EQ(registered.status, 0) << registered.err;
     const FiducialRegistration r = read_registration(folder / "registration.json");
-    EXPECT_LT(1e3 * r.fre, 0.1);
+    EXPECT_LT(1e3 * r.fre, 0.15);
     EXPECT_LT(
         1e3 * (r.image_from_base * (tracker_from_image * phantom::organ_centre()) - phantom::organ_centre()).norm(),
         0.1);

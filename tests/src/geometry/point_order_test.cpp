@@ -86,6 +86,25 @@ TEST(PointOrder, TenNoisyPointsAreFoundAmongAllTheirOrders) {
     }
 }
 
+TEST(PointOrder, TenPointsWithoutLikenessAreSearchedToTheEnd) {
+    Random random(16);
+    const Points p = random.points(10, 0.1), x = random.points(10, 0.1);
+    const OrderSearch found = find_order(p, x);
+    EXPECT_LE(found.best.fre, found.rival.fre);
+    std::vector<std::size_t> order = found.best.order;
+    for (std::size_t i = 0; i < 10; ++i)  // no exchange of two, nor of three, improves it
+        for (std::size_t j = 0; j < 10; ++j)
+            for (std::size_t k = 0; k < 10; ++k) {
+                std::vector<std::size_t> other = order;
+                std::swap(other[i], other[j]);
+                std::swap(other[j], other[k]);
+                if (other == order) continue;
+                Points permuted;
+                for (const std::size_t n : other) permuted.push_back(p[n]);
+                EXPECT_GE(fit_points(permuted, x, Scaling::rigid).fre, found.rival.fre - 1e-9);
+            }
+}
+
 TEST(PointOrder, SaysWhereTwoOrdersFitWithinTheNoise) {
     Random random(13);
     const Points square{{0.05, 0, 0}, {0, 0.05, 0}, {-0.05, 0, 0}, {0, -0.05, 0}};
