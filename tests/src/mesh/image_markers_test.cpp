@@ -89,7 +89,9 @@ TEST(ImageMarkers, AreFoundWithinAFewHundredthsOfAVoxelOnAnyGrid) {
                 EXPECT_NEAR(found[m].contrast, 400, 20) << g.name;
                 EXPECT_GT(found[m].fit, 0.98) << g.name;
             }
-            if (found.size() > 2) EXPECT_LT(found[2].score(), 0.3 * found[1].score()) << g.name;
+            if (found.size() > 2) {
+                EXPECT_LT(found[2].score(), 0.3 * found[1].score()) << g.name;
+            }
         }
 }
 
