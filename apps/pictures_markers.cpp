@@ -21,7 +21,7 @@ namespace {
 
 constexpr int samples = 220;    // along each side of a panel
 constexpr double enlarged = 3;  // width of an enlarged panel, diameters
-constexpr float panel_width = 320, panel_height = 290;
+constexpr float panel_width = 320, panel_height = 314;  // round circles: what axes take off is not square
 constexpr int most_columns = 6;
 constexpr look::Colour cross_colour{1.0, 0.75, 0.1}, circle_colour{0.95, 0.25, 0.2};
 
