@@ -10,29 +10,67 @@ namespace livetet {
 
 namespace {
 
-struct PivotArguments {
-    std::filesystem::path recording, output;
+struct CalibrateArguments {
+    std::filesystem::path recording, tip, output;
     std::string tool = "Stylus";
 };
 
-void calibrate(const PivotArguments& arguments) {
-    const Recording recording = read_sequence(arguments.recording);
-    const PivotCalibration c = naming(arguments.recording.string(), [&] {
-        const auto poses = usable_poses(recording, arguments.tool);
-        return naming(arguments.tool, [&] { return calibrate_pivot(poses); });
+/// What `calibrate` makes of the tool's poses; what it finds wrong names the file and the tool.
+template <class Calibrate>
+auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
+    const Recording recording = read_sequence(a.recording);
+    return naming(a.recording.string(), [&] {
+        const auto poses = usable_poses(recording, a.tool);
+        return naming(a.tool, [&] { return calibrate(poses); });
     });
+}
+
+void write(const CalibrateArguments& a, const ToolTip& tip) {
+    if (a.output.empty()) return;
+    write_tip(a.output, tip);
+    fmt::print("written            {}\n", a.output.string());
+}
+
+void pivot(const CalibrateArguments& a) {
+    const PivotCalibration c = calibrated(a, [](const auto& poses) { return calibrate_pivot(poses); });
     const Eigen::Vector3d tip = 1e3 * c.tool_from_tip.translation, pivot = 1e3 * c.pivot_in_tracker;
-    fmt::print("tip of {:<12} ({:.3f}, {:.3f}, {:.3f}) mm from its sensor\n", arguments.tool, tip.x(), tip.y(),
-               tip.z());
+    fmt::print("tip of {:<12} ({:.3f}, {:.3f}, {:.3f}) mm from its sensor\n", a.tool, tip.x(), tip.y(), tip.z());
     fmt::print("pivot              ({:.3f}, {:.3f}, {:.3f}) mm in the tracker's frame\n", pivot.x(), pivot.y(),
                pivot.z());
     fmt::print("residual           {:.3f} mm RMS\n", 1e3 * c.rms);
     fmt::print("poses              {} used, {} rejected as outliers\n", c.used, c.rejected);
     fmt::print("spread             {:.1f} degrees between the farthest poses, rank {} of 6\n", c.spread_deg, c.rank);
-    if (!arguments.output.empty()) {
-        write_tip(arguments.output, arguments.tool, c);
-        fmt::print("written            {}\n", arguments.output.string());
-    }
+    write(a, {a.tool, c, {}});
+}
+
+void spin(const CalibrateArguments& a) {
+    std::optional<ToolTip> tip;
+    if (!a.tip.empty()) tip = read_tip(a.tip);
+    if (tip && tip->tool != a.tool)
+        fail("{}: is the tip of {}, expected that of {}", a.tip.string(), tip->tool, a.tool);
+    if (!tip && !a.output.empty())
+        fail("--output {}: a shaft is kept with its tip, expected --tip FILE (of `livetet calibrate pivot`)",
+             a.output.string());
+    std::optional<Eigen::Vector3d> place;
+    if (tip) place = tip->pivot.tool_from_tip.translation;
+    const SpinCalibration c = calibrated(a, [&](const auto& poses) { return calibrate_spin(poses, place); });
+    fmt::print("shaft of {:<10} ({:.5f}, {:.5f}, {:.5f}) in its sensor's frame, {}\n", a.tool, c.shaft_in_tool.x(),
+               c.shaft_in_tool.y(), c.shaft_in_tool.z(),
+               tip ? "towards the tip" : "or the other way round (--tip tells)");
+    fmt::print("tilt               {:.2f} degrees RMS\n", c.tilt_deg);
+    fmt::print("turn               {:.0f} degrees round the shaft, {} poses\n", c.turn_deg, c.used);
+    if (!tip) return;
+    tip->spin = c;
+    write(a, *tip);
+}
+
+CLI::App* add(CLI::App* command, const std::shared_ptr<CalibrateArguments>& a, const char* name, const char* text) {
+    CLI::App* added = command->add_subcommand(name, text);
+    added->add_option("recording", a->recording, "tracker recording (PLUS sequence)")->required();
+    added->add_option("--tool", a->tool, "the tool: Stylus for StylusToTracker")->capture_default_str();
+    added->add_option("-o,--output", a->output,
+                      "write what is known of the tip to this file (.json) for `livetet register`");
+    return added;
 }
 
 }  // namespace
@@ -40,13 +78,16 @@ void calibrate(const PivotArguments& arguments) {
 void add_calibrate_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("calibrate", "Calibrations of tracked tools");
     command->require_subcommand(1);
-    CLI::App* pivot = command->add_subcommand(
-        "pivot", "The offset of a tool's tip, from a recording of the tool turning about its resting tip");
-    auto arguments = std::make_shared<PivotArguments>();
-    pivot->add_option("recording", arguments->recording, "tracker recording (PLUS sequence)")->required();
-    pivot->add_option("--tool", arguments->tool, "the tool: Stylus for StylusToTracker")->capture_default_str();
-    pivot->add_option("-o,--output", arguments->output, "write the offset to this file (.json) for `livetet register`");
-    pivot->callback([arguments] { calibrate(*arguments); });
+    auto a = std::make_shared<CalibrateArguments>();
+    add(command, a, "pivot", "The offset of a tool's tip, from a recording of the tool turning about its resting tip")
+        ->callback([a] { pivot(*a); });
+    CLI::App* turned =
+        add(command, a, "spin",
+            "The direction of a tool's shaft, from a recording of the tool turning about its own shaft; the "
+            "tip's Z axis will point along it, away from the sensor");
+    turned->add_option("--tip", a->tip,
+                       "the tool's tip, of `livetet calibrate pivot -o`: tells the shaft's ends apart");
+    turned->callback([a] { spin(*a); });
 }
 
 }  // namespace livetet

@@ -18,29 +18,17 @@ PoseFilterOptions filter_options(const TrackOptions& track) {
     return options;
 }
 
-std::vector<Vector3> in_reference(const std::vector<RegisteredFiducial>& fiducials) {
-    std::vector<Vector3> points;
-    for (const RegisteredFiducial& f : fiducials) points.push_back(f.in_reference);
-    return points;
-}
-
-std::vector<Vector3> in_image(const std::vector<RegisteredFiducial>& fiducials) {
-    std::vector<Vector3> points;
-    for (const RegisteredFiducial& f : fiducials) points.push_back(f.in_image);
-    return points;
-}
-
 }  // namespace
 
 LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
-                     const std::vector<RegisteredFiducial>& fiducials)
+                     const RigidTransform<ImageFrame, Reference>& image_from_reference)
     : scene_(scene),
       body_(body),
       reference_(tool_index({tools, {}}, scene.track->reference_tool)),
       sensor_(tool_index({tools, {}}, scene.track->sensor_tool)),
       reference_filter_(filter_options(*scene.track)),
       sensor_filter_(filter_options(*scene.track)),
-      registration_(in_reference(fiducials), in_image(fiducials)),
+      registration_(image_from_reference),
       drive_({.motion = scene.track->motion, .base_window_s = scene.track->base_window_s}),
       constraints_(body.mesh().nodes.size()) {
     SceneConstraints scene_constraints(scene, body.mesh());

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "apps/scene_body.hpp"
-#include "io/registration_file.hpp"
 #include "mesh/surface_patch.hpp"
 #include "tracking/live_registration.hpp"
 #include "tracking/pose_filter.hpp"
@@ -37,10 +36,9 @@ struct FrameLimits {
 /// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
 class LiveModel {
   public:
-    /// `tools`: the names behind the samples' poses. Throws Error where a tool of the scene is not among them, or the
-    /// registration was not made in the reference sensor's frame.
+    /// `tools`: the names behind the samples' poses. Throws Error where a tool of the scene is not among them.
     LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
-              const std::vector<RegisteredFiducial>& fiducials);
+              const RigidTransform<ImageFrame, Reference>& image_from_reference);
 
     /// One frame. After the first ones nothing is allocated. Throws Error where the deformation sensor, when placed, is not
     /// on the organ.

@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
 #endif
     add_mesh_command(app);
     add_calibrate_command(app);
+    add_fiducials_command(app);
     add_register_command(app);
     add_track_command(app, status);
     add_report_command(app);

@@ -15,10 +15,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double margin = 0.018;  // metres around the organ
+constexpr double margin = 0.025;  // metres around the organ: the markers on the container fit in
 
 // Grey values, before shading and noise.
-constexpr double air = 0, shell = 520, filling = 170, rod = 60, pad = 300, organ = 400, vessel = 190;
+constexpr double air = 0, shell = 520, filling = 170, rod = 60, pad = 300, organ = 400, vessel = 190, marker = 900;
 constexpr double noise_deviation = 16;
 
 // How much of a voxel lies within a surface `distance` away.
@@ -39,6 +39,13 @@ double pad_distance(const Vector3d& x) {
     return (Vector3d(x - Vector3d(-0.040, 0.012, -0.034)).cwiseQuotient(radii).norm() - 1) * radii.minCoeff();
 }
 
+double marker_distance(const Vector3d& place) {
+    static const std::vector<NamedPoint> centres = phantom::fiducials();
+    double least = 1;
+    for (const NamedPoint& f : centres) least = std::min(least, (place - f.position).norm() - phantom::marker_radius);
+    return least;
+}
+
 double grey_value(const Vector3d& place, double spacing) {
     const Vector3d x = place - phantom::organ_centre();
     const double body = phantom::body_distance(place);
@@ -46,6 +53,10 @@ double grey_value(const Vector3d& place, double spacing) {
     grey = mix(grey, filling * (1 + 0.05 * texture(x)), coverage(body + 0.0035, spacing));
     grey = mix(grey, pad * (1 + 0.04 * texture(2 * x)), coverage(pad_distance(x), spacing));
     grey = mix(grey, rod, coverage(std::max(rod_distance(x), body + 0.006), spacing));
+    // On the container, a fluid in a casing that does not show.
+    const double ball = marker_distance(place);
+    grey = mix(grey, air, coverage(ball - phantom::marker_casing, spacing));
+    grey = mix(grey, marker, coverage(ball, spacing));
     const double distance = phantom::organ_distance(place);
     grey = mix(grey, organ * (1 + 0.04 * texture(x)), coverage(distance, spacing));
     return mix(grey, vessel, coverage(std::max(phantom::vessel_distance(place), distance + 0.003), spacing));

@@ -38,6 +38,9 @@ Eigen::Vector3d sensor_place();
 /// Where the reference sensor sits: on the lower side, which is held.
 Eigen::Vector3d reference_place();
 
+/// Each fiducial is a ball of fluid that shows in the image, in a casing that does not. Metres.
+inline constexpr double marker_radius = 0.005, marker_casing = 0.0015;
+
 /// F1 to F5 on the container: not in one plane, no two alike in their distances.
 std::vector<NamedPoint> fiducials();
 

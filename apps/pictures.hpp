@@ -8,8 +8,9 @@
 #include "apps/pictures_display.hpp"
 #include "apps/report.hpp"
 #include "apps/run_result.hpp"
+#include "mesh/image_markers.hpp"
 
-// Pictures of a tracked run, as PNG files of 1600 x 900 pixels, each written whole or not at all. They are drawn off
+// Pictures, as PNG files of 1600 x 900 pixels, each written whole or not at all. They are drawn off
 // screen, but this needs an X server all the same (see have_display); a virtual one such as Xvfb will do. VTK's own
 // messages go to the log.
 
@@ -43,5 +44,11 @@ struct WorkPrecisionChart {
 
 /// Charts side by side.
 void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts);
+
+/// Markers found in an image, for a user to confirm: for each a slice through the whole image and, enlarged, the three
+/// slices through its centre across z, y and x (RAS), with a cross-hair and a circle of the `diameter` (metres); axes
+/// in mm. As many pixels as they need.
+void write_marker_picture(const std::filesystem::path& path, const GreyImage& image,
+                          std::span<const ImageMarker> markers, double diameter);
 
 }  // namespace livetet

@@ -1,123 +1,33 @@
-#include <vtkAxis.h>
-#include <vtkChartLegend.h>
-#include <vtkChartXY.h>
-#include <vtkContextActor.h>
-#include <vtkContextScene.h>
-#include <vtkDoubleArray.h>
-#include <vtkNew.h>
-#include <vtkPen.h>
-#include <vtkPlot.h>
 #include <vtkPlotPoints.h>
-#include <vtkRenderer.h>
-#include <vtkTable.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "apps/pictures.hpp"
-#include "apps/pictures_window.hpp"
+#include "apps/pictures_chart_parts.hpp"
 
 namespace livetet {
 
 namespace {
 
-struct Line {
-    std::string name;
-    std::vector<double> x, y;
-    look::Colour colour;
-    float width = 2.5F;
-    int pen = vtkPen::SOLID_LINE;
-};
-
-vtkSmartPointer<vtkTable> table_of(const Line& line) {
-    auto table = vtkSmartPointer<vtkTable>::New();
-    vtkNew<vtkDoubleArray> x, y;
-    x->SetName("x");
-    y->SetName(line.name.c_str());
-    for (std::size_t i = 0; i < line.x.size(); ++i) {
-        x->InsertNextValue(line.x[i]);
-        y->InsertNextValue(line.y[i]);
-    }
-    table->AddColumn(x);
-    table->AddColumn(y);
-    return table;
-}
-
-vtkPlot* add_plot(vtkChartXY* chart, int type, const Line& line) {
-    vtkPlot* plot = chart->AddPlot(type);
-    const auto table = table_of(line);
-    plot->SetInputData(table, 0, 1);
-    plot->SetColor(line.colour[0], line.colour[1], line.colour[2]);
-    plot->SetWidth(line.width);
-    plot->GetPen()->SetLineType(line.pen);
-    plot->SetLabel(line.name);
-    return plot;
-}
-
-void set_axis(vtkChartXY* chart, int which, const std::string& title, double low, double high) {
-    vtkAxis* axis = chart->GetAxis(which);
-    axis->SetVisible(true);
-    axis->SetTitle(title);
-    axis->SetBehavior(vtkAxis::FIXED);
-    axis->SetRange(low, high);
-    set_text(axis->GetTitleProperties(), look::label_size);
-    set_text(axis->GetLabelProperties(), look::tick_size);
-    axis->GetGridPen()->SetColorF(0.88, 0.88, 0.9);
-}
-
-/// A chart that fills a rectangle of the window: x, y, width, height in pixels.
-vtkSmartPointer<vtkChartXY> make_chart(vtkContextScene* scene, const std::string& title,
-                                       const std::array<float, 4>& place) {
-    auto chart = vtkSmartPointer<vtkChartXY>::New();
-    chart->SetAutoSize(false);
-    chart->SetSize(vtkRectf(place[0], place[1], place[2], place[3]));
-    chart->SetTitle(title);
-    set_text(chart->GetTitleProperties(), look::title_size, true);
-    scene->AddItem(chart);
-    return chart;
-}
-
-void show_legend(vtkChartXY* chart) {
-    chart->SetShowLegend(true);
-    vtkChartLegend* legend = chart->GetLegend();
-    set_text(legend->GetLabelProperties(), look::tick_size);
-    legend->SetHorizontalAlignment(vtkChartLegend::RIGHT);
-    legend->SetVerticalAlignment(vtkChartLegend::TOP);
-    legend->SetSymbolWidth(50);
-}
-
-/// A window whose whole face is a scene for charts.
-struct ChartWindow {
-    vtkSmartPointer<vtkRenderWindow> window = make_window();
-    vtkNew<vtkRenderer> renderer;
-    vtkNew<vtkContextActor> actor;
-
-    ChartWindow() {
-        renderer->SetBackground(look::paper.data());
-        window->AddRenderer(renderer);
-        renderer->AddActor(actor);
-        actor->GetScene()->SetRenderer(renderer);
-    }
-    vtkContextScene* scene() { return actor->GetScene(); }
-};
-
 double largest(const std::vector<double>& values) {
     return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-Line level(const std::string& name, double first, double last, double y, const look::Colour& colour, int pen) {
+ChartLine level(const std::string& name, double first, double last, double y, const look::Colour& colour, int pen) {
     return {name, {first, last}, {y, y}, colour, 2.5F, pen};
 }
 
 }  // namespace
 
 void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors) {
-    Line press{"press depth (right axis)", {}, {}, look::grey, 2, vtkPen::DASH_LINE};
-    Line rigid{fmt::format("rigid-only: {:.1f} mm RMS at deepest press", errors.rigid_mm.rms), {}, {}, look::red, 3};
-    Line deforming{fmt::format("with deformation: {:.1f} mm RMS", errors.deforming_mm.rms), {}, {}, look::blue, 3};
+    ChartLine press{"press depth (right axis)", {}, {}, look::grey, 2, vtkPen::DASH_LINE};
+    ChartLine rigid{
+        fmt::format("rigid-only: {:.1f} mm RMS at deepest press", errors.rigid_mm.rms), {}, {}, look::red, 3};
+    ChartLine deforming{fmt::format("with deformation: {:.1f} mm RMS", errors.deforming_mm.rms), {}, {}, look::blue, 3};
     for (const TargetErrorSample& s : errors.samples) {
-        for (Line* line : {&press, &rigid, &deforming}) line->x.push_back(s.time_s);
+        for (ChartLine* line : {&press, &rigid, &deforming}) line->x.push_back(s.time_s);
         press.y.push_back(s.press_mm);
         rigid.y.push_back(s.rigid_mm);
         deforming.y.push_back(s.deforming_mm);
@@ -130,7 +40,7 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
                    fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
                                errors.moving, errors.gain()),
                    {10, 10, look::width - 20, look::height - 20});
-    for (const Line* line : {&rigid, &deforming}) add_plot(chart, vtkChart::LINE, *line);
+    for (const ChartLine* line : {&rigid, &deforming}) add_plot(chart, vtkChart::LINE, *line);
     chart->SetPlotCorner(add_plot(chart, vtkChart::LINE, press), 1);
     set_axis(chart, vtkAxis::BOTTOM, "time [s]", press.x.front(), press.x.back());
     set_axis(chart, vtkAxis::LEFT, "error, RMS over targets [mm]", 0, top);
@@ -148,7 +58,7 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     std::string title = fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples);
     if (report.run.budget_given)
         title += fmt::format(", {} of {} frames cut short", report.frames.cut_short, report.frames.kept);
-    Line times{"each frame", {}, {}, look::blue, 2};
+    ChartLine times{"each frame", {}, {}, look::blue, 2};
     for (const RunFrame& frame : frames) {
         times.x.push_back(frame.time_s);
         times.y.push_back(frame.frame_ms);
@@ -170,7 +80,7 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     show_legend(chart);
 
     constexpr int bins = 40;
-    Line counts{"frames", std::vector<double>(bins), std::vector<double>(bins), look::blue, 1};
+    ChartLine counts{"frames", std::vector<double>(bins), std::vector<double>(bins), look::blue, 1};
     const double widest = std::max(ms.worst, seen) * 1.02;
     for (int b = 0; b < bins; ++b) counts.x[b] = (b + 0.5) * widest / bins;
     for (const double t : times.y) ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
@@ -196,7 +106,7 @@ void write_work_precision_picture(const std::filesystem::path& path, std::span<c
         double low[2] = {1e30, 1e30}, high[2] = {0, 0};
         for (std::size_t i = 0; i < c.lines.size(); ++i) {
             const WorkPrecisionLine& l = c.lines[i];
-            Line line{l.name, l.seconds, l.error, colours[i % std::size(colours)], 3};
+            ChartLine line{l.name, l.seconds, l.error, colours[i % std::size(colours)], 3};
             add_plot(chart, vtkChart::LINE, line);
             auto* marks = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, line));
             marks->SetMarkerStyle(vtkPlotPoints::CIRCLE);

@@ -47,18 +47,6 @@ Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
     return scene;
 }
 
-std::vector<RegisteredFiducial> phantom_fiducials(const SimulatedTrackerOptions& tracker) {
-    std::vector<RegisteredFiducial> fiducials;
-    for (const NamedPoint& f : phantom::fiducials()) {
-        RegisteredFiducial r;
-        r.name = f.name;
-        r.in_image = f.position;
-        r.in_reference = tracker.image_from_reference.inverse() * f.position;
-        fiducials.push_back(r);
-    }
-    return fiducials;
-}
-
 /// The organ moves, the sensor is pressed by `depth(t)` metres, t from the end of `rest_s` at rest, while the sensor's place
 /// is measured.
 template <class Depth>
@@ -87,7 +75,7 @@ class Follower {
     Follower(const Scene& scene, const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker)
         : scene_(scene),
           body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
-          model_(scene_, body_, {"Reference", "Sensor"}, phantom_fiducials(tracker)) {}
+          model_(scene_, body_, {"Reference", "Sensor"}, tracker.image_from_reference) {}
 
     Measured frame(const TrackerSample& sample, FrameLimits limits, std::optional<double> budget_s = {}) {
         Measured m;

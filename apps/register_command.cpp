@@ -1,166 +1,245 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <charconv>
-#include <optional>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
 
 #include "apps/commands.hpp"
+#include "apps/registration_input.hpp"
 #include "base/error.hpp"
+#include "geometry/point_moments.hpp"
+#include "geometry/point_order.hpp"
+#include "geometry/registration_error.hpp"
+#include "geometry/surface_fit.hpp"
 #include "geometry/umeyama.hpp"
-#include "io/fiducial_file.hpp"
-#include "io/registration_file.hpp"
-#include "io/sequence_file.hpp"
-#include "io/tip_file.hpp"
-#include "tracking/dwell.hpp"
-#include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
-struct RegisterArguments {
-    std::filesystem::path tracker, image, tip, output;
-    std::vector<double> tip_mm;
-    std::string tool = "Stylus", reference, dwells;
-    std::vector<double> targets_mm;
-    bool scale = false;
-};
+constexpr double symmetric_m = 0.001;  // a layout that looks like itself within this may be touched in the wrong order
+constexpr double narrow = 0.1;         // fiducials in a strip that is this narrow hardly hold a turn about it
 
-/// "80:150,175:245": windows of frames, half-open.
-std::vector<FrameWindow> parse_windows(const std::string& text) {
-    std::vector<FrameWindow> windows;
-    for (const std::string& part : CLI::detail::split(text, ',')) {
-        const char* const end = part.data() + part.size();
-        FrameWindow w;
-        const auto first = std::from_chars(part.data(), end, w.first);
-        const bool colon = first.ec == std::errc() && first.ptr != end && *first.ptr == ':';
-        const auto last = colon ? std::from_chars(first.ptr + 1, end, w.last) : first;
-        if (!colon || last.ec != std::errc() || last.ptr != end || w.last <= w.first)
-            fail("--dwells: \"{}\" is not a window of frames, expected FIRST:END with FIRST < END", part);
-        windows.push_back(w);
-    }
-    return windows;
+std::string numbered(const std::vector<std::size_t>& order) {
+    std::vector<std::size_t> numbers;
+    for (const std::size_t i : order) numbers.push_back(i + 1);
+    return fmt::format("{}", fmt::join(numbers, ", "));
 }
 
-std::vector<Dwell> collect_dwells(const RegisterArguments& a, const Recording& recording, std::size_t expected) {
-    if (a.tip.empty() == a.tip_mm.empty())
+void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
+    const OrderSearch search =
+        naming(a.tracker.string(), [&] { return find_order(places_in_base(r), places_in_image(r)); });
+    if (is_ambiguous(search))
         fail(
-            "{}: landmarks in a recording need the tool's tip, expected --tip FILE (of `livetet calibrate pivot`) or "
-            "--tip-mm X Y Z",
-            a.tracker.string());
-    RigidTransform<Tool, Tip> tool_from_tip;
-    if (a.tip.empty())
-        tool_from_tip.translation = Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3;
-    else
-        tool_from_tip = read_tip(a.tip).tool_from_tip;
-    DwellOptions options;
-    options.tool = a.tool;
-    if (!a.reference.empty()) options.reference = a.reference;
-    const std::vector<Dwell> dwells = naming(a.tracker.string(), [&] {
-        return a.dwells.empty() ? find_dwells(recording, tool_from_tip, options)
-                                : dwells_in_windows(recording, tool_from_tip, parse_windows(a.dwells), options);
-    });
-    if (dwells.size() == expected) return dwells;
-    std::string found;
-    for (const Dwell& d : dwells) found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
-    fail("{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with --dwells",
-         a.tracker.string(), dwells.size(), found.empty() ? "never" : found, expected);
-}
-
-/// The fiducials in the frame that the registration is made in: the reference sensor's where there is one.
-std::vector<Eigen::Vector3d> points_of(const FiducialRegistration& r, bool in_image) {
-    std::vector<Eigen::Vector3d> points;
-    for (const RegisteredFiducial& f : r.fiducials)
-        points.push_back(in_image ? f.in_image : r.reference_tool.empty() ? f.in_tracker : f.in_reference);
-    return points;
-}
-
-FiducialRegistration collect(const RegisterArguments& a) {
-    FiducialRegistration r;
-    r.reference_tool = a.reference;
-    const std::vector<NamedPoint> in_image = read_fiducials(a.image);
-    for (const NamedPoint& p : in_image) r.fiducials.push_back({.name = p.name, .in_image = p.position});
-    const std::string name = a.tracker.filename().string();
-    if (name.ends_with(".json") || name.ends_with(".fcsv")) {
-        if (!a.reference.empty()) fail("--reference needs a recording, {} holds points only", a.tracker.string());
-        const std::vector<NamedPoint> touched = read_fiducials(a.tracker);
-        if (touched.size() != in_image.size())
-            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker.string(), touched.size(),
-                 a.image.string(), in_image.size());
-        for (std::size_t i = 0; i < touched.size(); ++i) r.fiducials[i].in_tracker = touched[i].position;
-        return r;
-    }
-    const Recording recording = read_sequence(a.tracker);
-    const std::vector<Dwell> dwells = collect_dwells(a, recording, in_image.size());
-    for (std::size_t i = 0; i < dwells.size(); ++i) {
-        r.fiducials[i].in_tracker = dwells[i].tip_in_tracker;
-        if (dwells[i].tip_in_reference) r.fiducials[i].in_reference = *dwells[i].tip_in_reference;
-    }
-    return r;
+            "{}: the orders {} and {} fit equally well, FRE {:.2f} and {:.2f} mm: their layout does not tell the "
+            "fiducials "
+            "apart, expected them in the image's order (without --any-order) or one more of them",
+            a.tracker.string(), numbered(search.best.order), numbered(search.rival.order), 1e3 * search.best.fre,
+            1e3 * search.rival.fre);
+    reorder_touched(r, search.best.order);
+    fmt::print("order        {} (FRE {:.2f} mm; the next best of all orders {:.2f} mm)\n", numbered(search.best.order),
+               1e3 * search.best.fre, 1e3 * search.rival.fre);
 }
 
 void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& r) {
-    const auto better = better_order(points_of(r, false), points_of(r, true));
+    const auto better = better_order(places_in_base(r), places_in_image(r));
     if (!better) return;
-    std::string order;
-    for (const std::size_t i : better->order) order += fmt::format("{}{}", order.empty() ? "" : ", ", i + 1);
     fail(
-        "{}: FRE is {:.2f} mm; the fiducials of {} in the order {} fit better, FRE {:.2f} mm: reorder one of the files",
-        a.tracker.string(), 1e3 * better->given_fre, a.tracker.filename().string(), order, 1e3 * better->fre);
+        "{}: FRE is {:.2f} mm; the fiducials of {} in the order {} fit better, FRE {:.2f} mm: reorder one of the "
+        "files, or "
+        "ask for --any-order",
+        a.tracker.string(), 1e3 * better->given_fre, a.tracker.filename().string(), numbered(better->order),
+        1e3 * better->fre);
+}
+
+void warn_of_layout(const FiducialRegistration& r) {
+    const auto to = places_in_image(r);
+    if (const double ratio = width_ratio(to, weights_of(r)); ratio < narrow)
+        fmt::print("warning: the fiducials lie nearly on a line (ratio {:.3f}): they hardly hold a turn about it\n",
+                   ratio);
+    if (to.size() > max_ordered_points) return;
+    const PointOrder symmetry = nearest_symmetry(to);
+    if (symmetry.fre < std::max(symmetric_m, 2 * r.fre))
+        fmt::print(
+            "warning: the fiducials' layout is symmetric: in the order {} they look the same within {:.2f} mm, and a "
+            "wrong order would not show\n",
+            numbered(symmetry.order), 1e3 * symmetry.fre);
+}
+
+void print_fiducials(const FiducialRegistration& r) {
+    fmt::print("{:<12} {:>9} {:>9} {:>9}   {:>6} {:>11} {:>16}\n", "fiducial", "x/mm", "y/mm", "z/mm", "weight",
+               "residual/mm", "leave-one-out/mm");
+    for (const RegisteredFiducial& f : r.fiducials)
+        fmt::print("{:<12} {:9.2f} {:9.2f} {:9.2f}   {:6.3g} {:11.3f} {:16.3f}\n", f.name, 1e3 * f.in_image.x(),
+                   1e3 * f.in_image.y(), 1e3 * f.in_image.z(), f.weight, 1e3 * f.residual, 1e3 * f.leave_one_out);
+    fmt::print("frame        {}\n", r.reference_tool.empty()
+                                        ? std::string("the tracker's")
+                                        : fmt::format("the reference sensor's ({})", r.reference_tool));
+    fmt::print("FRE          {:.3f} mm RMS (a small FRE is not a small error)\n", 1e3 * r.fre);
+    fmt::print("FLE          {:.3f} mm RMS, estimated from FRE\n", 1e3 * r.fle);
+}
+
+void name_outlier(FiducialRegistration& r, Scaling scaling) {
+    const auto outlier = find_outlier(places_in_base(r), places_in_image(r), scaling, weights_of(r));
+    if (!outlier) return;
+    r.outlier = r.fiducials[outlier->index].name;
+    const double fle = fle_from_fre(outlier->without.fre, r.fiducials.size(), scaling, outlier->weights_without);
+    fmt::print(
+        "warning: {0} is {1:.2f} mm from where the others put it (chance {2:.1g}); without it FRE is {3:.3f} mm, FLE "
+        "{4:.3f} mm: --weight {0}=0 leaves it out\n",
+        *r.outlier, 1e3 * outlier->leave_one_out, outlier->probability, 1e3 * outlier->without.fre, 1e3 * fle);
+}
+
+void print_expected(const RegisterArguments& a, const FiducialRegistration& r, Scaling scaling) {
+    const auto to = places_in_image(r);
+    const auto weights = weights_of(r);
+    const auto print = [&](const Eigen::Vector3d& target, const std::string& where) {
+        fmt::print("expected TRE {:.3f} mm RMS at {}\n", 1e3 * expected_tre(to, r.fle, target, scaling, weights),
+                   where);
+    };
+    print(moments_of(to, to, weights).mean_to, "the fiducials' centre");
+    for (std::size_t i = 0; i + 2 < a.targets_mm.size(); i += 3) {
+        const Eigen::Vector3d target(a.targets_mm[i], a.targets_mm[i + 1], a.targets_mm[i + 2]);
+        print(target / 1e3, fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", target.x(), target.y(), target.z()));
+    }
+}
+
+std::string in_words(const PointMotion& m) {
+    const bool turns = m.turn.squaredNorm() > 0.5;
+    const Eigen::Vector3d axis = (turns ? m.turn : m.slide).normalized();
+    return fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", turns ? "turning about" : "sliding along", axis.x(), axis.y(),
+                       axis.z());
+}
+
+void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double moved, double fiducials_rms) {
+    fmt::print(
+        "surface      {}: {} points, the nearest {} count; {:.3f} mm RMS from it before, {:.3f} mm after ({:.3f} mm of "
+        "all), {} iterations\n",
+        a.surface.string(), fit.points, fit.used, 1e3 * fit.rms_before, 1e3 * fit.rms_after, 1e3 * fit.rms_of_all,
+        fit.iterations);
+    fmt::print(
+        "moved        {:.3f} mm at the fiducials' centre, {:.2f} degrees; the fiducials are now {:.3f} mm RMS off\n",
+        1e3 * moved, Eigen::AngleAxisd(fit.image_from_start.rotation).angle() * 180 / std::numbers::pi,
+        1e3 * fiducials_rms);
+    const PointMotion& weakest = fit.motions[fit.free_motions];
+    fmt::print("held least   {}: where the surface is 1 mm wrong, up to {:.1f} mm\n", in_words(weakest),
+               1 / std::sqrt(weakest.constraint));
+    if (!fit.converged)
+        fmt::print("warning: not converged after {} iterations: begin from better fiducials\n", fit.iterations);
+    if (fit.free_motions == 0) return;
+    std::vector<std::string> free;
+    for (std::size_t k = 0; k < fit.free_motions; ++k) free.push_back(in_words(fit.motions[k]));
+    fmt::print("warning: the surface points do not hold {}: there the fiducials' word stands; touch more sides\n",
+               fmt::join(free, ", "));
+}
+
+void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
+    const TriangleMesh surface = read_organ_surface(a);
+    SimilarityTransform<ImageFrame, Base>& t = r.image_from_base;
+    std::vector<Eigen::Vector3d> points = collect_surface_points(a);
+    for (Eigen::Vector3d& p : points) p = t * p;
+    const SurfaceFit fit =
+        naming(a.surface.string(), [&] { return fit_to_surface(points, surface, {.left_out = a.surface_left_out}); });
+    if (fit.free_motions == fit.motions.size())
+        fail("{}: the surface points hold no motion at all, expected points spread over the surface",
+             a.surface.string());
+    const auto& move = fit.image_from_start;
+    t.rotation = move.rotation * t.rotation;
+    t.translation = move * t.translation;
+    const auto from = places_in_base(r), to = places_in_image(r);
+    const auto weights = weights_of(r);
+    const Eigen::Vector3d centre = moments_of(from, to, weights).mean_to;
+    double squares = 0;
+    for (std::size_t i = 0; i < to.size(); ++i) squares += weight_of(weights, i) * (t * from[i] - to[i]).squaredNorm();
+    print_surface(a, fit, (move * centre - centre).norm(), std::sqrt(squares / total_weight(weights, to.size())));
+    r.surface = {fit.points, fit.used, fit.rms_before, fit.rms_after, fit.iterations, fit.free_motions};
 }
 
 void register_fiducials(const RegisterArguments& a) {
-    FiducialRegistration r = collect(a);
-    const auto from = points_of(r, false), to = points_of(r, true);
+    if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
+        fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
+    // 1. the fiducials, in one order
+    FiducialRegistration r = collect_fiducials(a);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
+    if (a.any_order) find_the_order(a, r);
+
+    // 2. the fit, checked by a second method
+    const auto from = places_in_base(r), to = places_in_image(r);
+    const auto weights = weights_of(r);
     const PointFit fit = naming(fmt::format("{}, {}", a.tracker.string(), a.image.string()),
-                                [&] { return fit_points(from, to, scaling); });
+                                [&] { return fit_points_cross_checked(from, to, scaling, weights); });
     refuse_wrong_order(a, r);
-    const auto left_out = leave_one_out(from, to, scaling);
+    r.image_from_base = {fit.scale, fit.rotation, fit.translation};
+
+    // 3. what it is worth
+    const auto left_out = leave_one_out(from, to, scaling, weights);
     r.fre = fit.fre;
-    r.fle = fle_from_fre(fit.fre, from.size());
-    r.image_from_tracker = {fit.scale, fit.rotation, fit.translation};
+    r.fle = fle_from_fre(fit.fre, from.size(), scaling, weights);
     for (std::size_t i = 0; i < r.fiducials.size(); ++i) {
         r.fiducials[i].residual = fit.residuals[i].norm();
         r.fiducials[i].leave_one_out = left_out[i].value_or(std::nan(""));
     }
-    fmt::print("{:<12} {:>9} {:>9} {:>9}   {:>11} {:>16}\n", "fiducial", "x/mm", "y/mm", "z/mm", "residual/mm",
-               "leave-one-out/mm");
-    for (const RegisteredFiducial& f : r.fiducials)
-        fmt::print("{:<12} {:9.2f} {:9.2f} {:9.2f}   {:11.3f} {:16.3f}\n", f.name, 1e3 * f.in_image.x(),
-                   1e3 * f.in_image.y(), 1e3 * f.in_image.z(), 1e3 * f.residual, 1e3 * f.leave_one_out);
-    fmt::print("frame        {}\n", a.reference.empty() ? std::string("the tracker's")
-                                                        : fmt::format("the reference sensor's ({})", a.reference));
-    fmt::print("FRE          {:.3f} mm RMS (a small FRE is not a small error)\n", 1e3 * r.fre);
-    fmt::print("FLE          {:.3f} mm RMS, estimated from FRE\n", 1e3 * r.fle);
+    print_fiducials(r);
     if (a.scale) fmt::print("scale        {:.5f}\n", fit.scale);
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const auto& x : to) centre += x / static_cast<double>(to.size());
-    fmt::print("expected TRE {:.3f} mm RMS at the fiducials' centre\n", 1e3 * expected_tre(to, r.fle, centre));
-    for (std::size_t i = 0; i + 2 < a.targets_mm.size(); i += 3) {
-        const Eigen::Vector3d target(a.targets_mm[i], a.targets_mm[i + 1], a.targets_mm[i + 2]);
-        fmt::print("expected TRE {:.3f} mm RMS at ({:.1f}, {:.1f}, {:.1f}) mm\n",
-                   1e3 * expected_tre(to, r.fle, target / 1e3), target.x(), target.y(), target.z());
-    }
+    print_expected(a, r, scaling);
+    name_outlier(r, scaling);
+    warn_of_layout(r);
+
+    // 4. points on the surface, from there
+    if (!a.surface.empty()) fit_surface(a, r);
     if (a.output.empty()) return;
     write_registration(a.output, r);
     fmt::print("written      {}\n", a.output.string());
+}
+
+void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArguments>& a) {
+    command->add_option("--surface", a->surface,
+                        "the organ's surface in the image: points touched on it refine the registration (ICP); a mesh "
+                        "hierarchy (.h5) or a surface (.stl, .obj, .ply, .vtk, .vtp, .off, in mm)");
+    command->add_option(
+        "--surface-points", a->surface_points,
+        "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in the frame registered, or a "
+        "recording in which the tip is led over it");
+    command->add_option(
+        "--surface-frames", a->surface_frames,
+        "frames of that recording (else of --tracker) in which the tip is on the surface, 950:1400,...");
+    command
+        ->add_option("--surface-left-out", a->surface_left_out,
+                     "share of the surface points, the farthest from it, that does not count")
+        ->capture_default_str();
+    command
+        ->add_option("--space", a->space,
+                     "which way the axes of a surface file point: ras, or lps as Slicer's models since 2020")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
+        ->default_str("ras");
 }
 
 }  // namespace
 
 void add_register_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "register", "Registers the tracker (or the reference sensor) to the image by fiducials (Umeyama)");
+        "register",
+        "Registers the tracker (or the reference sensor) to the image by fiducials, and by the organ's surface");
     auto a = std::make_shared<RegisterArguments>();
     command
         ->add_option(
             "--tracker", a->tracker,
-            "fiducials in the tracker's frame (.mrk.json, .fcsv), or a recording in which a tool rests on each in turn")
+            "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), or a recording in which a tool rests on "
+            "each in turn")
         ->required();
-    command->add_option("--image", a->image, "the same fiducials in the image, in the same order (.mrk.json, .fcsv)")
+    command
+        ->add_option("--image", a->image, "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
         ->required();
+    command->add_flag("--any-order", a->any_order,
+                      "the order is not the same: find it (at most 10 fiducials; all orders, exactly)");
+    command->add_option("--weight", a->weights,
+                        "NAME=W: how much a fiducial counts, 1 / its squared error; 0 leaves it out; may be repeated");
     command->add_option("--tool", a->tool, "recording: the tool that touches them")->capture_default_str();
-    command->add_option("--tip", a->tip, "recording: the tool's tip, of `livetet calibrate pivot -o`");
+    command->add_option("--tip", a->tip, "recording: the tool's tip, of `livetet calibrate`");
     command->add_option("--tip-mm", a->tip_mm, "recording: the tool's tip as X Y Z in mm")->expected(3);
     command->add_option("--reference", a->reference,
                         "recording: a sensor fixed to the organ; the registration is then made in its frame");
@@ -171,6 +250,7 @@ void add_register_command(CLI::App& app) {
                      "a place X Y Z in the image (mm) to state the expected error at; may be repeated")
         ->expected(3, 300);
     command->add_flag("--scale", a->scale, "estimate a scale too");
+    add_surface_options(command, a);
     command->add_option("-o,--output", a->output, "write the registration to this file (.json) for `livetet track`");
     command->callback([a] { register_fiducials(*a); });
 }

@@ -14,6 +14,7 @@
 #include "base/file.hpp"
 #include "base/ring.hpp"
 #include "config/yaml.hpp"
+#include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
 #include "solvers/petsc_session.hpp"
@@ -272,9 +273,10 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     for (const std::string& tool : {scene.track->reference_tool, scene.track->sensor_tool})
         naming(scene.track->recording.string(), [&] { return tool_index(recording, tool); });
     const FiducialRegistration registration = read_registration(scene.track->registration);
-    if (std::abs(registration.image_from_tracker.scale - 1) > 1e-9)
+    const auto& image_from_base = registration.image_from_base;
+    if (std::abs(image_from_base.scale - 1) > 1e-9)
         fail("{}: has a scale of {:.5f}, expected a rigid registration (livetet register without --scale)",
-             scene.track->registration.string(), registration.image_from_tracker.scale);
+             scene.track->registration.string(), image_from_base.scale);
     if (registration.reference_tool != scene.track->reference_tool)
         fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})",
              scene.track->registration.string(),
@@ -290,7 +292,7 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
-    LiveModel model(scene, body, recording.tools, registration.fiducials);
+    LiveModel model(scene, body, recording.tools, {image_from_base.rotation, image_from_base.translation});
 
     // 3. frames
     ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);

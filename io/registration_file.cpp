@@ -11,7 +11,7 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
-constexpr const char* format_name = "livetet fiducial registration 1";
+constexpr const char* format_name = "livetet registration 2";
 
 json to_mm(const Eigen::Vector3d& v) { return {1e3 * v.x(), 1e3 * v.y(), 1e3 * v.z()}; }
 
@@ -21,7 +21,11 @@ Eigen::Vector3d from_mm(const json& j) {
     return Eigen::Vector3d(v[0], v[1], v[2]) / 1e3;
 }
 
-json matrix_mm(const SimilarityTransform<ImageFrame, Tracker>& t) {
+const char* matrix_key(const FiducialRegistration& r) {
+    return r.reference_tool.empty() ? "image_from_tracker_mm" : "image_from_reference_mm";
+}
+
+json matrix_mm(const SimilarityTransform<ImageFrame, Base>& t) {
     json rows = json::array();
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) rows.push_back(t.scale * t.rotation(i, k));
@@ -31,22 +35,33 @@ json matrix_mm(const SimilarityTransform<ImageFrame, Tracker>& t) {
     return rows;
 }
 
-SimilarityTransform<ImageFrame, Tracker> from_matrix_mm(const json& j) {
+SimilarityTransform<ImageFrame, Base> from_matrix_mm(const json& j) {
     const auto m = j.get<std::vector<double>>();
     if (m.size() != 16) throw json::other_error::create(501, "16 numbers", &j);
-    SimilarityTransform<ImageFrame, Tracker> t;
+    SimilarityTransform<ImageFrame, Base> t;
     Eigen::Matrix3d A;
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) A(i, k) = m[4 * i + k];
         t.translation[i] = m[4 * i + 3] / 1e3;
     }
     t.scale = std::cbrt(A.determinant());
-    t.rotation = A / t.scale;
+    t.rotation = nearest_rotation(A);
+    if (!(t.scale > 0) || !((A - t.scale * t.rotation).norm() < 1e-6 * t.scale))
+        throw json::other_error::create(501, "a matrix of a turn, a scale and a shift", &j);
     return t;
 }
 
 /// JSON has no NaN: null stands for a number that could not be determined.
 double number_or_nan_mm(const json& j) { return j.is_null() ? std::nan("") : j.get<double>() / 1e3; }
+
+RegisteredSurface surface_from(const json& j) {
+    return {j.at("points").get<std::size_t>(),
+            j.at("used").get<std::size_t>(),
+            j.at("rms_before_mm").get<double>() / 1e3,
+            j.at("rms_after_mm").get<double>() / 1e3,
+            j.at("iterations").get<int>(),
+            j.at("free_motions").get<std::size_t>()};
+}
 
 }  // namespace
 
@@ -57,17 +72,26 @@ void write_registration(const std::filesystem::path& path, const FiducialRegistr
                {"image_mm", to_mm(f.in_image)},
                {"tracker_mm", to_mm(f.in_tracker)},
                {"residual_mm", 1e3 * f.residual},
-               {"leave_one_out_mm", 1e3 * f.leave_one_out}};
+               {"leave_one_out_mm", 1e3 * f.leave_one_out},
+               {"weight", f.weight}};
         if (!registration.reference_tool.empty()) j["reference_mm"] = to_mm(f.in_reference);
         fiducials.push_back(j);
     }
-    const json j{{"format", format_name},
-                 {"reference_tool", registration.reference_tool},
-                 {"image_from_tracker_mm", matrix_mm(registration.image_from_tracker)},
-                 {"scale", registration.image_from_tracker.scale},
-                 {"fre_mm", 1e3 * registration.fre},
-                 {"fle_mm", 1e3 * registration.fle},
-                 {"fiducials", fiducials}};
+    json j{{"format", format_name},
+           {"reference_tool", registration.reference_tool},
+           {matrix_key(registration), matrix_mm(registration.image_from_base)},
+           {"scale", registration.image_from_base.scale},
+           {"fre_mm", 1e3 * registration.fre},
+           {"fle_mm", 1e3 * registration.fle},
+           {"fiducials", fiducials}};
+    if (registration.outlier) j["outlier"] = *registration.outlier;
+    if (const auto& s = registration.surface)
+        j["surface"] = {{"points", s->points},
+                        {"used", s->used},
+                        {"rms_before_mm", 1e3 * s->rms_before},
+                        {"rms_after_mm", 1e3 * s->rms_after},
+                        {"iterations", s->iterations},
+                        {"free_motions", s->free_motions}};
     write_text_file(path, j.dump(2) + "\n");
 }
 
@@ -79,7 +103,7 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
         if (j.value("format", "") != format_name)
             fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), format_name);
         r.reference_tool = j.at("reference_tool").get<std::string>();
-        r.image_from_tracker = from_matrix_mm(j.at("image_from_tracker_mm"));
+        r.image_from_base = from_matrix_mm(j.at(matrix_key(r)));
         r.fre = j.at("fre_mm").get<double>() / 1e3;
         r.fle = j.at("fle_mm").get<double>() / 1e3;
         for (const json& f : j.at("fiducials")) {
@@ -88,10 +112,13 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
                                         from_mm(f.at("tracker_mm")),
                                         {},
                                         f.at("residual_mm").get<double>() / 1e3,
-                                        number_or_nan_mm(f.at("leave_one_out_mm"))};
+                                        number_or_nan_mm(f.at("leave_one_out_mm")),
+                                        f.at("weight").get<double>()};
             if (!r.reference_tool.empty()) fiducial.in_reference = from_mm(f.at("reference_mm"));
             r.fiducials.push_back(fiducial);
         }
+        if (j.contains("outlier")) r.outlier = j["outlier"].get<std::string>();
+        if (j.contains("surface")) r.surface = surface_from(j["surface"]);
     } catch (const json::exception& e) {
         fail("{}: not a registration that `livetet register` wrote: {}", path.string(), e.what());
     }

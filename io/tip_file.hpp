@@ -1,20 +1,29 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "geometry/pivot.hpp"
+#include "geometry/spin.hpp"
 
 namespace livetet {
 
-/// JSON: the tool, its tip's offset in mm, and how good the calibration was.
-void write_tip(const std::filesystem::path& path, const std::string& tool, const PivotCalibration& calibration);
-
-/// A tool tip's offset as `livetet calibrate pivot` wrote it.
+/// What the calibrations of a tool found.
 struct ToolTip {
     std::string tool;
-    RigidTransform<Tool, Tip> tool_from_tip;
+    PivotCalibration pivot;
+    std::optional<SpinCalibration> spin;
+
+    /// The tip's place, and its axes along the shaft where that is known.
+    RigidTransform<Tool, Tip> tool_from_tip() const {
+        return spin ? along_shaft(pivot.tool_from_tip.translation, spin->shaft_in_tool) : pivot.tool_from_tip;
+    }
 };
+
+/// JSON: the tool, its tip's offset in mm, the shaft's direction where it is known, tool_from_tip as 16 numbers by
+/// rows, and how good the calibrations were.
+void write_tip(const std::filesystem::path& path, const ToolTip& tip);
 
 /// Throws Error, naming file and key, where something is missing or of another kind.
 ToolTip read_tip(const std::filesystem::path& path);

@@ -13,10 +13,12 @@
 namespace livetet {
 
 /// Frames of reference. `Tracker` is the field generator's, `Image` the world of the image (RAS), `Reference` the
-/// reference sensor's, `Sensor` the deformation sensor's, `Tool` the tracked tool's sensor, `Tip` the tool's tip.
+/// reference sensor's, `Base` the one that a registration is made in (`Reference` where there is one, else `Tracker`),
+/// `Sensor` the deformation sensor's, `Tool` the tracked tool's sensor, `Tip` the tool's tip.
 struct Tracker {};
 struct ImageFrame {};
 struct Reference {};
+struct Base {};
 struct Sensor {};
 struct Tool {};
 struct Tip {};

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,6 +39,15 @@ PointFit fit_points(std::span<const Eigen::Vector3d> from, std::span<const Eigen
 PointFit fit_points_horn(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to, Scaling scaling,
                          std::span<const double> weights = {});
 
+/// Throws Error where two fits of the same points put one of `from` farther apart than rounding (1e-8 of the spread of
+/// `to`): saying so, or, where their FRE is the same, that the points have no one best rotation.
+void check_agreement(const PointFit& a, const PointFit& b, std::span<const Eigen::Vector3d> from,
+                     std::span<const Eigen::Vector3d> to);
+
+/// `fit_points`, checked by `fit_points_horn`.
+PointFit fit_points_cross_checked(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to,
+                                  Scaling scaling, std::span<const double> weights = {});
+
 /// A point-set registration between named frames.
 template <class To, class From>
 struct Registration {
@@ -64,35 +72,5 @@ RigidTransform<To, From> rigid_part(const SimilarityTransform<To, From>& similar
     if (similarity.scale != 1) fail("registration: scale is {}, expected 1 for a rigid transform", similarity.scale);
     return {similarity.rotation, similarity.translation};
 }
-
-/// The localisation error (RMS, metres) that explains an FRE: <FRE^2> = (1 - 2/N) <FLE^2> (Sibson 1979; Fitzpatrick,
-/// West, Maurer 1998, eq. 10). Throws Error for fewer than 3 fiducials.
-double fle_from_fre(double fre, std::size_t fiducials);
-
-/// The target registration error (RMS, metres) to expect at `target` from fiducials at `points` (same frame, metres)
-/// that are localised with an isotropic error of RMS length `fle`: Fitzpatrick, West, Maurer (1998), "Predicting error
-/// in rigid-body point-based registration", IEEE TMI 17(5), eq. 46:
-///     <TRE^2> = <FLE^2> / N (1 + 1/3 sum_k d_k^2 / f_k^2),
-/// d_k the target's distance from the fiducials' k-th principal axis, f_k the RMS distance of the fiducials from it.
-double expected_tre(std::span<const Eigen::Vector3d> points, double fle, const Eigen::Vector3d& target);
-
-/// For each point the distance (metres) between its target and where the fit of all others puts it: an honest measure
-/// of error, where FRE is not. Empty for a point without which the others do not determine a fit; throws Error where
-/// `fit_points` would.
-std::vector<std::optional<double>> leave_one_out(std::span<const Eigen::Vector3d> from,
-                                                 std::span<const Eigen::Vector3d> to, Scaling scaling);
-
-/// Another order of the points that fits clearly better: from[order[i]] belongs to to[i].
-struct BetterOrder {
-    std::vector<std::size_t> order;
-    double fre = 0;        ///< in that order, metres
-    double given_fre = 0;  ///< in the order given, metres
-};
-
-/// Tries all orders of at most 8 points (rigid fits) when the given order is bad: FRE above `bad_fre` (metres). Returns
-/// the best one if its FRE is less than half of the given one's; nothing otherwise, nor for more than 8 points, where
-/// trying all would take too long.
-std::optional<BetterOrder> better_order(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to,
-                                        double bad_fre = 0.003);
 
 }  // namespace livetet

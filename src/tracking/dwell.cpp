@@ -98,6 +98,12 @@ Dwell dwell_of(std::span<const TipSample> stretch, const DwellOptions& options) 
     return dwell;
 }
 
+void check_window(const FrameWindow& w, const Recording& recording) {
+    if (w.first >= w.last || w.last > recording.samples.size())
+        fail("dwell: frames {} to {} are not a window of the recording's {} frames", w.first, w.last,
+             recording.samples.size());
+}
+
 // One past the last sample of the stretch that begins at `first`.
 std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first, const DwellOptions& options) {
     Vector3d mean = samples[first].smoothed;
@@ -153,9 +159,7 @@ std::vector<Dwell> dwells_in_windows(const Recording& recording, const RigidTran
     const std::vector<TipSample> samples = tip_samples(recording, tool_from_tip.translation, options);
     std::vector<Dwell> dwells;
     for (const FrameWindow& w : windows) {
-        if (w.first >= w.last || w.last > recording.samples.size())
-            fail("dwell: frames {} to {} are not a window of the recording's {} frames", w.first, w.last,
-                 recording.samples.size());
+        check_window(w, recording);
         std::vector<TipSample> inside;
         for (const TipSample& s : samples)
             if (s.frame >= w.first && s.frame < w.last) inside.push_back(s);
@@ -172,6 +176,18 @@ std::vector<Dwell> dwells_in_windows(const Recording& recording, const RigidTran
         dwells.push_back(dwell);
     }
     return dwells;
+}
+
+std::vector<Vector3d> tip_places(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
+                                 std::span<const FrameWindow> windows, const DwellOptions& options) {
+    for (const FrameWindow& w : windows) check_window(w, recording);
+    std::vector<Vector3d> places;
+    for (const TipSample& s : tip_samples(recording, tool_from_tip.translation, options)) {
+        const bool asked = std::any_of(windows.begin(), windows.end(),
+                                       [&](const FrameWindow& w) { return s.frame >= w.first && s.frame < w.last; });
+        if (windows.empty() || asked) places.push_back(s.judged);
+    }
+    return places;
 }
 
 }  // namespace livetet

@@ -53,4 +53,10 @@ std::vector<Dwell> find_dwells(const Recording& recording, const RigidTransform<
 std::vector<Dwell> dwells_in_windows(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
                                      std::span<const FrameWindow> windows, const DwellOptions& options = {});
 
+/// Where the tip was in each frame of these windows (of all, where there are none) in which the tools asked for were
+/// seen: in the reference sensor's frame where one is asked for, else the tracker's; metres. What a tip that is led
+/// over a surface draws. Throws Error for a tool the recording does not have and a window outside it.
+std::vector<Eigen::Vector3d> tip_places(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
+                                        std::span<const FrameWindow> windows, const DwellOptions& options = {});
+
 }  // namespace livetet

@@ -134,6 +134,20 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
     for (const RegisteredFiducial& f : registration.fiducials) squares += f.leave_one_out * f.leave_one_out / 8;
     EXPECT_NEAR(1e3 * std::sqrt(squares), 0.407, 0.005);
 
+    // PLUS's own registration of the same phantom, the other way round: within 0.05 degrees and 0.25 mm.
+    const json& rows = known["reference_from_phantom_by_plus"]["matrix_rows"];
+    SimilarityTransform<Base, ImageFrame> by_plus;
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) by_plus.rotation(i, k) = rows[i][k].get<double>();
+        by_plus.translation[i] = rows[i][3].get<double>() / 1e3;
+    }
+    const auto ours = registration.image_from_base.inverse();
+    EXPECT_NEAR(ours.scale, 1, 1e-9);
+    const Eigen::AngleAxisd turn(ours.rotation.transpose() * nearest_rotation(by_plus.rotation));
+    EXPECT_LT(turn.angle() * 180 / M_PI, 0.05);
+    EXPECT_LT(1e3 * (ours.translation - by_plus.translation).norm(), 0.25);
+    EXPECT_FALSE(registration.outlier);
+
     // 1 to 4 before, 5 to 8 after the phantom was turned over.
     RigidTransform<Tool, Tip> tool_from_tip;
     tool_from_tip.translation = Vector3(tip[0], tip[1], tip[2]) / 1e3;
@@ -171,6 +185,26 @@ TEST(RealData, ARealTrackersDwellsAreFoundWithoutBeingNamed) {
                             data, tip[0], tip[1], tip[2]));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_LT(1e3 * read_registration(folder / "registration.json").fre, 0.4);
+}
+
+/// Of 40,320 orders the one in which they were touched fits, and the next best does not.
+TEST(RealData, ARealTrackersLandmarksFindTheirOrder) {
+    LIVETET_NEEDS_DATA();
+    const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
+    const Folder folder;
+    std::vector<NamedPoint> landmarks;
+    for (const int i : {4, 7, 1, 8, 2, 6, 3, 5}) {
+        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
+        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
+    }
+    write_fiducials(folder / "landmarks.mrk.json", landmarks);
+    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
+    const auto outcome = livetet(
+        folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
+                            "--any-order --reference Reference --tip-mm {} {} {} --image landmarks.mrk.json",
+                            data, tip[0], tip[1], tip[2]));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("order        4, 7, 1, 8, 2, 6, 3, 5"), std::string::npos) << outcome.out;
 }
 
 /// 152 border edges, 25 non-manifold ones: repaired or refused, within seconds, never a hang.

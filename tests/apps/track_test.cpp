@@ -40,6 +40,8 @@ struct Tracked {
         const auto reference_from_image = tracker.image_from_reference.inverse();
         for (const Vector3& x : {Vector3(0, 0, 0), Vector3(0.2, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)})
             registration.fiducials.push_back({"F", x, x, reference_from_image * x, 0, 0});
+        const auto& image_from_reference = tracker.image_from_reference;
+        registration.image_from_base = {1, image_from_reference.rotation, image_from_reference.translation};
         write_registration(folder / "registration.json", registration);
         write_text(folder / "scene.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"

@@ -61,9 +61,7 @@ TEST(SensorDrive, MovingTheOrganAsAWholeDeformsNothing) {
     options.image_from_reference.translation = Vector3d(0.05, 0.02, 0.03);
     options.image_from_sensor_at_rest.translation = placed;
     options.press_direction = Vector3d(1, 2, -2);
-    const std::vector<Vector3d> x{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}};
-    LiveRegistration live(
-        LiveRegistration::fiducials_in_reference(x, {Eigen::Matrix3d::Identity(), {0.05, 0.02, 0.03}}), x);
+    LiveRegistration live(options.image_from_reference);
     SensorDrive drive;
     double deepest = 0;
     for (const TrackerSample& s : simulate_press(options).samples) {

@@ -1,0 +1,119 @@
+#include "io/registration_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/file.hpp"
+#include "files.hpp"
+#include "io/tip_file.hpp"
+
+namespace livetet {
+namespace {
+
+using namespace testing_files;
+using Eigen::Vector3d;
+using nlohmann::json;
+
+FiducialRegistration a_registration() {
+    FiducialRegistration r;
+    r.reference_tool = "Reference";
+    r.image_from_base = {1.02, rotation_of_vector(Vector3d(0.3, -1, 2)), Vector3d(0.1, 0.2, -0.3)};
+    r.fiducials.push_back({"F,1", {0.1, 0, 0}, {1, 2, 3}, {4, 5, 6}, 0.001, std::nan(""), 0.5});
+    r.fiducials.push_back({"F2", {0, 0.1, 0}, {1, 2, 4}, {4, 5, 7}, 0.002, 0.003, 1});
+    r.fre = 0.0015;
+    r.fle = 0.0025;
+    r.outlier = "F2";
+    r.surface = {400, 360, 0.003, 0.0005, 12, 1};
+    return r;
+}
+
+TEST(RegistrationFile, ComesBackAsItWasWritten) {
+    const auto file = fresh_folder() / "registration.json";
+    FiducialRegistration r = a_registration();
+    write_registration(file, r);
+    const FiducialRegistration back = read_registration(file);
+    EXPECT_NEAR(back.image_from_base.scale, 1.02, 1e-12);
+    EXPECT_LT((back.image_from_base.rotation - r.image_from_base.rotation).norm(), 1e-12);
+    EXPECT_LT((back.image_from_base.translation - r.image_from_base.translation).norm(), 1e-12);
+    ASSERT_EQ(back.fiducials.size(), 2u);
+    EXPECT_EQ(back.fiducials[0].name, "F,1");
+    EXPECT_TRUE(std::isnan(back.fiducials[0].leave_one_out));
+    EXPECT_NEAR(back.fiducials[1].leave_one_out, 0.003, 1e-15);
+    EXPECT_EQ(back.fiducials[0].weight, 0.5);
+    EXPECT_LT((back.fiducials[1].in_reference - Vector3d(4, 5, 7)).norm(), 1e-12);
+    EXPECT_NEAR(back.fle, 0.0025, 1e-15);
+    EXPECT_EQ(back.outlier, "F2");
+    ASSERT_TRUE(back.surface);
+    EXPECT_EQ(back.surface->used, 360u);
+    EXPECT_NEAR(back.surface->rms_after, 0.0005, 1e-15);
+    EXPECT_EQ(back.surface->free_motions, 1u);
+
+    r.reference_tool.clear();
+    r.outlier.reset();
+    r.surface.reset();
+    write_registration(file, r);
+    EXPECT_TRUE(json::parse(read_text_file(file)).contains("image_from_tracker_mm"));
+    EXPECT_FALSE(read_registration(file).surface);
+    EXPECT_FALSE(read_registration(file).outlier);
+}
+
+TEST(RegistrationFile, RefusesWhatIsNoRegistration) {
+    const auto file = fresh_folder() / "registration.json";
+    write_registration(file, a_registration());
+    const json good = json::parse(read_text_file(file));
+    const auto refusal = [&](const auto& change) {
+        json bad = good;
+        change(bad);
+        write_text_file(file, bad.dump());
+        return error_of([&] { read_registration(file); });
+    };
+    const char* matrix = "image_from_reference_mm";
+    EXPECT_TRUE(
+        says(refusal([&](json& j) { j[matrix][0] = 2; }), {"registration.json", "a turn, a scale and a shift"}));
+    EXPECT_TRUE(says(refusal([&](json& j) {
+                         for (int k = 0; k < 3; ++k) j[matrix][k] = -j[matrix][k].get<double>();  // a reflection
+                     }),
+                     {"a turn, a scale and a shift"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j[matrix].erase(3); }), {"16 numbers"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j.erase(matrix); }), {matrix}));
+    EXPECT_TRUE(says(refusal([](json& j) { j["fiducials"][0].erase("weight"); }), {"weight"}));
+    EXPECT_TRUE(says(refusal([](json& j) { j["surface"]["used"] = "all"; }), {"registration.json"}));
+    EXPECT_TRUE(says(refusal([](json& j) { j["format"] = "livetet fiducial registration 1"; }),
+                     {"livetet fiducial registration 1", "livetet registration 2"}));
+}
+
+TEST(TipFile, KeepsTheShaftWithTheTip) {
+    const auto file = fresh_folder() / "tip.json";
+    ToolTip tip{"Stylus", {}, {}};
+    tip.pivot.tool_from_tip.translation = {0.004, -0.002, 0.15};
+    tip.pivot.rank = 6;
+    tip.pivot.rms = 0.0004;
+    write_tip(file, tip);
+    EXPECT_FALSE(read_tip(file).spin);
+    EXPECT_EQ(read_tip(file).tool_from_tip().rotation, Eigen::Matrix3d::Identity());
+
+    const Vector3d shaft = Vector3d(0.1, 0.2, 1).normalized();
+    tip.spin = SpinCalibration{shaft, Vector3d::UnitX(), 0.5, 300, 120};
+    write_tip(file, tip);
+    const ToolTip back = read_tip(file);
+    EXPECT_LT((back.tool_from_tip().rotation.col(2) - shaft).norm(), 1e-12);
+    EXPECT_LT((back.tool_from_tip().translation - Vector3d(0.004, -0.002, 0.15)).norm(), 1e-15);
+    EXPECT_EQ(back.spin->used, 120u);
+    EXPECT_NEAR(back.pivot.rms, 0.0004, 1e-15);
+
+    json j = json::parse(read_text_file(file));
+    // PLUS's matrix: its third column is the shaft, its fourth the tip in mm.
+    EXPECT_NEAR(j["tool_from_tip_mm"][2].get<double>(), shaft.x(), 1e-12);
+    EXPECT_NEAR(j["tool_from_tip_mm"][11].get<double>(), 150, 1e-9);
+    j["shaft"]["in_tool"] = {1, 1, 0};
+    write_text_file(file, j.dump());
+    EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip.json", "shaft.in_tool", "expected 1"}));
+    j["tip_mm"] = {1, 2};
+    write_text_file(file, j.dump());
+    EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip_mm has 2 numbers"}));
+}
+
+}  // namespace
+}  // namespace livetet
