@@ -13,9 +13,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "base/error.hpp"
+#include "meshing/axis_filter.hpp"
 #include "meshing/body_mask.hpp"
 #include "meshing/surface_check.hpp"
 
@@ -23,59 +23,8 @@ namespace livetet {
 
 namespace {
 
-constexpr double volume_limit = 0.01;    ///< relative, promised
-constexpr double volume_aim = 0.001;     ///< relative, aimed at
-constexpr double least_smoothing = 0.6;  ///< voxels: less leaves the voxels' stairs in the surface
-constexpr double gaussian_reach = 4.0;   ///< standard deviations
-
-/// Along one axis of the voxel grid: value p of the output is sum_i weights[p][i - first[p]] * value i of the input.
-struct AxisFilter {
-    double origin = 0, step = 1;  ///< output sample p lies at voxel coordinate origin + p * step
-    std::vector<int> first;
-    std::vector<std::vector<float>> weights;
-
-    int size() const { return static_cast<int>(first.size()); }
-};
-
-/// A Gaussian of standard deviation sigma (voxels) about each output sample, integrated over each voxel's width:
-/// w_i = (erf((i + 1/2 - x) / (sqrt(2) sigma)) - erf((i - 1/2 - x) / (sqrt(2) sigma))) / 2. The samples reach so far
-/// beyond the body that the field is zero there.
-AxisFilter gaussian_filter(int voxels, double sigma, double step) {
-    AxisFilter filter;
-    const double reach = gaussian_reach * sigma;
-    const int count = static_cast<int>(std::ceil((voxels - 1 + 2 * (reach + step)) / step)) + 1;
-    filter.step = step;
-    filter.origin = (voxels - 1 - (count - 1) * step) / 2;
-    for (int p = 0; p < count; ++p) {
-        const double x = filter.origin + p * step;
-        const int low = std::clamp(static_cast<int>(std::floor(x - reach)), 0, voxels - 1);
-        const int high = std::clamp(static_cast<int>(std::ceil(x + reach)), 0, voxels - 1);
-        std::vector<float> weights;
-        const auto below = [&](double edge) { return 0.5 * std::erf((edge - x) / (std::numbers::sqrt2 * sigma)); };
-        for (int i = low; i <= high; ++i) weights.push_back(static_cast<float>(below(i + 0.5) - below(i - 0.5)));
-        filter.first.push_back(low);
-        filter.weights.push_back(std::move(weights));
-    }
-    return filter;
-}
-
-/// Filters along `axis`: the field has `size` before, filter.size() along that axis afterwards.
-std::vector<float> apply(const AxisFilter& filter, const std::vector<float>& in, std::array<int, 3>& size, int axis) {
-    const std::size_t inner = axis == 0 ? 1 : axis == 1 ? size[0] : static_cast<std::size_t>(size[0]) * size[1];
-    const std::size_t outer = in.size() / inner / size[axis];
-    std::vector<float> out(inner * filter.size() * outer, 0.0f);
-    for (std::size_t o = 0; o < outer; ++o)
-        for (int p = 0; p < filter.size(); ++p) {
-            float* to = &out[inner * (p + static_cast<std::size_t>(filter.size()) * o)];
-            const float* from = &in[inner * (filter.first[p] + static_cast<std::size_t>(size[axis]) * o)];
-            for (const float w : filter.weights[p]) {
-                for (std::size_t i = 0; i < inner; ++i) to[i] += w * from[i];
-                from += inner;
-            }
-        }
-    size[axis] = filter.size();
-    return out;
-}
+constexpr double volume_limit = 0.01;  ///< relative, promised
+constexpr double volume_aim = 0.001;   ///< relative, aimed at
 
 struct Field {
     std::array<int, 3> size{};
@@ -90,7 +39,7 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     for (const int axis : {2, 1, 0}) {  // the slow axis first: it is most often the coarse one, and long runs are fast
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma = std::max(sigma_m / spacing, least_smoothing);
+        const double sigma = std::max(sigma_m / spacing, least_smoothing_voxels);
         const AxisFilter filter = gaussian_filter(field.size[axis], sigma, step_m / spacing);
         values = apply(filter, values, field.size, axis);
         voxel_from_sample(axis, axis) = filter.step;
@@ -100,38 +49,6 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     field.image->SetDimensions(field.size.data());
     field.image->AllocateScalars(VTK_FLOAT, 1);
     std::copy(values.begin(), values.end(), static_cast<float*>(field.image->GetScalarPointer()));
-}
-
-/// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not shared. Precondition:
-/// the mask's rim is empty.
-TriangleMesh voxel_faces(const Image<std::uint8_t>& mask) {
-    TriangleMesh faces;
-    const auto add = [&](const Vector3& voxel, int axis, double side) {
-        const auto first = static_cast<std::int32_t>(faces.nodes.size());
-        constexpr double corners[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
-        for (const auto& [p, q] : corners) {
-            Vector3 corner = voxel;
-            corner[axis] += side;
-            corner[(axis + 1) % 3] += p;
-            corner[(axis + 2) % 3] += q;
-            faces.nodes.push_back((mask.ras_from_voxel * corner.homogeneous()).head<3>());
-        }
-        faces.triangles.push_back({first, first + 1, first + 2});
-        faces.triangles.push_back({first, first + 2, first + 3});
-    };
-    for (int k = 1; k + 1 < mask.size[2]; ++k)
-        for (int j = 1; j + 1 < mask.size[1]; ++j)
-            for (int i = 1; i + 1 < mask.size[0]; ++i) {
-                if (!mask.at(i, j, k)) continue;
-                const std::array<int, 3> at{i, j, k};
-                for (int axis = 0; axis < 3; ++axis)
-                    for (const int side : {-1, 1}) {
-                        std::array<int, 3> next = at;
-                        next[axis] += side;
-                        if (!mask.at(next[0], next[1], next[2])) add(Vector3(i, j, k), axis, 0.5 * side);
-                    }
-            }
-    return faces;
 }
 
 /// The largest part of the iso-surface, in metres, wound outwards.

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace livetet {
+
+/// Least standard deviation of a Gaussian over voxels: less leaves the voxels' stairs in a surface.
+constexpr double least_smoothing_voxels = 0.6;
+
+/// Along one axis of a voxel grid: value p of the output is sum_i weights[p][i - first[p]] * value i of the input.
+struct AxisFilter {
+    double origin = 0, step = 1;  ///< output sample p lies at voxel coordinate origin + p * step
+    std::vector<int> first;
+    std::vector<std::vector<float>> weights;
+
+    int size() const { return static_cast<int>(first.size()); }
+};
+
+/// A Gaussian of standard deviation sigma (voxels) about each output sample, integrated over each voxel's width:
+/// w_i = (erf((i + 1/2 - x) / (sqrt(2) sigma)) - erf((i - 1/2 - x) / (sqrt(2) sigma))) / 2. Samples are `step` voxels
+/// apart and reach so far beyond the `voxels` that a field which is zero on the outermost of them is zero there.
+AxisFilter gaussian_filter(int voxels, double sigma, double step);
+
+/// The part of a filter that voxels low to high (inclusive) have a share in: input i is then voxel low + i, and output
+/// p sample `start` + p.
+AxisFilter restricted(const AxisFilter& filter, int low, int high, int& start);
+
+/// Filters along `axis` a field of `size` values, the first axis the fastest; along that axis it has filter.size()
+/// values afterwards, and `size` says so.
+std::vector<float> apply(const AxisFilter& filter, const std::vector<float>& in, std::array<int, 3>& size, int axis);
+
+}  // namespace livetet
