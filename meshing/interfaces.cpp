@@ -264,7 +264,8 @@ std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh) {
 
 std::map<std::int32_t, double> region_volumes(const TetMesh& mesh) {
     std::map<std::int32_t, double> volumes;
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) volumes[mesh.regions[t]] += signed_volume(mesh, mesh.tets[t]);
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+        volumes[mesh.regions.empty() ? 1 : mesh.regions[t]] += signed_volume(mesh, mesh.tets[t]);
     return volumes;
 }
 

@@ -25,7 +25,7 @@ std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh);
 /// below what it was if that is less. Precondition: as for `raise_dihedral_angles` of several regions.
 void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3, double least_deg, int steps);
 
-/// Volume of each region, m^3.
+/// Volume of each region, m^3; a mesh without regions counts as one of region 1.
 std::map<std::int32_t, double> region_volumes(const TetMesh& mesh);
 
 /// Makes the tets of other regions than 0 one piece that hangs together by faces, without hollows, whose boundary is a

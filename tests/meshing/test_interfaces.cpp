@@ -51,6 +51,12 @@ TEST(RegionVolumes, come_out_as_wanted) {
     EXPECT_GE(measure_quality(mesh).min_dihedral_deg, 10);
 }
 
+TEST(RegionVolumes, of_a_mesh_without_regions_are_that_of_region_1) {
+    const auto volumes = region_volumes(shapes::box({1, 1, 1}, {2, 2, 2}));
+    ASSERT_EQ(volumes.size(), 1u);
+    EXPECT_NEAR(volumes.at(1), 1, 1e-12);
+}
+
 TEST(RegionVolumes, give_way_to_angles) {
     TetMesh mesh = block([](const Vector3& x) { return x.x() < 0.5 ? 1 : 2; });
     keep_region_volumes(mesh, {{1, 0.05}, {2, 0.95}}, 20, 20);
