@@ -11,6 +11,7 @@
 #include "io/surface_file.hpp"
 #include "io/text.hpp"
 #include "mesh/node_selection.hpp"
+#include "meshing/body_mask.hpp"
 #include "meshing/options.hpp"
 #include "meshing/quality.hpp"
 #include "meshing/surface_check.hpp"
@@ -27,7 +28,7 @@ struct MeshArguments {
     std::filesystem::path fixed_mask, output, json;
     bool metres = false, again = false;
     MeshingOptions options;
-    std::optional<double> budget_ms, inside_growth;
+    std::optional<double> budget_ms, inside_growth, fix_edge_ratio;
     std::vector<double> spheres;  ///< five numbers each
 };
 
@@ -121,7 +122,7 @@ std::string fingerprint(const MeshArguments& a) {
                                    fmt::join(a.source.labels, ","), a.source.tets, a.source.levels,
                                    fmt::join(a.source.edge_lengths_mm, ","), static_cast<int>(a.source.space),
                                    a.options.min_dihedral_deg, a.inside_growth.value_or(0), fmt::join(a.spheres, ","));
-    text += fmt::format(" {}", a.options.gmsh_time_limit_s);
+    text += fmt::format(" {} {}", a.options.gmsh_time_limit_s, a.fix_edge_ratio.value_or(1));
     text += '\n' + read_text_file(a.source.file);
     if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
     std::uint64_t hash = 0xcbf29ce484222325;
@@ -212,6 +213,11 @@ void run(MeshArguments& a) {
             if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
             return;
         }
+        if (!a.fixed_mask.empty() && a.fix_edge_ratio) {
+            a.options.finer_at_ratio = *a.fix_edge_ratio;
+            a.options.finer_at =
+                naming(a.fixed_mask.string(), [&] { return mask_faces(read_label_image(a.fixed_mask)); });
+        }
         hierarchy = mesh_and_report(a, key, json);
     }
 #endif
@@ -295,6 +301,11 @@ void add_mesh_command(CLI::App& app) {
         ->check(CLI::PositiveNumber);
     command->add_flag("--again", a->again, "mesh even where the output was made from the same input and options");
     command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
+    command
+        ->add_option("--fix-edge-ratio", a->fix_edge_ratio,
+                     "finer at the border of the --fix mask: edges there over those elsewhere, 0.1 to 1, such as 0.5")
+        ->check(CLI::Range(0.1, 1.0))
+        ->needs("--fix");
     command->add_option("--json", a->json, "write the report to this file too");
     command->callback([a, command] {
         if (is_scene(a->source.file))

@@ -10,20 +10,44 @@
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/label_regions.hpp"
+#include "meshing/interfaces.hpp"
 
 namespace livetet {
 
 namespace {
 
-std::vector<RegionVolume> region_volumes(const LabelImage& image, const TetMesh& mesh) {
-    std::map<std::int32_t, double> tets;
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) tets[mesh.regions[t]] += signed_volume(mesh, mesh.tets[t]);
+/// How many voxels of the image each of the labels chosen has.
+std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image, std::span<const std::int32_t> chosen) {
+    std::map<std::int32_t, std::int64_t> counts;
+    std::int64_t* count = nullptr;
+    for (std::size_t n = 0; n < image.values.size(); ++n) {
+        const std::int32_t label = image.values[n];
+        if (n == 0 || label != image.values[n - 1]) {
+            const bool named = std::find(chosen.begin(), chosen.end(), label) != chosen.end();
+            count = label != 0 && (chosen.empty() || named) ? &counts[label] : nullptr;
+        }
+        if (count) ++*count;
+    }
+    return counts;
+}
+
+/// What the materials' voxels and tets fill, and notes of labels that lie mostly apart from the body.
+void compare_regions(MeshedInput& meshed, const LabelImage& image, std::span<const std::int32_t> chosen) {
     const double voxel = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    std::vector<RegionVolume> regions;
-    for (const auto& [label, volume] : tets)
-        regions.push_back(
-            {label, voxel * static_cast<double>(std::count(image.values.begin(), image.values.end(), label)), volume});
-    return regions;
+    const auto tets = region_volumes(meshed.result.hierarchy.levels.front());
+    for (const auto& [label, count] : voxel_counts(image, chosen)) {
+        const auto& materials = meshed.result.materials;
+        const auto material =
+            std::find_if(materials.begin(), materials.end(), [&](const auto& m) { return m.label == label; });
+        const double all = voxel * static_cast<double>(count);
+        const double in_body = material == materials.end() ? 0 : material->voxels_m3;
+        if (in_body < 0.99 * all)
+            meshed.result.notes.push_back(
+                fmt::format("label {}: {:.2f} of its {:.2f} ml do not hang together with the "
+                            "largest part and are left out",
+                            label, 1e6 * (all - in_body), 1e6 * all));
+        if (tets.contains(label)) meshed.regions.push_back({label, in_body, tets.at(label)});
+    }
 }
 
 /// Anatomical label maps name fewer tissues than this; 8-bit grey images have more values.
@@ -83,18 +107,24 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
+    Materials materials;
     if (is_image_name(source.file)) {
         labels = source.threshold.empty() ? labels_of(source) : between_thresholds(source);
         if (progress) progress(0, "surface of the image");
         meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
+        materials.several = source.threshold.empty() && voxel_counts(labels, options.labels).size() > 1;
+        materials.field = [&] {
+            return LabelField(labels,
+                              {options.labels, options.voxel_mm, meshed.image->smoothing_mm, meshed.image->iso_level});
+        };
     } else {
         if (!source.threshold.empty())
             fail("{}: is a surface, a threshold ({}) is for grey images", source.file.string(), source.threshold);
         surface = read_surface(source.file, source.space);
     }
     try {
-        meshed.result = build_hierarchy(surface, options, progress);
+        meshed.result = build_hierarchy(surface, options, progress, {}, materials);
     } catch (const MeshingFailure& failure) {
         throw MeshingFailure(fmt::format("{}: {}", source.file.string(), failure.what()), failure.surface);
     } catch (const Error& error) {
@@ -102,8 +132,9 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     }
     MeshHierarchy& hierarchy = meshed.result.hierarchy;
     if (meshed.image && source.threshold.empty()) {
-        for (TetMesh& level : hierarchy.levels) level.regions = regions_by_label(level, labels, options.labels);
-        meshed.regions = region_volumes(labels, hierarchy.levels.front());
+        for (TetMesh& level : hierarchy.levels)
+            if (level.regions.empty()) level.regions = regions_by_label(level, labels, options.labels);
+        if (materials.several) compare_regions(meshed, labels, options.labels);
     }
     hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, name, hierarchy.provenance);
     return meshed;

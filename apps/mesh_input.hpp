@@ -16,7 +16,7 @@ struct RegionVolume {
 struct MeshedInput {
     HierarchyResult result;
     std::optional<ImageSurface> image;  ///< where it was an image
-    std::vector<RegionVolume> regions;  ///< of a label map's finest level
+    std::vector<RegionVolume> regions;  ///< of a label map's finest level, of what of it is in the body
 };
 
 /// Meshes an image (a label map, or a grey one between thresholds: then all of one region) or a surface. Labels, levels,

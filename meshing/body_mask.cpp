@@ -118,4 +118,43 @@ BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> lab
     return body;
 }
 
+TriangleMesh voxel_faces(const Image<std::uint8_t>& mask) {
+    TriangleMesh faces;
+    const auto add = [&](const Vector3& voxel, int axis, double side) {
+        const auto first = static_cast<std::int32_t>(faces.nodes.size());
+        constexpr double corners[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+        for (const auto& [p, q] : corners) {
+            Vector3 corner = voxel;
+            corner[axis] += side;
+            corner[(axis + 1) % 3] += p;
+            corner[(axis + 2) % 3] += q;
+            faces.nodes.push_back((mask.ras_from_voxel * corner.homogeneous()).head<3>());
+        }
+        faces.triangles.push_back({first, first + 1, first + 2});
+        faces.triangles.push_back({first, first + 2, first + 3});
+    };
+    for (int k = 1; k + 1 < mask.size[2]; ++k)
+        for (int j = 1; j + 1 < mask.size[1]; ++j)
+            for (int i = 1; i + 1 < mask.size[0]; ++i) {
+                if (!mask.at(i, j, k)) continue;
+                const std::array<int, 3> at{i, j, k};
+                for (int axis = 0; axis < 3; ++axis)
+                    for (const int side : {-1, 1}) {
+                        std::array<int, 3> next = at;
+                        next[axis] += side;
+                        if (!mask.at(next[0], next[1], next[2])) add(Vector3(i, j, k), axis, 0.5 * side);
+                    }
+            }
+    return faces;
+}
+
+TriangleMesh mask_faces(const LabelImage& image) {
+    check_image(image);
+    Mask mask = pick(image, {});
+    std::vector<std::size_t> voxels;
+    for (std::size_t v = 0; v < mask.values.size(); ++v)
+        if (mask.values[v] == picked) voxels.push_back(v);
+    return voxel_faces(cropped(mask, voxels));
+}
+
 }  // namespace livetet

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mesh/image.hpp"
+#include "mesh/tet_mesh.hpp"
 
 namespace livetet {
 
@@ -19,5 +20,13 @@ struct BodyMask {
 /// but 0 if empty), with the holes that background cannot reach through faces filled. Throws Error, listing the labels
 /// that are there, if one asked for is not.
 BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels);
+
+/// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not shared. Precondition:
+/// the mask's rim is empty.
+TriangleMesh voxel_faces(const Image<std::uint8_t>& mask);
+
+/// The same of all voxels of an image whose label is not 0; the image's border counts as one of theirs. Throws Error
+/// where there are none.
+TriangleMesh mask_faces(const LabelImage& image);
 
 }  // namespace livetet

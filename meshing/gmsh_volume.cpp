@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <cstring>
 #include <future>
 
 #include "base/error.hpp"
 #include "meshing/locality.hpp"
+#include "meshing/mesh_pipe.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -55,12 +55,7 @@ void add_surface(const TriangleMesh& surface) {
     gmsh::model::geo::synchronize();
 }
 
-struct Header {
-    std::uint64_t nodes, tets;
-};
-
-/// The child's work. Result: Header, then nodes (3 doubles, m), then tets (4 node numbers from 0). The surface's nodes
-/// come first, in their order.
+/// The child's work: tets in metres. The surface's nodes come first, in their order.
 int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, const GmshOptions& options,
                    int out) {
     std::srand(1);  // whatever the parent drew before
@@ -84,79 +79,30 @@ int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm 
     gmsh::model::mesh::getElementsByType(four_node_tet, elements, corners);
 
     const std::size_t fixed = surface.nodes.size();
-    std::vector<Vector3> nodes = surface.nodes;
+    TetMesh mesh;
+    mesh.nodes = surface.nodes;
     std::vector<std::int32_t> number(tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end()) + 1, -1);
     for (std::size_t i = 0; i < tags.size(); ++i) {
         if (tags[i] <= fixed) {
             number[tags[i]] = static_cast<std::int32_t>(tags[i]) - 1;
             continue;
         }
-        number[tags[i]] = static_cast<std::int32_t>(nodes.size());
-        nodes.push_back(Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]) / mm_per_m);
+        number[tags[i]] = static_cast<std::int32_t>(mesh.nodes.size());
+        mesh.nodes.push_back(Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]) / mm_per_m);
     }
-    std::vector<std::int32_t> tets;
-    for (const std::size_t c : corners) tets.push_back(number[c]);
-    const Header header{nodes.size(), elements.size()};
-    const bool written = write_all(out, &header, sizeof header) &&
-                         write_all(out, nodes.data(), nodes.size() * sizeof(Vector3)) &&
-                         write_all(out, tets.data(), tets.size() * sizeof(std::int32_t));
-    if (!written) std::fprintf(stderr, "Error   : the temporary folder is full\n");
-    return written ? 0 : 1;
+    for (std::size_t c = 0; c + 3 < corners.size(); c += 4)
+        mesh.tets.push_back(
+            {number[corners[c]], number[corners[c + 1]], number[corners[c + 2]], number[corners[c + 3]]});
+    return write_mesh(out, mesh) ? 0 : 1;
 }
 
 /// Runs `work` on a thread of its own, whose memory glibc takes from an arena of its own: Gmsh's HXT lets the order of
 /// addresses into its mesh, and the heap inherited from the parent is another one for every call.
 int on_fresh_heap(const std::function<int()>& work) { return std::async(std::launch::async, work).get(); }
 
-TetMesh read_result(const std::vector<char>& bytes) {
-    static_assert(sizeof(Vector3) == 3 * sizeof(double) && sizeof(Tet) == 4 * sizeof(std::int32_t));
-    Header header{};
-    if (bytes.size() >= sizeof header) std::memcpy(&header, bytes.data(), sizeof header);
-    const std::size_t expected = sizeof header + header.nodes * sizeof(Vector3) + header.tets * sizeof(Tet);
-    if (bytes.size() < sizeof header || bytes.size() != expected)
-        fail("Gmsh: its result has {} bytes, expected {}", bytes.size(), expected);
-    TetMesh mesh;
-    mesh.nodes.resize(header.nodes);
-    mesh.tets.resize(header.tets);
-    const char* at = bytes.data() + sizeof header;
-    std::memcpy(static_cast<void*>(mesh.nodes.data()), at, header.nodes * sizeof(Vector3));
-    std::memcpy(mesh.tets.data(), at + header.nodes * sizeof(Vector3), header.tets * sizeof(Tet));
-    return mesh;
-}
-
-/// The last of Gmsh's error lines, else of its lines, for a message of one line.
-std::string last_words(const std::string& log) {
-    std::vector<std::string> lines, errors;
-    for (std::size_t from = 0; from < log.size();) {
-        const std::size_t to = std::min(log.find('\n', from), log.size());
-        const std::string line = log.substr(from, to - from);
-        if (!line.empty()) lines.push_back(line);
-        if (line.find("Error") != std::string::npos) errors.push_back(line.substr(line.find("Error")));
-        from = to + 1;
-    }
-    const std::vector<std::string>& from = errors.empty() ? lines : errors;
-    std::string words;
-    for (std::size_t i = from.size() > 3 ? from.size() - 3 : 0; i < from.size(); ++i)
-        words += (words.empty() ? "" : "; ") + from[i];
-    return words.empty() ? "it said nothing" : words;
-}
-
-/// Drops nodes that no tet uses, but never one of the first `kept`.
-void orient_and_compact(TetMesh& mesh, std::size_t kept) {
+void orient(TetMesh& mesh) {
     for (Tet& t : mesh.tets)
         if (signed_volume(mesh, t) < 0) std::swap(t[2], t[3]);
-    std::vector<std::int32_t> number(mesh.nodes.size(), -1);
-    for (const Tet& t : mesh.tets)
-        for (const std::int32_t n : t) number[n] = 0;
-    std::int32_t count = 0;
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-        if (number[n] < 0 && n >= kept) continue;
-        mesh.nodes[count] = mesh.nodes[n];
-        number[n] = count++;
-    }
-    mesh.nodes.resize(count);
-    for (Tet& t : mesh.tets)
-        for (std::int32_t& n : t) n = number[n];
 }
 
 /// What is wrong with a filled surface, or an empty text: tets whole, boundary the surface's own triangles.
@@ -174,19 +120,6 @@ std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
     if (ordered(boundary_triangles(mesh.tets)) != ordered(surface.triangles))
         return "Gmsh: the boundary of its mesh is not the surface that it was given";
     return {};
-}
-
-std::string end_text(const ChildResult& child, double limit) {
-    switch (child.end) {
-        case ChildResult::End::timed_out:
-            return fmt::format("did not end within {:.1f} s and was killed", limit);
-        case ChildResult::End::crashed:
-            return fmt::format("crashed (signal {})", child.detail);
-        case ChildResult::End::failed:
-        case ChildResult::End::returned:
-            break;
-    }
-    return "failed: " + last_words(child.log);
 }
 
 }  // namespace
@@ -210,8 +143,9 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
         std::string fault;
         if (child.end == ChildResult::End::returned) {
-            TetMesh mesh = read_result(child.result);
-            orient_and_compact(mesh, surface.nodes.size());
+            TetMesh mesh = read_mesh(child.result, "Gmsh");
+            orient(mesh);
+            drop_unused_nodes(mesh, surface.nodes.size());
             fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log) : fault_of(mesh, surface);
             if (fault.empty()) {
                 sort_for_locality(mesh);

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "base/error.hpp"
 #include "mesh/axis_filter.hpp"
@@ -24,9 +23,8 @@ namespace livetet {
 
 namespace {
 
-constexpr double volume_limit = 0.01;    ///< relative, promised
-constexpr double volume_aim = 0.001;     ///< relative, aimed at
-constexpr double least_smoothing = 0.6;  ///< voxels: less leaves the voxels' stairs in the surface
+constexpr double volume_limit = 0.01;  ///< relative, promised
+constexpr double volume_aim = 0.001;   ///< relative, aimed at
 
 struct Field {
     std::array<int, 3> size{};
@@ -41,7 +39,7 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     for (const int axis : {2, 1, 0}) {  // the slow axis first: it is most often the coarse one, and long runs are fast
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma = std::max(sigma_m / spacing, least_smoothing);
+        const double sigma = std::max(sigma_m / spacing, least_smoothing_voxels);
         const AxisFilter filter = gaussian_beyond(field.size[axis], sigma, step_m / spacing);
         values = apply(filter, values, field.size, axis);
         voxel_from_sample(axis, axis) = filter.step;
@@ -51,38 +49,6 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     field.image->SetDimensions(field.size.data());
     field.image->AllocateScalars(VTK_FLOAT, 1);
     std::copy(values.begin(), values.end(), static_cast<float*>(field.image->GetScalarPointer()));
-}
-
-/// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not shared. Precondition:
-/// the mask's rim is empty.
-TriangleMesh voxel_faces(const Image<std::uint8_t>& mask) {
-    TriangleMesh faces;
-    const auto add = [&](const Vector3& voxel, int axis, double side) {
-        const auto first = static_cast<std::int32_t>(faces.nodes.size());
-        constexpr double corners[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
-        for (const auto& [p, q] : corners) {
-            Vector3 corner = voxel;
-            corner[axis] += side;
-            corner[(axis + 1) % 3] += p;
-            corner[(axis + 2) % 3] += q;
-            faces.nodes.push_back((mask.ras_from_voxel * corner.homogeneous()).head<3>());
-        }
-        faces.triangles.push_back({first, first + 1, first + 2});
-        faces.triangles.push_back({first, first + 2, first + 3});
-    };
-    for (int k = 1; k + 1 < mask.size[2]; ++k)
-        for (int j = 1; j + 1 < mask.size[1]; ++j)
-            for (int i = 1; i + 1 < mask.size[0]; ++i) {
-                if (!mask.at(i, j, k)) continue;
-                const std::array<int, 3> at{i, j, k};
-                for (int axis = 0; axis < 3; ++axis)
-                    for (const int side : {-1, 1}) {
-                        std::array<int, 3> next = at;
-                        next[axis] += side;
-                        if (!mask.at(next[0], next[1], next[2])) add(Vector3(i, j, k), axis, 0.5 * side);
-                    }
-            }
-    return faces;
 }
 
 /// The largest part of the iso-surface, in metres, wound outwards.

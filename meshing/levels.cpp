@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "meshing/interfaces.hpp"
+#include "meshing/label_volume.hpp"
 #include "meshing/locality.hpp"
 #include "meshing/surface_check.hpp"
 
@@ -20,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 /// 60,000 and 360,000 tets, so that the first guess is within the usual tolerance for all of them. It is less than the
 /// 6 sqrt(2) of regular tets since edges inside grow. Only the first guess depends on it.
 constexpr double tets_per_cubed_edge = 4.98;
+/// The same where tets are made from labels: 5.5 on a liver with tumours, 10 where many thin organs meet.
+constexpr double tets_per_cubed_edge_of_labels = 5.6;
 
 /// A level is coarser than the one before it if it has at most this part of its tets.
 constexpr double coarser = 0.75;
@@ -28,6 +32,12 @@ constexpr double coarser = 0.75;
 /// the filling has to keep, mostly lies otherwise then.
 constexpr int shape_tries = 4;
 constexpr double other_edges = 0.93;
+
+/// With labels to turn to, a level's surface is given up after so many tries, or so many seconds.
+constexpr int surface_tries = 2;
+constexpr double surface_patience_s = 20;
+constexpr int remesh_tries_with_labels = 3;
+constexpr int volume_steps = 4;
 
 /// The optimiser aims so many degrees higher than the least angle that is accepted.
 constexpr double aim_over_bound_deg = 5;
@@ -54,10 +64,18 @@ struct Maker {
     const TriangleMesh& surface;
     const MeshingOptions& options;
     const GmshOptions& gmsh;
+    const Materials& materials;
     NearestTriangle body{surface.nodes, surface.triangles};
     double body_volume = signed_volume(surface);
     TriangleMesh
         finest{};  ///< the finest level's surface, once there: coarser levels are remeshed from it, which is quick
+    std::optional<NearestTriangle> finer_at{};
+    mutable std::optional<LabelField> labels{};
+
+    const LabelField& field() const {
+        if (!labels) labels = materials.field();
+        return *labels;
+    }
 
     /// The first of at most `shape_tries` tries that is good enough. `scale`: edges over those of the finest level.
     Level make(double edge_length_m, double scale) const {
@@ -65,10 +83,15 @@ struct Maker {
         std::vector<std::string> dropped;
         TriangleMesh tried = surface;
         const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+        int tries_of_labels = 0;
         for (int tries = 0; tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
-            const double edge = edge_length_m * std::pow(other_edges, tries);
+            const bool from_labels =
+                materials.several || (materials.field && (tries >= surface_tries || passed() > surface_patience_s));
+            const double edge = edge_length_m * std::pow(other_edges, from_labels ? tries_of_labels++ : tries);
+            const double time_left = options.gmsh_time_limit_s - passed();
             try {
-                Level level = make_once(edge, scale, options.gmsh_time_limit_s - passed(), tried);
+                Level level = from_labels ? make_from_labels(edge, scale, time_left, tried)
+                                          : make_from_surface(edge, scale, time_left, tried);
                 level.report.dropped = std::move(dropped);
                 level.report.fillings = tries + 1;
                 level.report.asked_edge_length_m = edge_length_m;
@@ -83,9 +106,12 @@ struct Maker {
 
     /// The edge length at places on the surface, where it is not the same for all.
     EdgeLengthField on_surface(double edge_length_m, double scale) const {
-        if (options.finer.empty()) return {};
+        if (options.finer.empty() && !finer_at) return {};
         return [=, this](const Vector3& x) {
             double length = edge_length_m;
+            if (finer_at)
+                length =
+                    std::min(length, options.finer_at_ratio * edge_length_m + gradation * finer_at->find(x).distance);
             for (const FineSphere& s : options.finer)
                 length = std::min(
                     length, scale * s.edge_length_m + gradation * std::max((x - s.centre).norm() - s.radius_m, 0.0));
@@ -94,14 +120,14 @@ struct Maker {
     }
 
     /// Throws Error, with the place, where the level is not good enough; `tried` gets its surface.
-    Level make_once(double edge_length_m, double scale, double time_limit_s, TriangleMesh& tried) const {
+    Level make_from_surface(double edge_length_m, double scale, double time_limit_s, TriangleMesh& tried) const {
         Level level;
         LevelReport& report = level.report;
         const TriangleMesh& from = finest.nodes.empty() ? surface : finest;
         const EdgeLengthField shorter_at = on_surface(edge_length_m, scale);
         tried = from;
-        tried = remesh_surface(from, edge_length_m, options.remesh_iterations, options.remesh_tries, report.remesh,
-                               shorter_at);
+        const int tries = std::min(options.remesh_tries, materials.field ? remesh_tries_with_labels : 1 << 30);
+        tried = remesh_surface(from, edge_length_m, options.remesh_iterations, tries, report.remesh, shorter_at);
         GmshOptions filling = gmsh;
         filling.time_limit_s = time_limit_s;
         filling.optimise_passes = options.optimise_passes;
@@ -126,6 +152,43 @@ struct Maker {
                 report.optimise = {};
             }
         }
+        finish(level, scale, tried);
+        return level;
+    }
+
+    /// The same from the labels, whose interfaces the tets share.
+    Level make_from_labels(double edge_length_m, double scale, double time_limit_s, TriangleMesh& tried) const {
+        Level level;
+        LevelReport& report = level.report;
+        const double bound = options.min_dihedral_deg, aim = bound + aim_over_bound_deg;
+        LabelVolumeOptions filling;
+        filling.time_limit_s = time_limit_s;
+        filling.least_dihedral_deg = aim;
+        filling.shorter_at = on_surface(edge_length_m, scale);
+        if (options.inside_growth) filling.inside_growth = *options.inside_growth;
+        level.mesh = fill_labels(field(), edge_length_m, filling);
+        report.remesh.edge_length_m = edge_length_m;
+        report.filled_by = "CGAL from the labels";
+        const auto improve = [&] {
+            if (bound == 0) return;
+            const OptimiseReport more = raise_dihedral_angles(level.mesh, aim);
+            report.optimise.moves += more.moves;
+            report.optimise.flips += more.flips;
+            report.optimise.collapses += more.collapses;
+            report.optimise.peeled_tets += more.peeled_tets;
+        };
+        improve();
+        std::map<std::int32_t, double> wanted;
+        for (const LabelField::Material& m : field().materials()) wanted[m.label] = m.voxels_m3;
+        keep_region_volumes(level.mesh, wanted, bound + 1, volume_steps);
+        improve();
+        finish(level, scale, tried);
+        return level;
+    }
+
+    /// Measures the level, and throws Error where it is not good enough; `tried` gets its surface.
+    void finish(Level& level, double scale, TriangleMesh& tried) const {
+        LevelReport& report = level.report;
         report.quality = measure_quality(level.mesh);
         tried = boundary_surface(level.mesh);
         if (const auto& worst = report.quality.worst.front(); worst.min_dihedral_deg < options.min_dihedral_deg)
@@ -142,7 +205,6 @@ struct Maker {
                 1e6 * report.quality.volume_m3, 1e6 * body_volume, 1e3 * report.distance.from_body.max_m,
                 place_mm(report.distance.from_body.farthest));
         sort_for_locality(level.mesh);
-        return level;
     }
 };
 
@@ -153,7 +215,8 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std
     const auto miss = [&](const Level& level) {
         return std::abs(std::log(static_cast<double>(level.report.quality.tets) / target));
     };
-    double edge_length = std::cbrt(tets_per_cubed_edge * maker.body_volume / target);
+    const double density = maker.materials.several ? tets_per_cubed_edge_of_labels : tets_per_cubed_edge;
+    double edge_length = std::cbrt(density * maker.body_volume / target);
     Level best;
     double seconds = 0;
     int fillings = 0;
@@ -187,30 +250,52 @@ std::size_t level_count(const MeshingOptions& o, std::int64_t finest_tets) {
     return static_cast<std::size_t>(o.levels > 0 ? o.levels : automatic_levels(finest_tets, o.coarsening));
 }
 
-std::string provenance_of(const MeshingOptions& o, const std::vector<LevelReport>& levels) {
+std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result) {
     std::vector<std::string> edges;
-    for (const LevelReport& level : levels) edges.push_back(fmt::format("{:.3f}", 1e3 * level.remesh.edge_length_m));
+    for (const LevelReport& level : result.levels)
+        edges.push_back(fmt::format("{:.3f}", 1e3 * level.remesh.edge_length_m));
+    const std::string way = result.materials.empty()
+                                ? fmt::format("remeshed from one surface to edges of {} mm, filled by Gmsh (API {})",
+                                              fmt::join(edges, ", "), gmsh_version())
+                                : fmt::format("made from {} labels with edges of {} mm by CGAL {}",
+                                              result.materials.size(), fmt::join(edges, ", "), cgal_version());
     return fmt::format(
-        "levels remeshed from one surface to edges of {} mm, filled by Gmsh (API {}); target_tets {}, "
-        "coarsening {}, voxel_mm {}, smoothing_mm {}, optimise_passes {}, min_dihedral_deg {}",
-        fmt::join(edges, ", "), gmsh_version(), o.target_tets, o.coarsening, o.voxel_mm, o.smoothing_mm,
-        o.optimise_passes, o.min_dihedral_deg);
+        "levels {}; target_tets {}, coarsening {}, voxel_mm {}, smoothing_mm {}, optimise_passes {}, "
+        "min_dihedral_deg {}",
+        way, o.target_tets, o.coarsening, o.voxel_mm, o.smoothing_mm, o.optimise_passes, o.min_dihedral_deg);
+}
+
+/// Materials of which the finest level has no tets.
+void note_missing(HierarchyResult& result, const TetMesh& finest) {
+    const auto volumes = region_volumes(finest);
+    for (const LabelField::Material& m : result.materials)
+        if (!volumes.contains(m.label))
+            result.notes.push_back(
+                fmt::format("label {}: its {:.2f} ml are too small or thin for level 0: its place is "
+                            "its neighbours'",
+                            m.label, 1e6 * m.voxels_m3));
 }
 
 }  // namespace
 
 HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
-                                const ProgressCallback& progress, const GmshOptions& gmsh) {
+                                const ProgressCallback& progress, const GmshOptions& gmsh, const Materials& materials) {
     check_options(options);
     const auto tell = [&](double fraction, const std::string& what) {
         if (progress) progress(fraction, what);
     };
     tell(0, "checking the surface");
     const TriangleMesh repaired = repair_surface(surface);
-    Maker maker{repaired, options, gmsh};
+    Maker maker{repaired, options, gmsh, materials};
+    if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
+        maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);
 
     // The finest level takes nearly all of the time, and most tries need two meshes of it.
     HierarchyResult result;
+    if (materials.several) {
+        tell(0.02, "smoothing the labels");
+        result.materials = maker.field().materials();
+    }
     std::vector<TetMesh> meshes;
     const auto& edges = options.edge_lengths_mm;
     const auto take = [&](Level level) {
@@ -218,6 +303,9 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
             result.notes.push_back(fmt::format("level {}: not taken: {}", meshes.size(), line));
         if (level.report.filled_by.find('(') != std::string::npos)
             result.notes.push_back(fmt::format("level {}: filled by {}", meshes.size(), level.report.filled_by));
+        if (!materials.several && !level.mesh.regions.empty())
+            result.notes.push_back(
+                fmt::format("level {}: made by {}, not from their surface", meshes.size(), level.report.filled_by));
         meshes.push_back(std::move(level.mesh));
         result.levels.push_back(std::move(level.report));
     };
@@ -230,6 +318,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         take(maker.make(1e-3 * edges[0], 1));
     }
     maker.finest = boundary_surface(meshes.front());
+    note_missing(result, meshes.front());
     const std::size_t count = level_count(options, result.levels.front().quality.tets);
     for (std::size_t l = 1; l < count; ++l) {
         tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count), fmt::format("level {}", l));
@@ -254,7 +343,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         take(std::move(level));
     }
     tell(0.95, "transfers between levels");
-    result.hierarchy = make_hierarchy(std::move(meshes), provenance_of(options, result.levels));
+    result.hierarchy = make_hierarchy(std::move(meshes), provenance_of(options, result));
     tell(1, "meshed");
     return result;
 }

@@ -8,6 +8,7 @@
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"
 #include "meshing/gmsh_volume.hpp"
+#include "meshing/label_field.hpp"
 #include "meshing/optimise.hpp"
 #include "meshing/options.hpp"
 #include "meshing/quality.hpp"
@@ -20,7 +21,7 @@ namespace livetet {
 struct LevelReport {
     double asked_edge_length_m = 0;  ///< the options', or the one found for the number of tets asked for
     RemeshReport remesh;
-    std::string filled_by;  ///< Gmsh's algorithm, and why those before it failed
+    std::string filled_by;  ///< Gmsh's algorithm, and why those before it failed; or CGAL, from the labels
     OptimiseReport optimise;
     MeshQuality quality;
     HausdorffDistance distance;        ///< between the level's boundary and the surface given (repaired)
@@ -39,8 +40,15 @@ class MeshingFailure : public Error {
 
 struct HierarchyResult {
     MeshHierarchy hierarchy;
-    std::vector<LevelReport> levels;  ///< one each
-    std::vector<std::string> notes;   ///< what came out otherwise than asked: a line each, for the user
+    std::vector<LevelReport> levels;              ///< one each
+    std::vector<std::string> notes;               ///< what came out otherwise than asked: a line each, for the user
+    std::vector<LabelField::Material> materials;  ///< of the body, where it has several; regions are their labels
+};
+
+/// The labels that a surface was cut from: a second way to tets. `field` is asked for once it is needed.
+struct Materials {
+    bool several = false;  ///< of more than one label, whose interfaces the levels have to keep
+    std::function<LabelField()> field;
 };
 
 /// A hierarchy of non-nested levels: the surface is repaired, then for every level remeshed at that level's own edge
@@ -48,10 +56,14 @@ struct HierarchyResult {
 /// about, other edges are tried. The finest level's edge length is found from `options.target_tets` where no lengths
 /// are given (tets = c V / h^3, c from the last try); coarser levels are remeshed from the finest one's surface. A
 /// coarser level that cannot be made, or would not be coarser than the one before it, ends the hierarchy, with a note.
-/// `gmsh` lets tests replace how Gmsh is run; its time limit and passes come from `options`. Throws MeshingFailure
-/// where the finest level cannot be made, Error as repair_surface does.
+/// `materials`: with several, every level is made by `fill_labels`, its regions get their voxels' volumes as far as the
+/// angles let them (`keep_region_volumes`), and what of them is too small is noted; with one, a level whose surface
+/// fails twice, or for more than 20 s, is made that way, with a note. `gmsh` lets tests replace how Gmsh is run; its
+/// time limit and passes come from `options`. Throws MeshingFailure where the finest level cannot be made, Error as
+/// repair_surface does.
 HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
-                                const ProgressCallback& progress = {}, const GmshOptions& gmsh = {});
+                                const ProgressCallback& progress = {}, const GmshOptions& gmsh = {},
+                                const Materials& materials = {});
 
 /// How each level relates to the surface and how it was made: a table in mm, %, s; every line ends with a line break.
 std::string level_table(std::span<const LevelReport> levels);

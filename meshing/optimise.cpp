@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 
+#include "meshing/interfaces.hpp"
 #include "meshing/quality.hpp"
 
 namespace livetet {
@@ -34,18 +37,27 @@ double shape(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3
     return worst;
 }
 
+/// The regions on the two sides of an interface, the lower first.
+using Patch = std::array<std::int32_t, 2>;
+
+Patch patch_of(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
+
+/// The surface that the nodes of a patch stay near; none: they stay where they are.
+using Guide = std::function<const NearestTriangle*(const Patch&)>;
+
 class Optimiser {
   public:
-    Optimiser(TetMesh& mesh, const NearestTriangle& body, double aim_deg)
+    Optimiser(TetMesh& mesh, Guide guide, double aim_deg)
         : mesh_(mesh),
-          body_(body),
+          guide_(std::move(guide)),
           aim_(-std::cos(aim_deg * std::numbers::pi / 180)),
           alive_(mesh.tets.size(), true),
           stars_(mesh.nodes.size()),
           on_surface_(mesh.nodes.size(), false) {
         for (std::size_t t = 0; t < mesh.tets.size(); ++t)
             for (const std::int32_t n : mesh.tets[t]) stars_[n].push_back(static_cast<std::int32_t>(t));
-        for (const std::int32_t n : nodes_of(boundary_triangles(mesh.tets))) on_surface_[n] = true;
+        for (const InterfaceTriangle& f : interface_triangles(mesh))
+            for (const std::int32_t n : f.nodes) on_surface_[n] = true;
     }
 
     void run() {
@@ -85,7 +97,15 @@ class Optimiser {
         return found;
     }
 
-    bool on_boundary(std::int32_t a, std::int32_t b, std::int32_t c) const { return tets_with({a, b, c}).size() == 1; }
+    std::int32_t region(std::int32_t t) const { return mesh_.regions.empty() ? 1 : mesh_.regions[t]; }
+
+    bool exposed(std::int32_t a, std::int32_t b, std::int32_t c) const { return tets_with({a, b, c}).size() == 1; }
+
+    /// Whether a region ends at the triangle.
+    bool on_boundary(std::int32_t a, std::int32_t b, std::int32_t c) const {
+        const Star both = tets_with({a, b, c});
+        return both.size() == 1 || region(both[0]) != region(both[1]);
+    }
 
     /// Whether a boundary triangle has the edge.
     bool on_boundary(std::int32_t a, std::int32_t b) const {
@@ -96,16 +116,33 @@ class Optimiser {
         return false;
     }
 
-    /// The boundary triangles of a node, as they are wound.
-    std::vector<Triangle> boundary_about(std::int32_t n) const {
-        std::vector<Triangle> found;
+    struct BoundaryTriangle {
+        Triangle nodes;  ///< wound outwards from one of its regions
+        Patch patch;
+    };
+
+    /// The boundary triangles of a node.
+    std::vector<BoundaryTriangle> boundary_about(std::int32_t n) const {
+        std::vector<BoundaryTriangle> found;
         if (!on_surface_[n]) return found;
         for (const std::int32_t t : stars_[n]) {
             const auto& [a, b, c, d] = mesh_.tets[t];
-            for (const Triangle& f : {Triangle{b, c, d}, Triangle{a, d, c}, Triangle{a, b, d}, Triangle{a, c, b}})
-                if ((f[0] == n || f[1] == n || f[2] == n) && on_boundary(f[0], f[1], f[2])) found.push_back(f);
+            for (const Triangle& f : {Triangle{b, c, d}, Triangle{a, d, c}, Triangle{a, b, d}, Triangle{a, c, b}}) {
+                if (f[0] != n && f[1] != n && f[2] != n) continue;
+                const Star both = tets_with({f[0], f[1], f[2]});
+                const std::int32_t here = region(t);
+                const std::int32_t there = both.size() == 1 ? 0 : region(both[0] == t ? both[1] : both[0]);
+                if (both.size() == 1 || here < there) found.push_back({f, patch_of(here, there)});
+            }
         }
         return found;
+    }
+
+    static std::vector<Patch> patches_of(const std::vector<BoundaryTriangle>& triangles) {
+        std::vector<Patch> patches;
+        for (const BoundaryTriangle& f : triangles)
+            if (std::find(patches.begin(), patches.end(), f.patch) == patches.end()) patches.push_back(f.patch);
+        return patches;
     }
 
     Vector3 normal(const Triangle& f) const {
@@ -120,9 +157,10 @@ class Optimiser {
         return sum / (3.0 * static_cast<double>(stars_[n].size()));
     }
 
-    void add(const Tet& tet) {
+    void add(const Tet& tet, std::int32_t region) {
         for (const std::int32_t n : tet) stars_[n].push_back(static_cast<std::int32_t>(mesh_.tets.size()));
         mesh_.tets.push_back(tet);
+        if (!mesh_.regions.empty()) mesh_.regions.push_back(region);
         alive_.push_back(true);
     }
 
@@ -131,20 +169,23 @@ class Optimiser {
         for (const std::int32_t n : mesh_.tets[t]) std::erase(stars_[n], t);
     }
 
-    /// Puts `fresh` in the place of `old` if their least angle is greater.
-    bool replace(const Star& old, const std::vector<Tet>& fresh, std::int64_t& count) {
+    /// Puts `fresh` in the place of `old` if their least angle is greater; `regions`: theirs, where those of `old`
+    /// differ.
+    bool replace(const Star& old, const std::vector<Tet>& fresh, std::int64_t& count,
+                 const std::vector<std::int32_t>& regions = {}) {
         const double worst = worst_of(old);
         for (const Tet& t : fresh)
             if (shape(t) <= worst) return false;
+        const std::int32_t common = region(old[0]);
         for (const std::int32_t t : old) remove(t);
-        for (const Tet& t : fresh) add(t);
+        for (std::size_t i = 0; i < fresh.size(); ++i) add(fresh[i], regions.empty() ? common : regions[i]);
         ++count;
         return true;
     }
 
     bool improve(std::int32_t t) {
         const Tet tet = mesh_.tets[t];
-        if (peel(t)) return true;
+        if (peel(t) || hand_over(t)) return true;
         for (const auto& [i, j] : tet_edges)
             if (remove_edge(tet[i], tet[j])) return true;
         for (int i = 0; i < 4; ++i)
@@ -158,24 +199,49 @@ class Optimiser {
         return moved;
     }
 
-    /// Leaves out a tet whose two faces on the boundary are nearly in one plane.
-    bool peel(std::int32_t t) {
-        const Tet tet = mesh_.tets[t];
+    /// Whether a tet is so flat that its faces with edge a b and those with edge c d are nearly in one plane.
+    bool flat(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) const {
+        const Vector3 ab = mesh_.nodes[b] - mesh_.nodes[a], cd = mesh_.nodes[d] - mesh_.nodes[c];
+        const Vector3 across = ab.cross(cd).normalized();
+        return std::abs(across.dot(mesh_.nodes[c] - mesh_.nodes[a])) <= crease_slack * (ab.norm() + cd.norm());
+    }
+
+    /// Asks `take` with the nodes a, b, c, d of the tet for each of its edges a b, the others behind, until it is true.
+    bool any_edge(const Tet& tet, const auto& take) {
+        if (std::count_if(tet.begin(), tet.end(), [&](std::int32_t n) { return on_surface_[n]; }) < 4) return false;
         for (const auto& [i, j] : tet_edges) {
             const int k = i != 0 && j != 0 ? 0 : i != 1 && j != 1 ? 1 : 2;
-            const int l = 6 - i - j - k;
-            const std::int32_t a = tet[i], b = tet[j], c = tet[k], d = tet[l];
-            if (!on_surface_[a] || !on_surface_[b] || !on_surface_[c] || !on_surface_[d]) continue;
-            if (!on_boundary(a, b, c) || !on_boundary(a, b, d) || on_boundary(c, d)) continue;
-            const Vector3 ab = mesh_.nodes[b] - mesh_.nodes[a], cd = mesh_.nodes[d] - mesh_.nodes[c];
-            const Vector3 across = ab.cross(cd).normalized();
-            const double thickness = std::abs(across.dot(mesh_.nodes[c] - mesh_.nodes[a]));
-            if (thickness > crease_slack * (ab.norm() + cd.norm())) continue;
+            if (take(tet[i], tet[j], tet[k], tet[6 - i - j - k])) return true;
+        }
+        return false;
+    }
+
+    /// Leaves out a tet whose two faces on the boundary of the whole are nearly in one plane.
+    bool peel(std::int32_t t) {
+        return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+            if (!exposed(a, b, c) || !exposed(a, b, d) || on_boundary(c, d) || !flat(a, b, c, d)) return false;
             remove(t);
             ++report.peeled_tets;
             return true;
-        }
-        return false;
+        });
+    }
+
+    /// Gives a tet whose two faces towards another region are nearly in one plane to that region, if the edge between
+    /// them, which then lies inside of it, can be removed.
+    bool hand_over(std::int32_t t) {
+        if (mesh_.regions.empty()) return false;
+        const auto other_side = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
+            const Star both = tets_with({a, b, c});
+            return both.size() == 1 ? region(t) : region(both[0] == t ? both[1] : both[0]);
+        };
+        return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+            const std::int32_t before = region(t), after = other_side(a, b, c);
+            if (after == before || other_side(a, b, d) != after || on_boundary(c, d) || !flat(a, b, c, d)) return false;
+            mesh_.regions[t] = after;
+            if (remove_edge(a, b)) return true;
+            mesh_.regions[t] = before;
+            return false;
+        });
     }
 
     /// Takes the edge a b and the tets about it away: the best triangles of their ring's polygon are joined with a and
@@ -238,7 +304,7 @@ class Optimiser {
         std::int32_t p = tet[(i + 1) % 4], q = tet[(i + 2) % 4], r = tet[(i + 3) % 4];
         if (shape({p, q, r, a}) == inverted) std::swap(p, q);
         const Star old = tets_with({p, q, r});
-        if (old.size() != 2) return false;
+        if (old.size() != 2 || region(old[0]) != region(old[1])) return false;
         const Tet& other = mesh_.tets[old[0] == t ? old[1] : old[0]];
         const std::int32_t b =
             *std::find_if(other.begin(), other.end(), [&](std::int32_t n) { return n != p && n != q && n != r; });
@@ -250,13 +316,20 @@ class Optimiser {
         const Star& star = stars_[n];
         const double scale = mean_edge(n), start = worst_of(star);
         const Vector3 home = mesh_.nodes[n];
-        const std::vector<Triangle> boundary = boundary_about(n);
+        const std::vector<BoundaryTriangle> boundary = boundary_about(n);
         std::vector<Vector3> normals;
-        for (const Triangle& f : boundary) normals.push_back(normal(f));
-        const auto allowed = [&](const Vector3& x) -> Vector3 {
-            if (boundary.empty()) return x;
-            const Vector3 foot = body_.find(x).place, off = x - foot;
-            return foot + off * std::min(1.0, crease_slack * scale / std::max(off.norm(), 1e-300));
+        for (const BoundaryTriangle& f : boundary) normals.push_back(normal(f.nodes));
+        std::vector<const NearestTriangle*> guides;
+        for (const Patch& patch : patches_of(boundary)) guides.push_back(guide_(patch));
+        if (std::find(guides.begin(), guides.end(), nullptr) != guides.end()) return false;
+        const auto allowed = [&](Vector3 x) -> Vector3 {
+            // Where patches meet a node is led to each in turn, which ends near all of them.
+            for (std::size_t turn = 0; turn < (guides.size() > 1 ? 3 : 1); ++turn)
+                for (const NearestTriangle* guide : guides) {
+                    const Vector3 foot = guide->find(x).place, off = x - foot;
+                    x = foot + off * std::min(1.0, crease_slack * scale / std::max(off.norm(), 1e-300));
+                }
+            return x;
         };
         Vector3 at = home;
         double value = start;
@@ -264,7 +337,7 @@ class Optimiser {
             const Vector3 x = mesh_.nodes[n] = allowed(wanted);
             double worst = 1;
             for (std::size_t f = 0; f < boundary.size(); ++f)
-                if (normal(boundary[f]).dot(normals[f]) < turned_normal) worst = inverted;
+                if (normal(boundary[f].nodes).dot(normals[f]) < turned_normal) worst = inverted;
             for (std::size_t i = 0; i < star.size() && worst > value; ++i)
                 worst = std::min(worst, shape(mesh_.tets[star[i]]));
             if (worst < value + least_gain) return false;
@@ -296,8 +369,8 @@ class Optimiser {
         std::array<std::vector<std::int32_t>, 2> near;
         for (const int side : {0, 1}) {
             const std::int32_t n = side == 0 ? a : b;
-            for (const Triangle& f : boundary_about(n))
-                for (const std::int32_t corner : f)
+            for (const BoundaryTriangle& f : boundary_about(n))
+                for (const std::int32_t corner : f.nodes)
                     if (corner != n) near[side].push_back(corner);
             std::sort(near[side].begin(), near[side].end());
             near[side].erase(std::unique(near[side].begin(), near[side].end()), near[side].end());
@@ -308,7 +381,7 @@ class Optimiser {
     }
 
     /// Draws node `from` onto `to`. One on the boundary goes along a boundary edge, without turning the surface about
-    /// it.
+    /// it; one where more than two regions meet stays.
     bool collapse(std::int32_t from, std::int32_t to) {
         if (on_surface_[from] && !on_boundary(from, to)) return false;
         const Star gone = tets_with({from, to});
@@ -320,39 +393,40 @@ class Optimiser {
         std::sort(ring.begin(), ring.end());
         ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
         if (both != ring) return false;
+        const std::vector<BoundaryTriangle> boundary = boundary_about(from);
+        if (patches_of(boundary).size() > 1) return false;
         // And on the boundary: else a narrow neck would be pinched.
         if (on_surface_[from] && shared_boundary_neighbours(from, to) != 2) return false;
         const auto drawn = [&](auto corners) {
             std::replace(corners.begin(), corners.end(), from, to);
             return corners;
         };
-        for (const Triangle& f : boundary_about(from))
+        for (const auto& [f, patch] : boundary)
             if (std::find(f.begin(), f.end(), to) == f.end() && normal(drawn(f)).dot(normal(f)) < 0.9) return false;
         std::vector<Tet> fresh;
-        for (const std::int32_t t : stars_[from])
-            if (!has(mesh_.tets[t], to)) fresh.push_back(drawn(mesh_.tets[t]));
-        return !fresh.empty() && replace(Star(stars_[from]), fresh, report.collapses);
+        std::vector<std::int32_t> regions;
+        for (const std::int32_t t : stars_[from]) {
+            if (has(mesh_.tets[t], to)) continue;
+            fresh.push_back(drawn(mesh_.tets[t]));
+            regions.push_back(region(t));
+        }
+        return !fresh.empty() && replace(Star(stars_[from]), fresh, report.collapses, regions);
     }
 
     void compact() {
         std::size_t kept = 0;
         for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-            if (alive_[t]) mesh_.tets[kept++] = mesh_.tets[t];
-        mesh_.tets.resize(kept);
-        std::vector<std::int32_t> number(mesh_.nodes.size(), -1);
-        std::int32_t count = 0;
-        for (std::size_t n = 0; n < mesh_.nodes.size(); ++n)
-            if (!stars_[n].empty()) {
-                mesh_.nodes[count] = mesh_.nodes[n];
-                number[n] = count++;
+            if (alive_[t]) {
+                if (!mesh_.regions.empty()) mesh_.regions[kept] = mesh_.regions[t];
+                mesh_.tets[kept++] = mesh_.tets[t];
             }
-        mesh_.nodes.resize(count);
-        for (Tet& t : mesh_.tets)
-            for (std::int32_t& n : t) n = number[n];
+        mesh_.tets.resize(kept);
+        if (!mesh_.regions.empty()) mesh_.regions.resize(kept);
+        drop_unused_nodes(mesh_);
     }
 
     TetMesh& mesh_;
-    const NearestTriangle& body_;
+    Guide guide_;
     double aim_;
     std::vector<bool> alive_;
     std::vector<Star> stars_;
@@ -362,7 +436,23 @@ class Optimiser {
 }  // namespace
 
 OptimiseReport raise_dihedral_angles(TetMesh& mesh, const NearestTriangle& body, double aim_deg) {
-    Optimiser optimiser(mesh, body, aim_deg);
+    mesh.regions.clear();
+    Optimiser optimiser(mesh, [&](const Patch&) { return &body; }, aim_deg);
+    optimiser.run();
+    return optimiser.report;
+}
+
+OptimiseReport raise_dihedral_angles(TetMesh& mesh, double aim_deg) {
+    std::map<Patch, std::vector<Triangle>> triangles;
+    for (const InterfaceTriangle& f : interface_triangles(mesh))
+        triangles[patch_of(f.inside, f.outside)].push_back(f.nodes);
+    std::map<Patch, NearestTriangle> trees;
+    for (const auto& [patch, its] : triangles) trees.emplace(patch, NearestTriangle(mesh.nodes, its));
+    const auto guide = [&](const Patch& patch) {
+        const auto found = trees.find(patch);
+        return found == trees.end() ? nullptr : &found->second;
+    };
+    Optimiser optimiser(mesh, guide, aim_deg);
     optimiser.run();
     return optimiser.report;
 }

@@ -26,4 +26,11 @@ struct OptimiseReport {
 /// manifold. Regions and named sets are not kept. Precondition: a mesh that `check_tet_mesh` lets pass, without them.
 OptimiseReport raise_dihedral_angles(TetMesh& mesh, const NearestTriangle& body, double aim_deg);
 
+/// The same for a mesh of several regions, which keeps them and what they share: the nodes of an interface move along
+/// the triangles that the interface has at first, or the boundary, by at most a twentieth of their edges off it; those
+/// where more than two regions meet along all of their interfaces, and they are not drawn away; edges and faces of an
+/// interface are not removed, but for those of a flat tet with two faces towards another region, which goes over to it.
+/// Precondition: a region for each tet, none of them 0.
+OptimiseReport raise_dihedral_angles(TetMesh& mesh, double aim_deg);
+
 }  // namespace livetet

@@ -55,6 +55,8 @@ void check_options(const MeshingOptions& o) {
         positive("finer.radius_m", s.radius_m);
         positive("finer.edge_length_m", s.edge_length_m);
     }
+    if (!(o.finer_at_ratio >= 0.1 && o.finer_at_ratio <= 1))
+        fail("meshing.finer_at_ratio = {} must be from 0.1 to 1", o.finer_at_ratio);
     if (!(o.min_dihedral_deg >= 0 && o.min_dihedral_deg <= 15))
         fail("meshing.min_dihedral_deg = {} must be from 0 to 15", o.min_dihedral_deg);
 }

@@ -37,6 +37,8 @@ struct MeshingOptions {
     /// Edges deep inside over those of the surface, 1 to 10; none: as they come, up to about twice as long.
     std::optional<double> inside_growth;
     std::vector<FineSphere> finer;  ///< where edges are shorter; away from it they grow by 0.3 of the way
+    TriangleMesh finer_at;          ///< a surface at which edges are shorter, such as a mask's border; growing likewise
+    double finer_at_ratio = 0.5;    ///< edges at it over those elsewhere, 0.1 to 1
 
     // Remeshing of the surface and filling of the volume.
     int remesh_iterations = 5;       ///< passes of split, collapse, flip and relax

@@ -46,6 +46,23 @@ AxisFilter gaussian_within(int voxels, double sigma) {
     return filter;
 }
 
+AxisFilter restricted(const AxisFilter& filter, int low, int high, int& start) {
+    AxisFilter part;
+    part.step = filter.step;
+    start = filter.size();
+    for (int p = 0; p < filter.size(); ++p) {
+        const int from = std::max(low, filter.first[p]);
+        const int to = std::min(high, filter.first[p] + static_cast<int>(filter.weights[p].size()) - 1);
+        if (from > to) continue;
+        start = std::min(start, p);
+        const auto weights = filter.weights[p].begin();
+        part.first.push_back(from - low);
+        part.weights.emplace_back(weights + (from - filter.first[p]), weights + (to + 1 - filter.first[p]));
+    }
+    part.origin = filter.origin + start * filter.step - low;
+    return part;
+}
+
 std::vector<float> apply(const AxisFilter& filter, const std::vector<float>& in, std::array<int, 3>& size, int axis) {
     const std::size_t inner = axis == 0 ? 1 : axis == 1 ? size[0] : static_cast<std::size_t>(size[0]) * size[1];
     const std::size_t outer = in.size() / inner / size[axis];

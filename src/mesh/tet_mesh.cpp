@@ -61,6 +61,21 @@ std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles) {
     return nodes;
 }
 
+void drop_unused_nodes(TetMesh& mesh, std::size_t kept) {
+    std::vector<std::int32_t> number(mesh.nodes.size(), -1);
+    for (const Tet& t : mesh.tets)
+        for (const std::int32_t n : t) number[n] = 0;
+    std::int32_t count = 0;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+        if (number[n] < 0 && n >= kept) continue;
+        mesh.nodes[count] = mesh.nodes[n];
+        number[n] = count++;
+    }
+    mesh.nodes.resize(count);
+    for (Tet& t : mesh.tets)
+        for (std::int32_t& n : t) n = number[n];
+}
+
 void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
     if (mesh.tets.empty()) fail("{}: the mesh has no tetrahedra, expected at least one", where);
     const auto count = static_cast<std::int32_t>(mesh.nodes.size());

@@ -57,6 +57,9 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets);
 /// The nodes of a set of triangles, sorted, each once.
 std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles);
 
+/// Drops the nodes that no tet uses, but none of the first `kept`, and renumbers the tets of a P1 mesh without sets.
+void drop_unused_nodes(TetMesh& mesh, std::size_t kept = 0);
+
 /// Throws Error, naming `where`, if the mesh has no tets, an index out of range, a node that is not finite or belongs
 /// to no tet, or a tet of negative or no volume (which one, at which place in mm).
 void check_tet_mesh(const TetMesh& mesh, const std::string& where);

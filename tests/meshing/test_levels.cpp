@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "meshing/body_mask.hpp"
 #include "meshing/surface_check.hpp"
 #include "shapes.hpp"
 
@@ -181,6 +182,23 @@ TEST(Hierarchy, is_finer_near_a_place) {
     EXPECT_GT(mean_edge_in(result.hierarchy.levels[0], elsewhere), 0.008);
 }
 
+TEST(Hierarchy, is_finer_at_the_border_of_a_mask) {
+    LabelImage mask{{10, 10, 10}, Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(1000, 0)};
+    mask.ras_from_voxel.topLeftCorner<3, 3>() *= 0.016;
+    mask.ras_from_voxel.topRightCorner<3, 1>() = Vector3::Constant(-0.016 * 4.5);
+    for (std::size_t v = 0; v < 1000; ++v) mask.values[v] = v % 10 < 7;  // the border: a plane at x = 32 mm
+    MeshingOptions options;
+    options.edge_lengths_mm = {10};
+    options.finer_at = mask_faces(mask);
+    const FineSphere at_border{{0.032, 0, 0}, 0.008, 0}, elsewhere{{-0.02, 0, 0}, 0.015, 0};
+    const HierarchyResult result = build_hierarchy(organ(), options);
+    expect_valid(result);
+    EXPECT_LT(mean_edge_in(result.hierarchy.levels[0], at_border), 0.0085);  // 5 at it, 7.4 eight mm off
+    EXPECT_GT(mean_edge_in(result.hierarchy.levels[0], elsewhere), 0.009);
+    options.finer_at_ratio = 1;
+    EXPECT_GT(mean_edge_in(build_hierarchy(organ(), options).hierarchy.levels[0], at_border), 0.009);
+}
+
 TEST(Hierarchy, grows_inside_as_far_as_asked) {
     MeshingOptions options;
     options.edge_lengths_mm = {5};
@@ -219,6 +237,7 @@ TEST(Hierarchy, refuses_options_out_of_range_by_name) {
     refused([](MeshingOptions& o) { o.min_dihedral_deg = 40; }, "min_dihedral_deg");
     refused([](MeshingOptions& o) { o.inside_growth = 0.5; }, "inside_growth");
     refused([](MeshingOptions& o) { o.finer = {{}}; }, "finer");
+    refused([](MeshingOptions& o) { o.finer_at_ratio = 0; }, "finer_at_ratio");
     refused([](MeshingOptions& o) { o.gmsh_time_limit_s = 0; }, "gmsh_time_limit_s");
 }
 
