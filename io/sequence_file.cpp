@@ -12,7 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "geometry/transform.hpp"
+#include "io/plus_pose.hpp"
 #include "io/text.hpp"
 
 namespace livetet {
@@ -21,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double metres_per_mm = 1e-3;
 constexpr std::string_view frame_prefix = "Seq_Frame", to_tracker = "ToTrackerTransform";
 
 using Fields = std::map<std::string, std::string, std::less<>>;
@@ -96,13 +95,6 @@ const std::string* find(const Fields& fields, std::string_view name) {
     return found == fields.end() ? nullptr : &found->second;
 }
 
-PoseStatus parse_status(std::string_view text) {
-    if (text == "OK") return PoseStatus::ok;
-    for (const auto* word : {"MISSING", "OUT_OF_VIEW", "OUT_OF_VOLUME", "REQ_TIMEOUT"})
-        if (text == word) return PoseStatus::missing;
-    return PoseStatus::invalid;  // INVALID, PATH_NOT_FOUND, UNKNOWN and what later versions may say
-}
-
 /// Sixteen numbers by rows, in mm.
 Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
     const auto words = split_words(text);
@@ -116,20 +108,12 @@ Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
     return matrix;
 }
 
-bool is_rigid(const Eigen::Matrix4d& m) {
-    constexpr double tolerance = 0.02;  // electromagnetic trackers come within 5e-4
-    const Eigen::Matrix3d rotation = m.topLeftCorner<3, 3>();
-    return m.allFinite() && rotation.determinant() > 0 &&
-           (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < tolerance &&
-           (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-6;
-}
-
 TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std::string& where) {
     TrackedPose pose;
     const std::string name = tool + std::string(to_tracker);
     const std::string* matrix_text = find(fields, name);
     const std::string* status = find(fields, name + "Status");
-    if (status) pose.status = parse_status(*status);
+    if (status) pose.status = parse_pose_status(*status);
     if (!matrix_text) {
         if (status && pose.status == PoseStatus::ok)
             fail("{}: found {}Status = OK and no {}, expected its 16 numbers", where, name, name);
@@ -137,12 +121,13 @@ TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std:
     }
     const Eigen::Matrix4d matrix = parse_matrix(*matrix_text, where + ", field " + name);
     if (!status) pose.status = PoseStatus::ok;
-    if (!is_rigid(matrix)) {
+    const auto tracker_from_tool = tracker_from_tool_of_mm(matrix);
+    if (!tracker_from_tool) {
         pose.status = PoseStatus::invalid;
         return pose;
     }
-    pose.rotation = nearest_rotation(matrix.topLeftCorner<3, 3>());
-    pose.translation = metres_per_mm * matrix.topRightCorner<3, 1>();
+    pose.rotation = tracker_from_tool->rotation;
+    pose.translation = tracker_from_tool->translation;
     return pose;
 }
 

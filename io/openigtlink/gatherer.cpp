@@ -1,0 +1,175 @@
+#include "io/openigtlink/gatherer.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/codec.hpp"
+#include "io/plus_pose.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::string_view to_tracker = "ToTracker";
+constexpr std::size_t most_names = 256;
+constexpr double clock_was_set_s = 1;
+
+std::string cut(const std::string& name) { return name.substr(0, igtl::device_name_size); }
+
+/// What the metadata say of a pose; `prefix` names the tool where a message has several. OK where they say nothing.
+PoseStatus status_of(const igtl::Message& message, const std::string& prefix) {
+    if (const auto* word = find_metadata(message, prefix + "TransformStatus")) return parse_pose_status(*word);
+    if (const auto* valid = find_metadata(message, prefix + "TransformValid"))
+        return *valid == "true" || *valid == "1" ? PoseStatus::ok : PoseStatus::invalid;
+    return PoseStatus::ok;
+}
+
+}  // namespace
+
+PoseGatherer::PoseGatherer(std::vector<std::string> tools, const OpenIgtLinkSourceOptions& options, Post post)
+    : options_(options), post_(std::move(post)) {
+    std::map<std::string, std::string> taken;
+    for (std::string& name : tools) {
+        State& tool = tools_.emplace_back();
+        tool.transform = name + std::string(to_tracker);
+        for (const std::string& on_wire : std::set{cut(name), cut(tool.transform)})
+            if (const auto [other, is_new] = taken.emplace(on_wire, name); !is_new)
+                fail("tools {} and {}: both are {} in the 20 bytes that OpenIGTLink has for a name, expected two names",
+                     other->second, name, on_wire);
+        tool.name = std::move(name);
+    }
+    sample_.sample.poses.resize(tools_.size());
+    sample_.times.resize(tools_.size());
+}
+
+void PoseGatherer::take(const igtl::Message& m, double now_s) {
+    const auto one = [&](const Pose& pose) {
+        update(whole_name(m), pose, status_of(m, ""), m.time_stamp, now_s);
+        post_if_complete(now_s);
+    };
+    std::vector<std::pair<std::string, Pose>> list;
+    if (const auto* transform = std::get_if<igtl::Transform>(&m.content)) {
+        one(igtl::tracker_from_tool(transform->matrix));
+    } else if (const auto* position = std::get_if<igtl::Position>(&m.content)) {
+        const bool has_rotation = position->layout != igtl::Position::Layout::without_rotation;
+        one(has_rotation ? igtl::tracker_from_tool(position->position, position->quaternion) : std::nullopt);
+    } else if (const auto* data = std::get_if<igtl::TrackingData>(&m.content)) {
+        for (const auto& tool : data->tools) list.emplace_back(tool.name, igtl::tracker_from_tool(tool.matrix));
+        take_list(m, list, now_s);
+    } else if (const auto* quaternions = std::get_if<igtl::QuaternionTrackingData>(&m.content)) {
+        for (const auto& tool : quaternions->tools)
+            list.emplace_back(tool.name, igtl::tracker_from_tool(tool.position, tool.quaternion));
+        take_list(m, list, now_s);
+    }
+}
+
+void PoseGatherer::take_list(const igtl::Message& m, std::span<const std::pair<std::string, Pose>> list, double now_s) {
+    const std::string& device = whole_name(m);
+    for (State& tool : tools_)
+        if (tool.list == device) tool.left_out = true;
+    for (const auto& [name, pose] : list) {
+        const State* tool = find(name);
+        const bool by_tool = tool && find_metadata(m, tool->name + "TransformStatus");
+        State* updated = update(name, pose, status_of(m, by_tool ? tool->name : name), m.time_stamp, now_s);
+        if (updated) updated->list = device;
+    }
+    if (!stamp_ && std::ranges::any_of(tools_, &State::left_out)) {  // all of them are gone: that is news, too
+        stamp_ = m.time_stamp;
+        due_s_ = now_s;
+    }
+    post_if_complete(now_s);
+}
+
+PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& pose, PoseStatus status,
+                                          std::uint64_t stamp, double now_s) {
+    if (names_.size() < most_names || names_.contains(name)) ++names_[name];
+    State* tool = find(name);
+    if (!tool) return nullptr;
+    if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
+    if (!stamp_) {
+        stamp_ = stamp;
+        due_s_ = now_s + options_.gather_s;
+    }
+    tool->pose = {};
+    tool->pose.status = status != PoseStatus::ok ? status : PoseStatus::invalid;
+    if (status == PoseStatus::ok && pose) tool->pose = {pose->rotation, pose->translation, status};
+    tool->times = {igtl::seconds_of_stamp(stamp), now_s};
+    tool->stamp = stamp;
+    tool->in_sample = true;
+    tool->left_out = false;
+    return tool;
+}
+
+std::optional<double> PoseGatherer::due_s() const { return stamp_ ? std::optional(due_s_) : std::nullopt; }
+
+void PoseGatherer::post_due(double now_s) {
+    if (stamp_ && now_s >= due_s_) post(now_s);
+}
+
+void PoseGatherer::post_if_complete(double now_s) {
+    if (stamp_ && std::ranges::all_of(tools_, [&](const State& t) { return is_up_to_date(t) || !is_alive(t, now_s); }))
+        post(now_s);
+}
+
+void PoseGatherer::post(double now_s) {
+    double time_s = now_s;
+    const double last_s = sample_.sample.time_s, since_last_s = now_s - sample_.arrived_s;
+    const bool first = sample_.arrived_s == 0;
+    if (*stamp_ != 0) {
+        time_s = igtl::seconds_of_stamp(*stamp_) + clock_shift_s_;
+        if (!first && time_s < last_s - clock_was_set_s) {
+            clock_shift_s_ += last_s + since_last_s - time_s;
+            time_s = last_s + since_last_s;
+        }
+    } else if (!first) {
+        time_s = last_s + since_last_s;
+    }
+    hand_over(first ? time_s : std::max(time_s, last_s), now_s);
+}
+
+void PoseGatherer::post_silence(double now_s) {
+    for (State& tool : tools_) tool.left_out = true;
+    const double since_last_s = sample_.arrived_s == 0 ? now_s : now_s - sample_.arrived_s;
+    hand_over(sample_.sample.time_s + since_last_s, now_s);
+}
+
+void PoseGatherer::hand_over(double time_s, double now_s) {
+    sample_.sample.time_s = time_s;
+    sample_.arrived_s = now_s;
+    for (std::size_t i = 0; i < tools_.size(); ++i) {
+        State& tool = tools_[i];
+        sample_.sample.poses[i] = is_alive(tool, now_s) ? tool.pose : TrackedPose();
+        sample_.times[i] = tool.times;
+        tool.in_sample = false;
+    }
+    stamp_.reset();
+    post_(sample_);
+}
+
+PoseGatherer::State* PoseGatherer::find(const std::string& name) {
+    const bool may_be_cut = name.size() == igtl::device_name_size;
+    const auto found = std::ranges::find_if(tools_, [&](const State& tool) {
+        return name == tool.name || name == tool.transform ||
+               (may_be_cut && (name == cut(tool.name) || name == cut(tool.transform)));
+    });
+    return found == tools_.end() ? nullptr : &*found;
+}
+
+/// Whether the tool has come for the sample under way, or before it with the same time stamp.
+bool PoseGatherer::is_up_to_date(const State& tool) const {
+    return tool.in_sample || (*stamp_ != 0 && tool.stamp == *stamp_);
+}
+
+bool PoseGatherer::is_alive(const State& tool, double now_s) const {
+    return tool.times.arrived_s > 0 && !tool.left_out && now_s - tool.times.arrived_s <= options_.stale_after_s;
+}
+
+std::vector<std::string> PoseGatherer::never_came() const {
+    std::vector<std::string> names;
+    for (const State& tool : tools_)
+        if (tool.times.arrived_s == 0) names.push_back(tool.name);
+    return names;
+}
+
+}  // namespace livetet

@@ -1,0 +1,285 @@
+#include "io/openigtlink/source.hpp"
+
+#define ASIO_STANDALONE
+#include <asio.hpp>
+
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/gatherer.hpp"
+#include "io/openigtlink/parser.hpp"
+
+namespace livetet {
+
+namespace {
+
+using asio::ip::tcp;
+using State = OpenIgtLinkStatistics::State;
+using Failure = std::error_code;
+
+std::chrono::steady_clock::duration duration_of(double seconds) {
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+double steady_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool is_tracking_data(const igtl::Header& header) {
+    for (const auto* type : {"TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"})
+        if (header.type == type) return true;
+    return false;
+}
+
+void check_options(const OpenIgtLinkSourceOptions& o) {
+    const std::pair<const char*, double> seconds[] = {{"gather_s", o.gather_s},
+                                                      {"stale_after_s", o.stale_after_s},
+                                                      {"silence_after_s", o.silence_after_s},
+                                                      {"first_retry_s", o.first_retry_s},
+                                                      {"longest_retry_s", o.longest_retry_s},
+                                                      {"connect_timeout_s", o.connect_timeout_s}};
+    for (const auto& [name, value] : seconds)
+        if (!(value > 0 && value < 1e6)) fail("OpenIGTLink source: {} = {} s, expected more than 0", name, value);
+}
+
+}  // namespace
+
+std::string_view to_text(State state) {
+    switch (state) {
+        case State::connecting:
+            return "connecting";
+        case State::receiving:
+            return "receiving";
+        case State::silent:
+            return "silent";
+        case State::waiting:
+            return "waiting to connect again";
+    }
+    return "";
+}
+
+/// Everything but the constructor runs on its one thread; statistics_ is shared under its mutex.
+class OpenIgtLinkSource::Connector {
+  public:
+    Connector(std::string host, std::uint16_t port, std::vector<std::string> tools, OpenIgtLinkSourceOptions options)
+        : host_(std::move(host)),
+          port_(port),
+          options_(options),
+          retry_s_(options.first_retry_s),
+          gatherer_(std::move(tools), options, [this](const StreamSample& sample) { post(sample); }) {
+        check_options(options_);
+        last_message_s_ = last_post_s_ = steady_seconds();
+        statistics_.never_came = gatherer_.never_came();
+        connect();
+        watch();
+        thread_ = std::thread([this] { io_.run(); });
+    }
+    ~Connector() {
+        io_.stop();
+        thread_.join();
+    }
+
+    Mailbox<StreamSample> samples;
+
+    OpenIgtLinkStatistics statistics() const {
+        const std::lock_guard lock(mutex_);
+        return statistics_;
+    }
+
+  private:
+    /// One connection and what is under way on it; handlers of an older one do nothing.
+    struct Connection {
+        explicit Connection(asio::io_context& io) : socket(io), timeout(io), parser(is_tracking_data) {}
+        tcp::socket socket;
+        asio::steady_timer timeout;
+        igtl::MessageParser parser;
+        igtl::Bytes greeting;
+        std::array<std::uint8_t, 16384> buffer;
+    };
+    using ConnectionPointer = std::shared_ptr<Connection>;
+
+    void connect() {
+        connection_ = std::make_shared<Connection>(io_);
+        set_state(State::connecting);
+        connection_->timeout.expires_after(duration_of(options_.connect_timeout_s));
+        connection_->timeout.async_wait([this, c = connection_](Failure failure) {
+            if (!failure) give_up(c, "no answer");
+        });
+        resolver_.async_resolve(host_, std::to_string(port_), [this, c = connection_](Failure failure, auto addresses) {
+            if (c != connection_) return;
+            if (failure) return give_up(c, failure.message());
+            asio::async_connect(c->socket, addresses, [this, c](Failure failed, const tcp::endpoint&) {
+                if (c != connection_) return;
+                if (failed) return give_up(c, failed.message());
+                begin(c);
+            });
+        });
+    }
+
+    void begin(const ConnectionPointer& c) {
+        c->timeout.cancel();
+        Failure ignored;
+        c->socket.set_option(tcp::no_delay(true), ignored);
+        c->socket.set_option(asio::socket_base::keep_alive(true), ignored);
+        last_message_s_ = steady_seconds();
+        set_state(State::receiving);
+        {
+            const std::lock_guard lock(mutex_);
+            ++statistics_.connections;
+        }
+        greet(c);
+        read(c);
+    }
+
+    /// A STATUS of version 2: PLUS sends metadata only to who has spoken version 2.
+    void greet(const ConnectionPointer& c) {
+        igtl::Message status = igtl::status_message("Livetet", 1, "", 0);
+        status.version = 2;
+        c->greeting = encode(status);
+        if (options_.request_ms) {
+            igtl::Message start = igtl::dated_message("STT_TDATA", "Livetet", 0);
+            start.content = igtl::StartTracking{*options_.request_ms, ""};
+            const igtl::Bytes bytes = encode(start);
+            c->greeting.insert(c->greeting.end(), bytes.begin(), bytes.end());
+        }
+        asio::async_write(c->socket, asio::buffer(c->greeting), [this, c](Failure failure, std::size_t) {
+            if (failure) give_up(c, failure.message());
+        });
+    }
+
+    void read(const ConnectionPointer& c) {
+        c->socket.async_read_some(asio::buffer(c->buffer), [this, c](Failure failure, std::size_t size) {
+            if (c != connection_) return;
+            if (failure) {
+                const std::string within = c->parser.inside_message() ? ", within a message" : "";
+                return give_up(c, (failure == asio::error::eof ? "closed by the server" : failure.message()) + within);
+            }
+            try {
+                c->parser.feed({c->buffer.data(), size}, [this](igtl::Message&& m) { take(m); });
+            } catch (const Error& error) {
+                return give_up(c, error.what());
+            }
+            count(c->parser.counts());
+            read(c);
+        });
+    }
+
+    void take(const igtl::Message& message) {
+        last_message_s_ = steady_seconds();
+        retry_s_ = options_.first_retry_s;
+        set_state(State::receiving);
+        gatherer_.take(message, last_message_s_);
+        wait_for_rest();
+    }
+
+    /// Wakes up when the sample under way can wait no longer.
+    void wait_for_rest() {
+        const auto due_s = gatherer_.due_s();
+        if (!due_s) return;
+        gathering_.expires_at(std::chrono::steady_clock::time_point(duration_of(*due_s)));
+        gathering_.async_wait([this](Failure failure) {
+            if (failure) return;
+            gatherer_.post_due(steady_seconds());
+            wait_for_rest();
+        });
+    }
+
+    /// Says where nothing comes, and wakes up who waits for a sample.
+    void watch() {
+        watching_.expires_after(duration_of(options_.silence_after_s / 4));
+        watching_.async_wait([this](Failure failure) {
+            if (failure) return;
+            const double now_s = steady_seconds();
+            if (now_s - last_message_s_ > options_.silence_after_s) {
+                if (state_ == State::receiving) set_state(State::silent);
+                if (now_s - last_post_s_ > options_.silence_after_s) gatherer_.post_silence(now_s);
+            }
+            watch();
+        });
+    }
+
+    void give_up(const ConnectionPointer& c, const std::string& problem) {
+        if (c != connection_) return;
+        count(c->parser.counts());
+        add_finished(c->parser.counts());
+        Failure ignored;
+        c->socket.close(ignored);
+        c->timeout.cancel();
+        connection_.reset();
+        {
+            const std::lock_guard lock(mutex_);
+            statistics_.problem = fmt::format("{}:{}: {}", host_, port_, problem);
+        }
+        set_state(State::waiting);
+        retry_.expires_after(duration_of(retry_s_));
+        retry_s_ = std::min(2 * retry_s_, options_.longest_retry_s);
+        retry_.async_wait([this](Failure failure) {
+            if (!failure) connect();
+        });
+    }
+
+    void post(const StreamSample& sample) {
+        last_post_s_ = sample.arrived_s;
+        samples.outgoing() = sample;
+        samples.post();
+        const std::lock_guard lock(mutex_);
+        ++statistics_.samples;
+    }
+
+    void set_state(State state) {
+        if (state == state_) return;
+        state_ = state;
+        const std::lock_guard lock(mutex_);
+        statistics_.state = state;
+    }
+
+    /// What this connection has counted, on top of those before it.
+    void count(const igtl::MessageParser::Counts& counts) {
+        const std::lock_guard lock(mutex_);
+        statistics_.messages = finished_.messages + counts.messages;
+        statistics_.bad_crc = finished_.bad_crc + counts.bad_crc;
+        statistics_.malformed = finished_.malformed + counts.malformed;
+        statistics_.passed_over = finished_.passed_over + counts.passed_over;
+        if (!counts.last_error.empty()) statistics_.last_error = counts.last_error;
+        statistics_.names = gatherer_.names();
+        statistics_.never_came = gatherer_.never_came();
+        if (statistics_.messages > 0) statistics_.last_arrival_s = last_message_s_;
+    }
+    void add_finished(const igtl::MessageParser::Counts& counts) {
+        finished_.messages += counts.messages;
+        finished_.bad_crc += counts.bad_crc;
+        finished_.malformed += counts.malformed;
+        finished_.passed_over += counts.passed_over;
+    }
+
+    const std::string host_;
+    const std::uint16_t port_;
+    const OpenIgtLinkSourceOptions options_;
+    double retry_s_;
+    double last_message_s_ = 0, last_post_s_ = 0;
+    State state_ = State::connecting;
+    PoseGatherer gatherer_;
+    igtl::MessageParser::Counts finished_;
+    mutable std::mutex mutex_;
+    OpenIgtLinkStatistics statistics_;
+
+    asio::io_context io_{1};
+    tcp::resolver resolver_{io_};
+    asio::steady_timer retry_{io_}, gathering_{io_}, watching_{io_};
+    ConnectionPointer connection_;
+    std::thread thread_;
+};
+
+OpenIgtLinkSource::OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
+                                     OpenIgtLinkSourceOptions options)
+    : connector_(std::make_unique<Connector>(std::move(host), port, std::move(tools), options)) {}
+
+OpenIgtLinkSource::~OpenIgtLinkSource() = default;
+
+Mailbox<StreamSample>& OpenIgtLinkSource::samples() { return connector_->samples; }
+
+OpenIgtLinkStatistics OpenIgtLinkSource::statistics() const { return connector_->statistics(); }
+
+}  // namespace livetet

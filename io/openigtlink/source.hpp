@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracking/mailbox.hpp"
+#include "tracking/sample.hpp"
+
+namespace livetet {
+
+/// When a tool's newest pose was measured and when it came.
+struct PoseTimes {
+    double sent_s = 0;     ///< the sender's time stamp, seconds since 1970; 0 where it sends none
+    double arrived_s = 0;  ///< by this machine's steady clock; 0 where it never came
+};
+
+/// The newest of every tool. `sample.time_s` is the sender's newest time stamp (the arrival's time where it sends
+/// none); it never goes backwards, and where the sender's clock is set back by more than a second it goes on by the
+/// arrivals.
+struct StreamSample {
+    TrackerSample sample;
+    std::vector<PoseTimes> times;
+    double arrived_s = 0;  ///< of the message that completed it, steady clock
+};
+
+struct OpenIgtLinkSourceOptions {
+    double gather_s = 0.005;      ///< at most so long does a sample wait for the tools missing at its time stamp
+    double stale_after_s = 0.25;  ///< a tool that has not come for so long is missing
+    double silence_after_s = 1;   ///< a connection on which no message came for so long is silent
+    double first_retry_s = 0.1;   ///< pause before connecting again, doubled each time
+    double longest_retry_s = 2;
+    double connect_timeout_s = 3;
+    std::optional<int> request_ms;  ///< asks for tracking data (STT_TDATA) that often, for servers that wait for it
+};
+
+/// What a source has met so far.
+struct OpenIgtLinkStatistics {
+    enum class State { connecting, receiving, silent, waiting };
+    State state = State::connecting;  ///< waiting: before it connects again
+    std::string problem;              ///< what ended the last connection or attempt; empty where nothing did
+    std::uint64_t messages = 0, samples = 0;
+    std::uint64_t bad_crc = 0, malformed = 0, passed_over = 0;  ///< messages dropped; of types not used
+    std::string last_error;                                     ///< why the last message was dropped
+    std::uint64_t connections = 0;                              ///< the first and every one after it
+    std::map<std::string, std::uint64_t> names;  ///< how often each transform came ("StylusToTracker"); at most 256
+    std::vector<std::string> never_came;         ///< tools asked for
+    double last_arrival_s = 0;                   ///< steady clock; 0 for none
+};
+
+std::string_view to_text(OpenIgtLinkStatistics::State state);
+
+/// Follows a tracker server (PLUS and its kin) by OpenIGTLink from a thread of its own: TRANSFORM, POSITION (QTRANS),
+/// TDATA and QTDATA of header versions 1 and 2. Connects, and connects again with growing pauses, for as long as it
+/// lives. On connecting it sends a STATUS of version 2, without which PLUS sends no metadata.
+///
+/// Names: `StylusToTracker`, or just `Stylus`, is the tool "Stylus"; a name of 20 bytes stands for the one tool whose
+/// name is cut to it. Others are counted by name. A pose whose metadata say it is not OK, or whose matrix is not finite
+/// or not rigid, is invalid or missing, and its last numbers are kept out of samples.
+///
+/// How messages become samples: a sample holds the newest pose of every tool. It is posted as soon as every tool that
+/// is alive has come with the same time stamp, so that nothing waits when a frame's messages come one after another and
+/// no sample mixes two moments; a tool that is left out costs the others at most `gather_s`. A tool that is no
+/// longer in its device's TDATA is missing at once. While nothing comes, a sample in which every tool
+/// is missing is posted every `silence_after_s`, so that whoever waits wakes up.
+class OpenIgtLinkSource {
+  public:
+    /// Poses come in the order of `tools`. Throws Error where two tools cannot be told apart, or an option is not
+    /// positive. Does not wait for the server, which may not be there yet.
+    OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
+                      OpenIgtLinkSourceOptions options = {});
+    ~OpenIgtLinkSource();
+
+    Mailbox<StreamSample>& samples();
+    OpenIgtLinkStatistics statistics() const;
+
+  private:
+    class Connector;
+    std::unique_ptr<Connector> connector_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,211 @@
+#include "io/openigtlink/gatherer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "io/files.hpp"
+#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/messages.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet::igtl {
+namespace {
+
+using testing_files::error_of;
+using testing_files::says;
+using namespace testing_messages;
+
+constexpr double when = 1.7e9;  // the sender's clock
+const OpenIgtLinkSourceOptions options;
+
+/// A gatherer for Stylus and Reference, and what it posted.
+struct Gathered {
+    std::vector<StreamSample> samples;
+    PoseGatherer gatherer{{"Stylus", "Reference"}, options, [this](const StreamSample& s) { samples.push_back(s); }};
+
+    void transform(const std::string& name, double x_m, double sent_s, double now_s) {
+        gatherer.take(transform_message(name, at(x_m), sent_s), now_s);
+    }
+    static RigidTransform<Tracker, Tool> at(double x_m) { return {Eigen::Matrix3d::Identity(), {x_m, 0, 0}}; }
+    double x(std::size_t sample, std::size_t tool) const {
+        const TrackedPose& pose = samples.at(sample).sample.poses.at(tool);
+        return is_usable(pose) ? pose.translation.x() : -1;
+    }
+};
+
+TEST(PoseGatherer, TransformsOfOneMomentAreOneSampleWithoutAnyWait) {
+    Gathered g;
+    g.transform("StylusToTracker", 1, when, 100);
+    g.transform("ReferenceToTracker", 2, when, 100.001);
+    g.samples.clear();  // which tools there are was not known yet
+    g.transform("ReferenceToTracker", 4, when + 0.1, 100.1);
+    EXPECT_TRUE(g.samples.empty());
+    g.transform("StylusToTracker", 3, when + 0.1, 100.1);
+    ASSERT_EQ(g.samples.size(), 1);
+    EXPECT_EQ(g.x(0, 0), 3);
+    EXPECT_EQ(g.x(0, 1), 4);
+    EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.1, 1e-6);
+    EXPECT_EQ(g.samples[0].arrived_s, 100.1);
+    EXPECT_FALSE(g.gatherer.due_s());
+}
+
+TEST(PoseGatherer, AToolLeftOutIsWaitedForOnlyALittleAndKeepsItsPoseUntilItIsStale) {
+    Gathered g;
+    g.transform("StylusToTracker", 1, when, 100);
+    g.transform("ReferenceToTracker", 2, when, 100);
+    g.samples.clear();
+    g.transform("StylusToTracker", 3, when + 0.1, 100.1);
+    ASSERT_TRUE(g.gatherer.due_s());
+    EXPECT_NEAR(*g.gatherer.due_s(), 100.1 + options.gather_s, 1e-9);
+    g.gatherer.post_due(100.1 + options.gather_s / 2);
+    EXPECT_TRUE(g.samples.empty());
+    g.gatherer.post_due(100.1 + options.gather_s);
+    ASSERT_EQ(g.samples.size(), 1);
+    EXPECT_EQ(g.x(0, 0), 3);
+    EXPECT_EQ(g.x(0, 1), 2) << "the pose of 0.1 s ago";
+    EXPECT_NEAR(g.samples[0].times[1].sent_s, when, 1e-6);
+    g.transform("StylusToTracker", 4, when + 0.5, 100.5);
+    ASSERT_EQ(g.samples.size(), 2) << "nobody waits for a tool that is stale";
+    EXPECT_EQ(g.x(1, 0), 4);
+    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::missing);
+}
+
+TEST(PoseGatherer, ALaterTimeStampEndsTheSampleUnderWay) {
+    Gathered g;
+    g.transform("StylusToTracker", 1, when, 100);
+    g.transform("ReferenceToTracker", 2, when, 100);
+    g.samples.clear();
+    g.transform("StylusToTracker", 3, when + 0.001, 100.001);
+    g.transform("StylusToTracker", 4, when + 0.002, 100.002);
+    ASSERT_EQ(g.samples.size(), 1);
+    EXPECT_EQ(g.x(0, 0), 3);
+    EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.001, 1e-6);
+}
+
+TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreInvalid) {
+    Gathered g;
+    const auto posted = [&](std::array<float, 12> matrix) {
+        g.gatherer.take(message("TRANSFORM", Transform{matrix}, "StylusToTracker"), 100);
+        return g.samples.back().sample.poses[0].status;
+    };
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::ok);
+    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isApprox(Eigen::Vector3d(0.005, 0.006, 0.007)));
+    const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::invalid);
+    EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::invalid);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::invalid);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::invalid) << "a reflection";
+    EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::invalid) << "twice as large";
+    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isZero()) << "no numbers of a pose that is none";
+}
+
+TEST(PoseGatherer, PositionsAndQuaternionsAreTakenAsTransformsAre) {
+    Gathered g;
+    const float h = std::sqrt(0.5f);
+    g.gatherer.take(message("POSITION", Position{{10, 20, 30}, {0, 0, h, h}, Position::Layout::whole}, "Stylus"), 100);
+    ASSERT_EQ(g.samples.size(), 1);
+    const TrackedPose pose = g.samples[0].sample.poses[0];
+    EXPECT_EQ(pose.status, PoseStatus::ok);
+    EXPECT_TRUE((pose.rotation * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-6));
+    EXPECT_TRUE(pose.translation.isApprox(Eigen::Vector3d(0.01, 0.02, 0.03), 1e-6));
+    for (const std::array<float, 4>& wrong : {std::array<float, 4>{0, 0, 0, 0}, {0, 0, 1, 1}, {NAN, 0, 0, 1}}) {
+        g.gatherer.take(message("QTDATA", QuaternionTrackingData{{{"Stylus", 2, {}, wrong}}}), 100);
+        EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid);
+    }
+    g.gatherer.take(message("POSITION", Position{{1, 2, 3}, {}, Position::Layout::without_rotation}, "Stylus"), 100);
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid) << "a rotation that nobody sent";
+}
+
+TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
+    Gathered g;
+    const auto posted = [&](std::vector<std::pair<std::string, std::string>> items) {
+        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "StylusToTracker"), std::move(items)), 100);
+        return g.samples.back().sample.poses[0].status;
+    };
+    EXPECT_EQ(posted({{"TransformStatus", "OK"}}), PoseStatus::ok);
+    EXPECT_EQ(posted({{"TransformStatus", "MISSING"}}), PoseStatus::missing);
+    EXPECT_EQ(posted({{"TransformStatus", "INVALID"}, {"TransformValid", "true"}}), PoseStatus::invalid);
+    EXPECT_EQ(posted({{"TransformValid", "false"}}), PoseStatus::invalid);
+    EXPECT_EQ(posted({{"TransformValid", "true"}}), PoseStatus::ok);
+
+    const Message list = message("TDATA", TrackingData{{{"StylusToTracker"}, {"ReferenceToTracker"}}});
+    const auto from_list = [&](const char* key) {
+        g.gatherer.take(with_metadata(list, {{key, "OUT_OF_VIEW"}}), 100);
+        return std::pair(g.samples.back().sample.poses[0].status, g.samples.back().sample.poses[1].status);
+    };
+    const std::pair stylus_only(PoseStatus::missing, PoseStatus::ok);
+    EXPECT_EQ(from_list("StylusToTrackerTransformStatus"), stylus_only);
+    EXPECT_EQ(from_list("StylusTransformStatus"), stylus_only);
+}
+
+TEST(PoseGatherer, AToolNoLongerInItsListIsMissingAtOnce) {
+    Gathered g;
+    g.gatherer.take(message("TDATA", TrackingData{{{"Stylus"}, {"Reference"}}}), 100);
+    ASSERT_EQ(g.samples.size(), 1);
+    g.gatherer.take(message("TDATA", TrackingData{{{"Reference"}}}), 100.01);
+    ASSERT_EQ(g.samples.size(), 2);
+    EXPECT_EQ(g.samples[1].sample.poses[0].status, PoseStatus::missing);
+    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::ok);
+    g.gatherer.take(message("TDATA", TrackingData{}), 100.02);
+    ASSERT_EQ(g.samples.size(), 3);
+    EXPECT_EQ(g.samples[2].sample.poses[1].status, PoseStatus::missing);
+}
+
+TEST(PoseGatherer, CountsEveryNameAndKnowsWhoNeverCame) {
+    Gathered g;
+    g.transform("StylusToTracker", 1, when, 100);
+    g.transform("StylusToReference", 1, when, 100);
+    g.transform("ProbeToTracker", 1, when, 100);
+    g.transform("ProbeToTracker", 1, when, 100);
+    EXPECT_EQ(g.gatherer.names(), (std::map<std::string, std::uint64_t>{
+                                      {"ProbeToTracker", 2}, {"StylusToReference", 1}, {"StylusToTracker", 1}}));
+    EXPECT_EQ(g.gatherer.never_came(), std::vector<std::string>{"Reference"});
+    for (int i = 0; i < 1000; ++i) g.transform("Name" + std::to_string(i), 1, when, 100);
+    EXPECT_LE(g.gatherer.names().size(), 256);
+}
+
+TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
+    std::vector<StreamSample> samples;
+    PoseGatherer gatherer({"LongInstrumentName", "LongInstrument"}, options,
+                          [&](const auto& s) { samples.push_back(s); });
+    const auto ok = [&](const Message& m) {
+        samples.clear();
+        gatherer.take(decode_body(decode_header(ByteView(encode(m)).first(header_size)),
+                                  ByteView(encode(m)).subspan(header_size)),
+                      100);
+        return !samples.empty() && samples[0].sample.poses[0].status == PoseStatus::ok;
+    };
+    Message m = message("TRANSFORM", Transform{}, "LongInstrumentNameToTracker");
+    EXPECT_TRUE(ok(m)) << "cut to 20 bytes";
+    m.version = 2;
+    EXPECT_TRUE(ok(m)) << "whole in the metadata";
+    m.device = "LongInstrumentNameToReference";
+    EXPECT_FALSE(ok(m)) << "another transform, cut to the same 20 bytes";
+    EXPECT_TRUE(says(error_of([] {
+                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"}, options, {});
+                     }),
+                     {"LongInstrumentName_Left and LongInstrumentName_LeftToo", "20 bytes"}));
+    EXPECT_TRUE(says(error_of([] { PoseGatherer({"Stylus", "Stylus"}, options, {}); }), {"expected two names"}));
+}
+
+TEST(PoseGatherer, TimeNeverGoesBackwards) {
+    std::vector<StreamSample> samples;
+    PoseGatherer gatherer({"Stylus"}, options, [&](const auto& s) { samples.push_back(s); });
+    const auto time_of = [&](double sent_s, double now_s) {
+        gatherer.take(transform_message("Stylus", Gathered::at(1), sent_s), now_s);
+        return samples.back().sample.time_s;
+    };
+    EXPECT_NEAR(time_of(when, 100), when, 1e-6);
+    EXPECT_NEAR(time_of(when + 0.1, 100.1), when + 0.1, 1e-6);
+    EXPECT_NEAR(time_of(when + 0.05, 100.15), when + 0.1, 1e-6) << "out of order";
+    EXPECT_NEAR(time_of(500, 100.25), when + 0.2, 1e-6) << "the sender's clock was set back";
+    EXPECT_NEAR(time_of(500.5, 100.75), when + 0.7, 1e-6);
+    EXPECT_NEAR(time_of(0, 101), when + 0.95, 1e-6) << "no time stamp";
+    gatherer.post_silence(103);
+    EXPECT_NEAR(samples.back().sample.time_s, when + 2.95, 1e-6);
+    EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::missing);
+}
+
+}  // namespace
+}  // namespace livetet::igtl
