@@ -115,6 +115,9 @@ nlohmann::json report(const MeshedInput& meshed) {
     return json;
 }
 
+/// Counts up where the same input and options give another mesh than before.
+constexpr int meshing_rules = 2;
+
 /// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the version (G.
 /// Fowler, L. Noll, K. Vo: FNV-1a).
 std::string fingerprint(const MeshArguments& a) {
@@ -122,7 +125,7 @@ std::string fingerprint(const MeshArguments& a) {
                                    fmt::join(a.source.labels, ","), a.source.tets, a.source.levels,
                                    fmt::join(a.source.edge_lengths_mm, ","), static_cast<int>(a.source.space),
                                    a.options.min_dihedral_deg, a.inside_growth.value_or(0), fmt::join(a.spheres, ","));
-    text += fmt::format(" {} {}", a.options.gmsh_time_limit_s, a.fix_edge_ratio.value_or(1));
+    text += fmt::format(" {} {} {}", meshing_rules, a.options.gmsh_time_limit_s, a.fix_edge_ratio.value_or(1));
     text += '\n' + read_text_file(a.source.file);
     if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
     std::uint64_t hash = 0xcbf29ce484222325;
