@@ -183,7 +183,7 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
-      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 5),
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 6),
       tet_count_(hierarchy.levels.front().tets.size()) {
     make_levels(comm, hierarchy, parts, model);
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());

@@ -44,7 +44,7 @@ void visit_fields(Visitor& v, SolverOptions& s) {
              {{CoarseOperator::rediscretised, "rediscretised",
                "assembled on each coarse mesh with its own rotations: cheap to renew"},
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
-    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 5",
+    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
             at_least<0, int>());
     v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most; the other solvers: one a rank",
             at_least<0, int>());
