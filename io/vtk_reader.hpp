@@ -5,7 +5,6 @@
 #include <vtkCommand.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
-#include <vtkLogger.h>
 #include <vtkNew.h>
 #include <vtkXMLReader.h>
 
@@ -49,25 +48,11 @@ class Complaints {
     std::string first_;
 };
 
-/// Arrays without room for what a damaged file says it holds have no observer: they go to VTK's log on stderr.
-class QuietLog {
-  public:
-    QuietLog() : before_(vtkLogger::GetCurrentVerbosityCutoff()) {
-        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
-    }
-    ~QuietLog() { vtkLogger::SetStderrVerbosity(before_); }
-    QuietLog(const QuietLog&) = delete;
-    QuietLog& operator=(const QuietLog&) = delete;
-
-  private:
-    vtkLogger::Verbosity before_;
-};
-
-/// Lets a VTK reader read `path`. Throws Error with the first thing that it complains of.
+/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the first thing that it
+/// complains of.
 template <class Reader>
 void update_reader(Reader* reader, const std::filesystem::path& path) {
     const Complaints complaints(reader);
-    const QuietLog quiet;
     reader->SetFileName(path.c_str());
     try {
         reader->Update();

@@ -12,7 +12,9 @@
 #include <limits>
 #include <map>
 
+#include "io/parse_apart.hpp"
 #include "io/vtk_reader.hpp"
+#include "mesh/packed_mesh.hpp"
 
 namespace livetet {
 
@@ -58,14 +60,9 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
     return static_cast<std::int32_t>(value);
 }
 
-}  // namespace
-
-TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
+/// The tets of a file and their nodes, as yet unchecked.
+TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
-    if (ending(path) != ".vtu")
-        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     vtkNew<vtkXMLUnstructuredGridReader> reader;
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
@@ -94,6 +91,19 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
         mesh.tets.push_back(tet);
         if (regions) mesh.regions.push_back(region_of(regions, c, where));
     }
+    return mesh;
+}
+
+}  // namespace
+
+TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
+    const std::string where = path.string();
+    if (ending(path) != ".vtu")
+        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    const TetMesh mesh =
+        unpacked_mesh(parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

@@ -165,7 +165,10 @@ std::vector<Target> targets() {
             written(".json", [](const fs::path& p) { write_registration(p, small_registration()); })),
         target(
             "tip", ".json", [](const fs::path& p) { read_tip(p); },
-            written(".json", [](const fs::path& p) { write_tip(p, "Stylus", {}); })),
+            written(".json",
+                    [](const fs::path& p) {
+                        write_tip(p, {"Stylus", {}, {}});
+                    })),
         target(
             "nifti", ".nii", [](const fs::path& p) { read_label_image(p); },
             written(".nii", [](const fs::path& p) { write_image(p, small_image()); })),

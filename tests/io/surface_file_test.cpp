@@ -96,6 +96,21 @@ TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     EXPECT_TRUE(says(error_of([&] { write_surface(folder / "a.x", cube_surface(), Space::ras); }), {"'.x'"}));
 }
 
+TEST(SurfaceFile, WhatVtksReadersDoNotSurviveIsAnError) {
+    const auto folder = fresh_folder();
+    const auto error = [&](const char* name, const std::string& text) {
+        write_bytes(folder / name, text);
+        return error_of([&] { read_surface(folder / name, Space::ras); });
+    };
+    // Crashes of vtkTriangleFilter and of vtkPLYReader, and memory for 800 GB of points.
+    EXPECT_TRUE(says(error("a.obj", "f 1 2 3 4\n"), {"a.obj", "names point 0 of the 0 points"}));
+    EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nelement\nend_header\n"), {"a.ply", "VTK crashed"}));
+    EXPECT_TRUE(says(error("a.vtk",
+                           "# vtk DataFile Version 5.1\n-\nASCII\nDATASET POLYDATA\n"
+                           "POINTS 33333333333 double\n0 0 0\n"),
+                     {"a.vtk"}));
+}
+
 TEST(SurfaceFile, ATruncatedStlIsAnError) {
     const auto path = fresh_folder() / "a.stl";
     write_surface(path, cube_surface(), Space::ras);
