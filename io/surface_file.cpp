@@ -49,23 +49,13 @@ std::vector<char> packed(const Polygons& polygons) {
     return packer.take_bytes();
 }
 
-/// vtkTriangleFilter goes wherever the numbers point.
-void check_numbers(vtkCellArray* cells, vtkIdType points, const std::string& where) {
-    vtkIdType count = 0;
-    const vtkIdType* ids = nullptr;
-    for (cells->InitTraversal(); cells->GetNextCell(count, ids);)
-        for (vtkIdType k = 0; k < count; ++k)
-            if (ids[k] < 0 || ids[k] >= points)
-                fail("{}: a polygon names point {} of the {} points from 0 on", where, ids[k], points);
-}
-
 /// The child process's work.
 template <class Reader>
 Polygons parse(const fs::path& path) {
     vtkNew<Reader> reader;
     update_reader(reader.GetPointer(), path);
     for (vtkCellArray* cells : {reader->GetOutput()->GetPolys(), reader->GetOutput()->GetStrips()})
-        check_numbers(cells, reader->GetOutput()->GetNumberOfPoints(), path.string());
+        check_cells(cells, reader->GetOutput()->GetNumberOfPoints(), path.string());  // vtkTriangleFilter does not
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputConnection(reader->GetOutputPort());
     triangulate->PassLinesOff();

@@ -2,6 +2,7 @@
 
 #include <vtkAlgorithm.h>
 #include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
 #include <vtkCommand.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
@@ -62,6 +63,18 @@ void update_reader(Reader* reader, const std::filesystem::path& path) {
     if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
     if (reader->GetErrorCode() != vtkErrorCode::NoError)
         fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+}
+
+/// Throws Error unless each cell is a piece of the list of points' numbers, and each number one of `points` points.
+inline void check_cells(vtkCellArray* cells, vtkIdType points, const std::string& where) {
+    if (cells->GetNumberOfCells() == 0) return;
+    if (!cells->IsValid()) fail("{}: its cells' offsets do not fit their list of points", where);
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    for (cells->InitTraversal(); cells->GetNextCell(count, ids);)
+        for (vtkIdType k = 0; k < count; ++k)
+            if (ids[k] < 0 || ids[k] >= points)
+                fail("{}: a cell names point {}, expected 0 to {}", where, ids[k], points - 1);
 }
 
 }  // namespace livetet

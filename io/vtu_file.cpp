@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Nothing but tets may fill space.
-void check_cells(vtkUnstructuredGrid* grid, const std::string& where) {
+void check_kinds(vtkUnstructuredGrid* grid, const std::string& where) {
     std::map<int, vtkIdType> counts;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) ++counts[grid->GetCellType(c)];
     std::string others;
@@ -66,7 +66,8 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
     vtkNew<vtkXMLUnstructuredGridReader> reader;
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
-    check_cells(grid, where);
+    check_cells(grid->GetCells(), grid->GetNumberOfPoints(), where);
+    check_kinds(grid, where);
     vtkDataArray* regions = region_array(grid->GetCellData());
 
     TetMesh mesh;
@@ -79,8 +80,6 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
         if (count != 4) fail("{}: tet {} has {} points, expected 4", where, c, count);
         Tet tet;
         for (int k = 0; k < 4; ++k) {
-            if (points[k] < 0 || points[k] >= grid->GetNumberOfPoints())
-                fail("{}: tet {} names point {}, expected 0 to {}", where, c, points[k], grid->GetNumberOfPoints() - 1);
             std::int32_t& number = numbers[points[k]];
             if (number < 0) {
                 number = static_cast<std::int32_t>(mesh.nodes.size());
