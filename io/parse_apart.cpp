@@ -1,6 +1,7 @@
 #include "io/parse_apart.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "base/child_process.hpp"
 #include "base/error.hpp"
@@ -15,7 +16,9 @@ constexpr char whole = 'w', refused = 'r';
 /// The child's work.
 int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
     const auto write = [descriptor](char kind, const char* data, std::size_t bytes) {
-        return write_all(descriptor, &kind, 1) && write_all(descriptor, data, bytes) ? 0 : 1;
+        if (!write_all(descriptor, &kind, 1) || !write_all(descriptor, data, bytes))
+            throw std::runtime_error("the temporary folder is full");
+        return 0;
     };
     try {
         const std::vector<char> result = parse();

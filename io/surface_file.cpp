@@ -24,6 +24,7 @@
 #include "base/file.hpp"
 #include "base/packing.hpp"
 #include "io/parse_apart.hpp"
+#include "io/ply_check.hpp"
 #include "io/text.hpp"
 #include "io/vtk_reader.hpp"
 
@@ -155,7 +156,10 @@ Polygons read_polygons(const fs::path& path) {
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
     if (end == ".off") return read_off(path);
     if (end == ".obj") return read_with<vtkOBJReader>(path);
-    if (end == ".ply") return read_with<vtkPLYReader>(path);
+    if (end == ".ply") {
+        check_ply_is_whole(path);
+        return read_with<vtkPLYReader>(path);
+    }
     if (end == ".vtk") return read_with<vtkPolyDataReader>(path);
     if (end == ".vtp") return read_with<vtkXMLPolyDataReader>(path);
     if (end != ".stl")

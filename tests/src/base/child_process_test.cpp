@@ -85,7 +85,7 @@ TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
             for (;;) std::puts("no end of words");
             return 0;
         },
-        20);
+        5);
     EXPECT_EQ(chatty.end, End::crashed);
     EXPECT_EQ(chatty.detail, SIGXFSZ);
     EXPECT_EQ(chatty.log.size(), 65536u) << "the last of the MB";
