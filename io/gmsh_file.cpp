@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <string>
 #include <unordered_map>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/parse_apart.hpp"
 #include "io/text.hpp"
+#include "mesh/packed_mesh.hpp"
 
 namespace livetet {
 
@@ -21,37 +22,14 @@ using Tags = std::vector<std::size_t>;
 
 constexpr int triangle_type = 2, tet_type = 4;
 
-/// Gmsh's library has one state for the whole process: one of us at a time.
-class GmshSession {
-  public:
-    GmshSession() : lock_(mutex_) {
-        gmsh::initialize(0, nullptr, false);
-        gmsh::option::setNumber("General.Terminal", 0);
-        gmsh::logger::start();
-    }
-    ~GmshSession() {
-        try {
-            gmsh::logger::stop();  // else the next session finds this one's errors
-            gmsh::finalize();
-        } catch (...) {  // nothing of the mesh is left to lose
-        }
-    }
-    GmshSession(const GmshSession&) = delete;
-    GmshSession& operator=(const GmshSession&) = delete;
-
-    /// The first error that Gmsh logged; empty where there was none.
-    static std::string first_error() {
-        std::vector<std::string> log;
-        gmsh::logger::get(log);
-        for (const std::string& line : log)
-            if (line.starts_with("Error")) return line;
-        return {};
-    }
-
-  private:
-    static inline std::mutex mutex_;
-    std::lock_guard<std::mutex> lock_;
-};
+/// The first error that Gmsh logged; empty where there was none.
+std::string first_error() {
+    std::vector<std::string> log;
+    gmsh::logger::get(log);
+    for (const std::string& line : log)
+        if (line.starts_with("Error")) return line;
+    return {};
+}
 
 /// Gmsh takes what it does not know for a script and runs it, and reads on where a file ends: look first.
 void check_is_whole_mesh(const fs::path& path) {
@@ -208,6 +186,26 @@ class Reader {
     std::map<Triangle, Triangle> outwards_;
 };
 
+/// The child process's work; the library and its state end with it.
+TetMesh parse(const fs::path& path, double metres_per_unit) {
+    gmsh::initialize(0, nullptr, false);
+    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::option::setNumber("General.NumThreads", 1);  // a team of the parent's threads does not live on in a fork
+    gmsh::logger::start();
+    try {
+        gmsh::open(path.string());
+        if (const std::string error = first_error(); !error.empty())
+            fail("{}: Gmsh cannot read it: {}", path.string(), error);
+        return Reader(path.string(), metres_per_unit).read();
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& error) {
+        fail("{}: Gmsh cannot read it: {}", path.string(), error.what());
+    } catch (...) {  // Gmsh 4.8 throws int and std::string, too
+        fail("{}: Gmsh cannot read it: {}", path.string(), first_error());
+    }
+}
+
 /// The physical groups of a mesh as MSH 2.2 names them, and its elements, both as lines of text.
 struct Lines {
     std::vector<std::string> names, elements;
@@ -253,19 +251,10 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
     if (ending(path) != ".msh")
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
-    const GmshSession session;
-    try {
-        gmsh::open(path.string());
-        if (const std::string error = GmshSession::first_error(); !error.empty())
-            fail("{}: Gmsh cannot read it: {}", path.string(), error);
-        return Reader(path.string(), metres_per_unit).read();
-    } catch (const Error&) {
-        throw;
-    } catch (const std::exception& error) {
-        fail("{}: Gmsh cannot read it: {}", path.string(), error.what());
-    } catch (...) {  // Gmsh 4.8 throws int and std::string, too
-        fail("{}: Gmsh cannot read it: {}", path.string(), GmshSession::first_error());
-    }
+    const TetMesh mesh =
+        unpacked_mesh(parse_apart(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }), path.string());
+    check_tet_mesh(mesh, path.string());
+    return mesh;
 }
 
 void write_gmsh(const fs::path& path, const TetMesh& mesh, double metres_per_unit) {

@@ -22,6 +22,9 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/packing.hpp"
+#include "io/parse_apart.hpp"
+#include "io/ply_check.hpp"
 #include "io/text.hpp"
 #include "io/vtk_reader.hpp"
 
@@ -34,16 +37,26 @@ namespace fs = std::filesystem;
 /// The same turn both ways.
 Vector3 turned(const Vector3& x, Space space) { return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x; }
 
-/// Polygons in mm, as the file has them.
+/// Triangles in mm, as the file has them: what is a polygon there is cut into triangles.
 struct Polygons {
     std::vector<Vector3> points;
-    std::vector<Triangle> triangles;
+    std::vector<std::array<vtkIdType, 3>> triangles;
 };
 
+std::vector<char> packed(const Polygons& polygons) {
+    Packer packer;
+    packer.add(polygons.points);
+    packer.add(polygons.triangles);
+    return packer.take_bytes();
+}
+
+/// The child process's work.
 template <class Reader>
-Polygons read_with(const fs::path& path) {
+Polygons parse(const fs::path& path) {
     vtkNew<Reader> reader;
     update_reader(reader.GetPointer(), path);
+    for (vtkCellArray* cells : {reader->GetOutput()->GetPolys(), reader->GetOutput()->GetStrips()})
+        check_cells(cells, reader->GetOutput()->GetNumberOfPoints(), path.string());  // vtkTriangleFilter does not
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputConnection(reader->GetOutputPort());
     triangulate->PassLinesOff();
@@ -55,16 +68,21 @@ Polygons read_with(const fs::path& path) {
     vtkCellArray* cells = data->GetPolys();
     vtkIdType count = 0;
     const vtkIdType* ids = nullptr;
-    for (cells->InitTraversal(); cells->GetNextCell(count, ids);) {
-        Triangle t;
-        for (int k = 0; k < 3; ++k) {
-            if (ids[k] < 0 || ids[k] >= data->GetNumberOfPoints())
-                fail("{}: a polygon names point {}, expected 0 to {}", path.string(), ids[k],
-                     data->GetNumberOfPoints() - 1);
-            t[k] = static_cast<std::int32_t>(ids[k]);
-        }
-        polygons.triangles.push_back(t);
-    }
+    for (cells->InitTraversal(); cells->GetNextCell(count, ids);)
+        polygons.triangles.push_back({ids[0], ids[1], ids[2]});
+    return polygons;
+}
+
+template <class Reader>
+Polygons read_with(const fs::path& path) {
+    const std::vector<char> bytes = parse_apart(path, "VTK", [&] { return packed(parse<Reader>(path)); });
+    Unpacker unpacker(bytes, path.string());
+    Polygons polygons{unpacker.take<Vector3>(), unpacker.take<std::array<vtkIdType, 3>>()};
+    unpacker.finish();
+    for (const auto& triangle : polygons.triangles)
+        for (const vtkIdType n : triangle)
+            if (n < 0 || n >= std::ssize(polygons.points))
+                fail("{}: VTK made a triangle of point {} of {}", path.string(), n, polygons.points.size());
     return polygons;
 }
 
@@ -110,9 +128,9 @@ Polygons read_off(const fs::path& path) {
     }
     for (std::size_t f = 0; f < faces; ++f) {
         const std::size_t corners = words.index("a face's number of corners", 1000);
-        std::vector<std::int32_t> face;
+        std::vector<vtkIdType> face;
         for (std::size_t k = 0; k < corners; ++k)
-            face.push_back(static_cast<std::int32_t>(words.index("a point's number", points)));
+            face.push_back(static_cast<vtkIdType>(words.index("a point's number", points)));
         for (std::size_t k = 2; k < corners; ++k) polygons.triangles.push_back({face[0], face[k - 1], face[k]});
     }
     return polygons;
@@ -138,7 +156,10 @@ Polygons read_polygons(const fs::path& path) {
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
     if (end == ".off") return read_off(path);
     if (end == ".obj") return read_with<vtkOBJReader>(path);
-    if (end == ".ply") return read_with<vtkPLYReader>(path);
+    if (end == ".ply") {
+        check_ply_is_whole(path);
+        return read_with<vtkPLYReader>(path);
+    }
     if (end == ".vtk") return read_with<vtkPolyDataReader>(path);
     if (end == ".vtp") return read_with<vtkXMLPolyDataReader>(path);
     if (end != ".stl")
@@ -164,7 +185,7 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
     const Polygons polygons = read_polygons(path);
     TriangleMesh surface;
     std::map<std::array<double, 3>, std::int32_t> numbers;
-    const auto number_of = [&](std::int32_t n) {
+    const auto number_of = [&](vtkIdType n) {
         const Vector3& x = polygons.points[n];
         if (!x.allFinite()) fail("{}: point {} is not at a finite place", path.string(), n);
         const auto [place, added] = numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // + 0.0: -0 is 0
@@ -172,7 +193,7 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
         if (added) surface.nodes.push_back(1e-3 * turned(x, space));
         return place->second;
     };
-    for (const Triangle& t : polygons.triangles) {
+    for (const auto& t : polygons.triangles) {
         const auto& p = polygons.points;
         if (p[t[0]] == p[t[1]] || p[t[1]] == p[t[2]] || p[t[2]] == p[t[0]]) continue;
         surface.triangles.push_back({number_of(t[0]), number_of(t[1]), number_of(t[2])});

@@ -2,10 +2,10 @@
 
 #include <vtkAlgorithm.h>
 #include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
 #include <vtkCommand.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
-#include <vtkLogger.h>
 #include <vtkNew.h>
 #include <vtkXMLReader.h>
 
@@ -49,25 +49,11 @@ class Complaints {
     std::string first_;
 };
 
-/// Arrays without room for what a damaged file says it holds have no observer: they go to VTK's log on stderr.
-class QuietLog {
-  public:
-    QuietLog() : before_(vtkLogger::GetCurrentVerbosityCutoff()) {
-        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
-    }
-    ~QuietLog() { vtkLogger::SetStderrVerbosity(before_); }
-    QuietLog(const QuietLog&) = delete;
-    QuietLog& operator=(const QuietLog&) = delete;
-
-  private:
-    vtkLogger::Verbosity before_;
-};
-
-/// Lets a VTK reader read `path`. Throws Error with the first thing that it complains of.
+/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the first thing that it
+/// complains of.
 template <class Reader>
 void update_reader(Reader* reader, const std::filesystem::path& path) {
     const Complaints complaints(reader);
-    const QuietLog quiet;
     reader->SetFileName(path.c_str());
     try {
         reader->Update();
@@ -77,6 +63,18 @@ void update_reader(Reader* reader, const std::filesystem::path& path) {
     if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
     if (reader->GetErrorCode() != vtkErrorCode::NoError)
         fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+}
+
+/// Throws Error unless each cell is a piece of the list of points' numbers, and each number one of `points` points.
+inline void check_cells(vtkCellArray* cells, vtkIdType points, const std::string& where) {
+    if (cells->GetNumberOfCells() == 0) return;
+    if (!cells->IsValid()) fail("{}: its cells' offsets do not fit their list of points", where);
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    for (cells->InitTraversal(); cells->GetNextCell(count, ids);)
+        for (vtkIdType k = 0; k < count; ++k)
+            if (ids[k] < 0 || ids[k] >= points)
+                fail("{}: a cell names point {}, expected 0 to {}", where, ids[k], points - 1);
 }
 
 }  // namespace livetet

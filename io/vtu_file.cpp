@@ -12,7 +12,9 @@
 #include <limits>
 #include <map>
 
+#include "io/parse_apart.hpp"
 #include "io/vtk_reader.hpp"
+#include "mesh/packed_mesh.hpp"
 
 namespace livetet {
 
@@ -21,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Nothing but tets may fill space.
-void check_cells(vtkUnstructuredGrid* grid, const std::string& where) {
+void check_kinds(vtkUnstructuredGrid* grid, const std::string& where) {
     std::map<int, vtkIdType> counts;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) ++counts[grid->GetCellType(c)];
     std::string others;
@@ -58,18 +60,14 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
     return static_cast<std::int32_t>(value);
 }
 
-}  // namespace
-
-TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
+/// The tets of a file and their nodes, as yet unchecked.
+TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
-    if (ending(path) != ".vtu")
-        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     vtkNew<vtkXMLUnstructuredGridReader> reader;
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
-    check_cells(grid, where);
+    check_cells(grid->GetCells(), grid->GetNumberOfPoints(), where);
+    check_kinds(grid, where);
     vtkDataArray* regions = region_array(grid->GetCellData());
 
     TetMesh mesh;
@@ -82,8 +80,6 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
         if (count != 4) fail("{}: tet {} has {} points, expected 4", where, c, count);
         Tet tet;
         for (int k = 0; k < 4; ++k) {
-            if (points[k] < 0 || points[k] >= grid->GetNumberOfPoints())
-                fail("{}: tet {} names point {}, expected 0 to {}", where, c, points[k], grid->GetNumberOfPoints() - 1);
             std::int32_t& number = numbers[points[k]];
             if (number < 0) {
                 number = static_cast<std::int32_t>(mesh.nodes.size());
@@ -94,6 +90,19 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
         mesh.tets.push_back(tet);
         if (regions) mesh.regions.push_back(region_of(regions, c, where));
     }
+    return mesh;
+}
+
+}  // namespace
+
+TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
+    const std::string where = path.string();
+    if (ending(path) != ".vtu")
+        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    const TetMesh mesh =
+        unpacked_mesh(parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

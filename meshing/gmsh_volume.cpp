@@ -8,6 +8,7 @@
 #include <future>
 
 #include "base/error.hpp"
+#include "mesh/packed_mesh.hpp"
 #include "meshing/locality.hpp"
 #include "meshing/mesh_pipe.hpp"
 #include "meshing/surface_check.hpp"
@@ -143,7 +144,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
         std::string fault;
         if (child.end == ChildResult::End::returned) {
-            TetMesh mesh = read_mesh(child.result, "Gmsh");
+            TetMesh mesh = unpacked_mesh(child.result, "Gmsh");
             orient(mesh);
             drop_unused_nodes(mesh, surface.nodes.size());
             fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log) : fault_of(mesh, surface);

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "base/child_process.hpp"
 #include "mesh/tet_mesh.hpp"
-#include "meshing/child_process.hpp"
 #include "meshing/options.hpp"
 
 namespace livetet {

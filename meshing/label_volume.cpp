@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "mesh/packed_mesh.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/mesh_pipe.hpp"
 
@@ -130,7 +131,7 @@ TetMesh fill_labels(const LabelField& field, double edge_length_m, const LabelVo
     if (child.end != ChildResult::End::returned)
         fail("CGAL: no mesh of the labels with edges of {:.2f} mm: {}", 1e3 * edge_length_m,
              end_text(child, options.time_limit_s));
-    TetMesh mesh = read_mesh(child.result, "CGAL");
+    TetMesh mesh = unpacked_mesh(child.result, "CGAL");
     make_one_body(mesh);
     return mesh;
 }

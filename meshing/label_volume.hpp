@@ -1,7 +1,7 @@
 #pragma once
 
+#include "base/child_process.hpp"
 #include "mesh/tet_mesh.hpp"
-#include "meshing/child_process.hpp"
 #include "meshing/label_field.hpp"
 #include "meshing/options.hpp"
 

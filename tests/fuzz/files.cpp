@@ -124,6 +124,18 @@ const std::string vtu =
     "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray></Cells>\n"
     "<CellData><DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">7</DataArray></CellData>\n"
     "</Piece></UnstructuredGrid></VTKFile>\n";
+const std::string vtp =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
+    "byte_order=\"LittleEndian\">\n<PolyData><Piece "
+    "NumberOfPoints=\"4\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"1\" "
+    "NumberOfPolys=\"1\">\n<Points><DataArray "
+    "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 10 0 0 0 10 0 0 0 "
+    "10</DataArray></Points>\n<Strips>"
+    "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray><DataArray type=\"Int32\" "
+    "Name=\"offsets\" format=\"ascii\">4</DataArray></Strips>\n<Polys><DataArray type=\"Int32\" Name=\"connectivity\" "
+    "format=\"ascii\">0 2 1</DataArray><DataArray type=\"Int32\" Name=\"offsets\" "
+    "format=\"ascii\">3</DataArray></Polys>\n"
+    "</Piece></PolyData></VTKFile>\n";
 const std::string fcsv =
     "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = "
     "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n1,10,20,30,0,0,0,1,1,1,0,F-1,,\n";
@@ -165,7 +177,10 @@ std::vector<Target> targets() {
             written(".json", [](const fs::path& p) { write_registration(p, small_registration()); })),
         target(
             "tip", ".json", [](const fs::path& p) { read_tip(p); },
-            written(".json", [](const fs::path& p) { write_tip(p, "Stylus", {}); })),
+            written(".json",
+                    [](const fs::path& p) {
+                        write_tip(p, {"Stylus", {}, {}});
+                    })),
         target(
             "nifti", ".nii", [](const fs::path& p) { read_label_image(p); },
             written(".nii", [](const fs::path& p) { write_image(p, small_image()); })),
@@ -184,6 +199,7 @@ std::vector<Target> targets() {
         surface(".stl"),
         surface(".ply"),
         surface(".vtk"),
+        target("surface_vtp", ".vtp", surface_reader(), texts({vtp})),
         target("surface_obj", ".obj", surface_reader(), texts({obj})),
         target("surface_off", ".off", surface_reader(), texts({off})),
         target(

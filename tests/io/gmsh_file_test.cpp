@@ -98,6 +98,12 @@ TEST(GmshFile, MalformedMeshesAreRefused) {
             {"Tetrahedron", "order 2"});
 }
 
+TEST(GmshFile, WhatGmshsReaderDoesNotSurviveIsAnError) {
+    // Seven partitions are announced and two follow.
+    const std::string partitioned = with(small, "2 4 2 6 1 3 1000 40 70", "2 4 5 6 1 7 4 2 3 1000 40 70");
+    EXPECT_TRUE(says(error_of([&] { read_text(partitioned); }), {"m.msh", "Gmsh crashed"}));
+}
+
 TEST(GmshFile, TruncationIsAnError) {
     for (std::size_t n = 0; n + 2 < small.size(); n += 5)
         EXPECT_TRUE(says(error_of([&] { read_text(small.substr(0, n)); }), {"m.msh"})) << n;

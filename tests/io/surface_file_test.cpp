@@ -96,6 +96,44 @@ TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     EXPECT_TRUE(says(error_of([&] { write_surface(folder / "a.x", cube_surface(), Space::ras); }), {"'.x'"}));
 }
 
+TEST(SurfaceFile, WhatVtksReadersDoNotSurviveIsAnError) {
+    const auto folder = fresh_folder();
+    const auto error = [&](const char* name, const std::string& text) {
+        write_bytes(folder / name, text);
+        return error_of([&] { read_surface(folder / name, Space::ras); });
+    };
+    EXPECT_TRUE(says(error("a.obj", "f 1 2 3 4\n"), {"a.obj", "names point 0"}));
+    EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nelement\nend_header\n"), {"a.ply:3", "PLY header"}));
+    EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nend_header\n"), {"a.ply"}));
+    const std::string triangle =
+        "# vtk DataFile Version 5.1\n-\nASCII\nDATASET POLYDATA\nPOINTS 3 double\n0 0 0 1 0 0 0 1 0\nPOLYGONS 2 3\n"
+        "OFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\n";
+    EXPECT_EQ(error("a.vtk", triangle), "");
+    for (const char* end : {"4611686018427387904", "1000000000000", "4", "-3"}) {
+        std::string changed = triangle;
+        changed.replace(changed.find("0 3\n"), 3, std::string("0 ") + end);
+        EXPECT_TRUE(says(error("a.vtk", changed), {"a.vtk", "offsets"})) << end;
+    }
+}
+
+TEST(SurfaceFile, ATruncatedPlyIsAnError) {
+    const auto folder = fresh_folder();
+    for (const double part : {0.2, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.999}) {
+        write_surface(folder / "a.ply", cube_surface(), Space::ras);
+        truncate_to(folder / "a.ply", part);
+        EXPECT_TRUE(says(error_of([&] { read_surface(folder / "a.ply", Space::ras); }), {"a.ply", "truncated"}));
+    }
+    const std::string ascii =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    const auto path = write_bytes(folder / "b.ply", ascii);
+    EXPECT_EQ(read_surface(path, Space::ras).triangles.size(), 1u);
+    for (std::size_t n = 0; n < ascii.size() - 2; n += 2) {
+        write_bytes(path, ascii.substr(0, n));
+        EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }), {"b.ply"})) << n;
+    }
+}
+
 TEST(SurfaceFile, ATruncatedStlIsAnError) {
     const auto path = fresh_folder() / "a.stl";
     write_surface(path, cube_surface(), Space::ras);

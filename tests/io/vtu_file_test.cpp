@@ -117,5 +117,11 @@ TEST(VtuFile, HostileCountsAreErrors) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the error is all there is to say";
 }
 
+TEST(VtuFile, AFileThatVtkDoesNotEndOnIsAnErrorWithinItsTime) {
+    std::string text = Grid{}.text();
+    text.replace(text.find("NumberOfComponents=\"3\""), 22, "NumberOfComponents=\"4294967296\"");
+    EXPECT_TRUE(says(error_of([&] { read(text); }), {".vtu", "VTK did not end within 5.0 s"}));
+}
+
 }  // namespace
 }  // namespace livetet

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@ struct ChildResult {
     End end = End::returned;
     int detail = 0;            ///< failed: its exit status; crashed: its signal
     std::vector<char> result;  ///< what it wrote to the result's descriptor
-    std::string log;           ///< what it printed
+    std::string log;           ///< the last 64 KiB of what it printed
     double seconds = 0;        ///< wall time
 };
 
@@ -22,6 +23,16 @@ struct ChildResult {
 /// own (no handler of MPI or PETSc), and it dies with its parent. `work` must not touch MPI, PETSc or any thread of the
 /// parent. Throws std::system_error where the system gives no process or no temporary file.
 ChildResult run_in_child(const std::function<int(int result_descriptor)>& work, double time_limit_s);
+
+/// For `work`: this process may take `bytes` more of address space than it has now, and write no larger file; a limit
+/// that it already has stays where it is lower.
+void limit_memory(std::uint64_t bytes);
+
+/// In a few words why a child gave no result: its end, or its last error lines. `time_limit_s`: what it had.
+std::string end_text(const ChildResult& child, double time_limit_s);
+
+/// The last of a log's error lines, else of its lines, for a message of one line.
+std::string last_words(const std::string& log);
 
 /// Writes all of it, whatever the number of calls that takes; false if the system refuses.
 bool write_all(int descriptor, const void* data, std::size_t bytes);

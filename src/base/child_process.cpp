@@ -1,4 +1,4 @@
-#include "meshing/child_process.hpp"
+#include "base/child_process.hpp"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -7,12 +7,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
+#include <limits>
 #include <memory>
 #include <system_error>
 #include <thread>
+
+#include <fmt/format.h>
 
 namespace livetet {
 
@@ -22,6 +27,7 @@ using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 using Clock = std::chrono::steady_clock;
 
 constexpr int failed_by_exception = 125;
+constexpr off_t most_log_bytes = 1 << 16;
 
 /// A file without a name in the system's temporary folder: gone when closed, even if this process is killed.
 File temporary_file() {
@@ -30,13 +36,15 @@ File temporary_file() {
     return {file, &std::fclose};
 }
 
-std::vector<char> contents(std::FILE* file) {
+/// At most the last `most` bytes of a file.
+std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off_t>::max()) {
     const int descriptor = fileno(file);
-    const off_t size = ::lseek(descriptor, 0, SEEK_END);
-    std::vector<char> bytes(size > 0 ? static_cast<std::size_t>(size) : 0);
+    const off_t size = std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0), from = size - std::min(size, most);
+    std::vector<char> bytes(static_cast<std::size_t>(size - from));
     std::size_t done = 0;
     while (done < bytes.size()) {
-        const ssize_t n = ::pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+        const ssize_t n =
+            ::pread(descriptor, bytes.data() + done, bytes.size() - done, from + static_cast<off_t>(done));
         if (n < 0 && errno == EINTR) continue;
         if (n <= 0) throw std::system_error(errno, std::generic_category(), "reading a child process's result");
         done += static_cast<std::size_t>(n);
@@ -88,7 +96,22 @@ bool wait_or_kill(pid_t child, Clock::time_point deadline, int& status) {
     return true;
 }
 
+void lower_limit(int resource, rlim_t value) {
+    rlimit limit{};
+    ::getrlimit(resource, &limit);
+    limit.rlim_cur = std::min({value, limit.rlim_cur, limit.rlim_max});
+    if (::setrlimit(resource, &limit) != 0)
+        throw std::system_error(errno, std::generic_category(), "a child process's limit");
+}
+
 }  // namespace
+
+void limit_memory(std::uint64_t bytes) {
+    std::uint64_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    lower_limit(RLIMIT_AS, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) + bytes);
+    lower_limit(RLIMIT_FSIZE, bytes);
+}
 
 bool write_all(int descriptor, const void* data, std::size_t bytes) {
     const char* at = static_cast<const char*>(data);
@@ -116,7 +139,7 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);
     out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    const std::vector<char> text = contents(log.get());
+    const std::vector<char> text = contents(log.get(), most_log_bytes);
     out.log.assign(text.begin(), text.end());
     if (killed) {
         out.end = ChildResult::End::timed_out;
@@ -130,6 +153,35 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
         out.result = contents(result.get());
     }
     return out;
+}
+
+std::string last_words(const std::string& log) {
+    std::vector<std::string> lines, errors;
+    for (std::size_t from = 0; from < log.size();) {
+        const std::size_t to = std::min(log.find('\n', from), log.size());
+        const std::string line = log.substr(from, to - from);
+        if (!line.empty()) lines.push_back(line);
+        if (line.find("Error") != std::string::npos) errors.push_back(line.substr(line.find("Error")));
+        from = to + 1;
+    }
+    const std::vector<std::string>& from = errors.empty() ? lines : errors;
+    std::string words;
+    for (std::size_t i = from.size() > 3 ? from.size() - 3 : 0; i < from.size(); ++i)
+        words += (words.empty() ? "" : "; ") + from[i];
+    return words.empty() ? "it said nothing" : words;
+}
+
+std::string end_text(const ChildResult& child, double time_limit_s) {
+    switch (child.end) {
+        case ChildResult::End::timed_out:
+            return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
+        case ChildResult::End::crashed:
+            return fmt::format("crashed (signal {})", child.detail);
+        case ChildResult::End::failed:
+        case ChildResult::End::returned:
+            break;
+    }
+    return "failed: " + last_words(child.log);
 }
 
 }  // namespace livetet

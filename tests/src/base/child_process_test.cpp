@@ -1,4 +1,4 @@
-#include "meshing/child_process.hpp"
+#include "base/child_process.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
+#include <vector>
 
 namespace livetet {
 namespace {
@@ -63,6 +64,32 @@ TEST(ChildProcess, runs_no_signal_handler_of_its_parent) {
     const ChildResult child = run_in_child([](int) -> int { ::abort(); }, 20);
     ::signal(SIGABRT, before);
     EXPECT_EQ(child.end, End::crashed);
+}
+
+TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
+    constexpr std::uint64_t limit = 64 << 20;
+    const auto taking = [](std::uint64_t bytes) {
+        return [bytes](int) {
+            limit_memory(limit);
+            const std::vector<char> memory(bytes, 'x');
+            return memory.back() == 'x' ? 0 : 1;
+        };
+    };
+    EXPECT_EQ(run_in_child(taking(limit / 2), 20).end, End::returned);
+    const ChildResult greedy = run_in_child(taking(2 * limit), 20);
+    EXPECT_EQ(greedy.end, End::failed);
+    EXPECT_EQ(end_text(greedy, 20), "failed: Error   : std::bad_alloc");
+    const ChildResult chatty = run_in_child(
+        [](int) {
+            limit_memory(1 << 20);
+            for (;;) std::puts("no end of words");
+            return 0;
+        },
+        5);
+    EXPECT_EQ(chatty.end, End::crashed);
+    EXPECT_EQ(chatty.detail, SIGXFSZ);
+    EXPECT_EQ(chatty.log.size(), 65536u) << "the last of the MB";
+    EXPECT_EQ(last_words(chatty.log).substr(0, 15), "no end of words");
 }
 
 }  // namespace

@@ -1,0 +1,56 @@
+#include "io/parse_apart.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "base/child_process.hpp"
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// In front of the result: what follows.
+constexpr char whole = 'w', refused = 'r';
+
+/// The child's work.
+int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
+    const auto write = [descriptor](char kind, const char* data, std::size_t bytes) {
+        if (!write_all(descriptor, &kind, 1) || !write_all(descriptor, data, bytes))
+            throw std::runtime_error("the temporary folder is full");
+        return 0;
+    };
+    try {
+        const std::vector<char> result = parse();
+        return write(whole, result.data(), result.size());
+    } catch (const Error& error) {
+        const std::string text = error.what();
+        return write(refused, text.data(), text.size());
+    }
+}
+
+}  // namespace
+
+std::vector<char> parse_apart(const std::filesystem::path& path, const std::string& who,
+                              const std::function<std::vector<char>()>& parse) {
+    std::error_code ignored;
+    const std::uintmax_t size = std::filesystem::file_size(path, ignored);
+    if (ignored) fail("{}: no such file", path.string());
+    const double time_limit_s = 5 + 2e-6 * static_cast<double>(size);
+    const auto work = [&](int descriptor) {
+        limit_memory((std::uint64_t(2) << 30) + 100 * size);
+        return answer(descriptor, parse);
+    };
+    ChildResult child = run_in_child(work, time_limit_s);
+    if (child.end != ChildResult::End::returned || child.result.empty())
+        fail("{}: cannot be read, is it damaged? {} {}", path.string(), who, end_text(child, time_limit_s));
+    const char kind = child.result.front();
+    child.result.erase(child.result.begin());
+    if (kind == whole) return std::move(child.result);
+    std::string text(child.result.begin(), child.result.end());
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
+    throw Error(text);
+}
+
+}  // namespace livetet
