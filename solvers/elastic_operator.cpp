@@ -208,17 +208,17 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
-    std::vector<double> volumes = tet_volumes(hierarchy.levels.front());
+    std::vector<double> volumes;  // of a coarse level
     for (std::size_t l = 0; l < count; ++l) {
         if (l > 0)
-            volumes = carried_volumes(hierarchy.levels[l - 1], volumes, hierarchy.transfers[l - 1], hierarchy.levels[l]);
+            volumes = carried_volumes(hierarchy.levels[l - 1], l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes,
+                                      hierarchy.transfers[l - 1], hierarchy.levels[l]);
         const auto layout = layout_for(kind_, options_.coarse, l + 1 == count);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l]),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
-            l == 0 ? formulation : Formulation::displacement, layout, team_,
-            l == 0 ? std::span<const double>{} : volumes));
+            l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));

@@ -105,6 +105,28 @@ TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     EXPECT_LE(own_weight_iterations(folder, "galerkin"), 20);
 }
 
+const std::vector<int> touched_order{1, 2, 3, 4, 5, 6, 7, 8};
+
+/// The recorded phantom's landmarks in this order, metres; written to landmarks.mrk.json, too.
+std::vector<NamedPoint> write_landmarks(const Folder& folder, const json& known, const std::vector<int>& order) {
+    std::vector<NamedPoint> landmarks;
+    for (const int i : order) {
+        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
+        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
+    }
+    write_fiducials(folder / "landmarks.mrk.json", landmarks);
+    return landmarks;
+}
+
+/// `livetet register` of the recorded phantom by the landmarks that write_landmarks wrote.
+auto register_landmarks(const Folder& folder, const std::string& data, const json& known, const std::string& options) {
+    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
+    return livetet(folder,
+                   fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
+                               "--reference Reference --tip-mm {} {} {} --image landmarks.mrk.json {}",
+                               data, tip[0], tip[1], tip[2], options));
+}
+
 /// Known answers: FRE 0.341 mm, leave-one-out 0.407 mm RMS; registered on landmarks 1 to 4 and tested on 5 to 8, after
 /// the phantom was turned over: 138 to 165 mm wrong in the tracker's frame, 1.02 to 1.24 mm by the reference sensor.
 TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
@@ -112,21 +134,16 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
     const std::string recording = data + "/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha";
     const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
     const Folder folder;
-    std::vector<NamedPoint> landmarks;
+    const std::vector<NamedPoint> landmarks = write_landmarks(folder, known, touched_order);
     std::string windows;
     std::vector<FrameWindow> frames;
-    for (int i = 1; i <= 8; ++i) {
-        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
-        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
+    for (const int i : touched_order) {
         const auto w = known["dwell_frames"][std::to_string(i)].get<std::vector<std::size_t>>();
         windows += fmt::format("{}{}:{}", i == 1 ? "" : ",", w[0], w[1]);
         frames.push_back({w[0], w[1]});
     }
-    write_fiducials(folder / "landmarks.mrk.json", landmarks);
     const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = livetet(folder, fmt::format("register --tracker '{}' --reference Reference --tip-mm {} {} {} "
-                                                     "--dwells {} --image landmarks.mrk.json -o registration.json",
-                                                     recording, tip[0], tip[1], tip[2], windows));
+    const auto outcome = register_landmarks(folder, data, known, "--dwells " + windows + " -o registration.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const FiducialRegistration registration = read_registration(folder / "registration.json");
     EXPECT_NEAR(1e3 * registration.fre, 0.341, 0.005);
@@ -172,17 +189,8 @@ TEST(RealData, ARealTrackersDwellsAreFoundWithoutBeingNamed) {
     LIVETET_NEEDS_DATA();
     const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
     const Folder folder;
-    std::vector<NamedPoint> landmarks;
-    for (int i = 1; i <= 8; ++i) {
-        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
-        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
-    }
-    write_fiducials(folder / "landmarks.mrk.json", landmarks);
-    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = livetet(
-        folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
-                            "--reference Reference --tip-mm {} {} {} --image landmarks.mrk.json -o registration.json",
-                            data, tip[0], tip[1], tip[2]));
+    write_landmarks(folder, known, touched_order);
+    const auto outcome = register_landmarks(folder, data, known, "-o registration.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_LT(1e3 * read_registration(folder / "registration.json").fre, 0.4);
 }
@@ -192,17 +200,8 @@ TEST(RealData, ARealTrackersLandmarksFindTheirOrder) {
     LIVETET_NEEDS_DATA();
     const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
     const Folder folder;
-    std::vector<NamedPoint> landmarks;
-    for (const int i : {4, 7, 1, 8, 2, 6, 3, 5}) {
-        const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
-        landmarks.push_back({std::to_string(i), Vector3(mm[0], mm[1], mm[2]) / 1e3});
-    }
-    write_fiducials(folder / "landmarks.mrk.json", landmarks);
-    const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = livetet(
-        folder, fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
-                            "--any-order --reference Reference --tip-mm {} {} {} --image landmarks.mrk.json",
-                            data, tip[0], tip[1], tip[2]));
+    write_landmarks(folder, known, {4, 7, 1, 8, 2, 6, 3, 5});
+    const auto outcome = register_landmarks(folder, data, known, "--any-order");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("order        4, 7, 1, 8, 2, 6, 3, 5"), std::string::npos) << outcome.out;
 }
