@@ -90,9 +90,14 @@ void explain(const std::filesystem::path& path) {
         e.leaves_out("coarse levels",
                      hierarchy.levels.size() > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
     if (scene.track) {
-        e.uses("tracker", fmt::format("`track` only: a player and a recorder thread; patch of {} mm",
-                                      scene.track->patch_radius_mm));
+        e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, the result file, the status "
+                                      "line and the scene file",
+                                      scene.track->sensors.size()));
         if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
+        if (scene.track->publish)
+            e.uses("OpenIGTLink server", fmt::format("track.publish: port {}", scene.track->publish->port));
+        else
+            e.leaves_out("OpenIGTLink server", "no track.publish, no --publish: no socket");
     } else {
         e.leaves_out("tracker", "no track section: no thread, no filter");
     }

@@ -4,38 +4,55 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "mesh/quadratic.hpp"
+#include "io/tip_file.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
+constexpr double farthest_from_organ = 0.02;  // m, of a sensor when it is placed
+
+/// A step in time is at most so long: after a silence the body goes on from where it was.
+constexpr double longest_step_s = 0.5;
+
 PoseFilterOptions filter_options(const TrackOptions& track) {
     PoseFilterOptions options;
     options.enabled = track.smoothing_Hz > 0;
     if (options.enabled) options.min_cutoff_Hz = track.smoothing_Hz;
+    options.ahead_s = track.ahead_ms / 1e3;
     return options;
+}
+
+const TrackedPose& pose_of(const TrackerSample& sample, std::size_t tool) {
+    static const TrackedPose missing;
+    return tool < sample.poses.size() ? sample.poses[tool] : missing;
 }
 
 }  // namespace
 
-LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
-                     const RigidTransform<ImageFrame, Reference>& image_from_reference)
+ToolFinder tool_finder(std::vector<std::string> tools) {
+    return [recording = Recording{std::move(tools), {}}](const std::string& tool) { return tool_index(recording, tool); };
+}
+
+LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
+                     const RigidTransform<ImageFrame, Reference>& image_from_reference, bool misplaced_waits)
     : scene_(scene),
       body_(body),
-      reference_(tool_index({tools, {}}, scene.track->reference_tool)),
-      sensor_(tool_index({tools, {}}, scene.track->sensor_tool)),
+      find_tool_(std::move(find_tool)),
+      misplaced_waits_(misplaced_waits),
+      reference_(find_tool_(scene.track->reference_tool)),
       reference_filter_(filter_options(*scene.track)),
-      sensor_filter_(filter_options(*scene.track)),
-      registration_(image_from_reference),
-      drive_({.motion = scene.track->motion, .base_window_s = scene.track->base_window_s}),
-      constraints_(body.mesh().nodes.size()) {
-    SceneConstraints scene_constraints(scene, body.mesh());
-    scene_constraints.move_to_share(1);
-    constraints_ = scene_constraints.constraints();
-    body_.body->set_constraints(constraints_);
-    body_.body->set_springs(scene_constraints.springs());
+      registration_(image_from_reference, scene.track->hold_s),
+      constraints_(body.mesh().nodes.size()),
+      driven_slot_(body.mesh().nodes.size(), -1) {
+    scene_constraints_.emplace(scene_, body_.mesh());
+    scene_constraints_->move_to_share(1);
+    check_held(scene_, body_.mesh(), *scene_constraints_);
+    for (const SensorOptions& options : scene_.track->sensors) sensors_.push_back(new_sensor(options));
+    find_shown();
+    take_constraints();
+    body_.body->set_springs(scene_constraints_->springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
     // Not a number until the reference sensor was first seen.
     frame_.tracker_from_image.rotation.setConstant(std::nan(""));
@@ -43,46 +60,202 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, const std::vector<std:
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
 }
 
-void LiveModel::follow(const TrackerSample& sample) {
-    const auto reference = reference_gate_.update(sample.time_s, sample.poses[reference_]);
-    const auto sensor = sensor_gate_.update(sample.time_s, sample.poses[sensor_]);
-    frame_.registration = registration_.update(sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
-    if (registration_.image_from_tracker()) frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
-
-    // The sensor in the image, by the unfiltered poses of one moment: in their product the organ's own motion cancels,
-    // so that the filter, which follows, sees the press alone and does not lag behind a moving patient.
-    std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
-    if (reference.verdict == GateVerdict::accepted && sensor.verdict == GateVerdict::accepted) {
-        const auto raw = registration_.image_from_reference() * tracker_from<Reference>(reference.pose).inverse() *
-                         tracker_from<Sensor>(sensor.pose);
-        const TrackedPose smooth =
-            sensor_filter_.update(sample.time_s, {raw.rotation, raw.translation, PoseStatus::ok});
-        image_from_sensor = {smooth.rotation, smooth.translation};
-    }
-    frame_.drive = drive_.update(sample.time_s, image_from_sensor);
+LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
+    const TrackOptions& track = *scene_.track;
+    SensorPatchOptions patch;
+    patch.drive = {.motion = options.motion,
+                   .base_window_s = track.base_window_s,
+                   .hold_s = track.hold_s,
+                   .release_s = track.release_s,
+                   .max_displacement = track.max_displacement_mm / 1e3};
+    patch.filter = filter_options(track);
+    patch.radius = options.patch_radius_mm / 1e3;
+    patch.stiffness = options.stiffness_N_per_m;
+    // A hundred times what a disc of the patch's size meets on a half-space: 2 E a / (1 - nu^2).
+    double young = 0;
+    for (const Material& m : scene_.materials) young = std::max(young, m.young_Pa);
+    patch.firm_stiffness = 100 * 2 * young * patch.radius / 0.75;
+    return {options, find_tool_(options.tool), false, SensorPatch(patch)};
 }
 
-void LiveModel::place_patch() {
-    const Vector3 place = drive_.base()->translation;
-    patch_ = surface_patch(body_.mesh(), place, scene_.track->patch_radius_mm / 1e3);
-    patch_.nodes = with_edge_nodes_between(body_.mesh(), patch_.nodes);
-    if (patch_.distance > 0.02)
-        fail(
-            "track.sensor_tool = {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm "
-            "off the organ's surface, expected at most 20 mm: is the registration of this recording?",
-            scene_.track->sensor_tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * patch_.distance);
-    for (const std::int32_t n : patch_.nodes)
-        if (constraints_.components[n] == 0) driven_.push_back(n);
+void LiveModel::find_shown() {
+    std::vector<ShownTool> shown{{scene_.track->reference_tool, false, reference_}};
+    for (const SensorOptions& sensor : scene_.track->sensors)
+        shown.push_back({sensor.tool, false, find_tool_(sensor.tool)});
+    std::vector<RigidTransform<Tool, Tip>> tips(shown.size());
+    for (const ToolOptions& tool : scene_.track->tools) {
+        shown.push_back({tool.tool, !tool.tip.empty(), find_tool_(tool.tool)});
+        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(tool.tip).tool_from_tip());
+    }
+    shown_ = std::move(shown);
+    tips_ = std::move(tips);
+    frame_.image_from_tool.assign(shown_.size(), {});
+    frame_.sensors.assign(scene_.track->sensors.size(), {});
+}
+
+void LiveModel::change(const Scene& scene) {
+    // 1. what can fail
+    Scene next = scene_;
+    next.fix = scene.fix;
+    next.track->sensors = scene.track->sensors;
+    next.track->tools = scene.track->tools;
+    const bool fix_changed = !(next.fix == scene_.fix);
+    std::optional<SceneConstraints> next_constraints;
+    if (fix_changed) {
+        next_constraints.emplace(next, body_.mesh());
+        next_constraints->move_to_share(1);
+        check_held(next, body_.mesh(), *next_constraints);
+    }
+    std::list<Sensor> sensors, leaving;
+    for (const SensorOptions& options : next.track->sensors) {
+        const auto same = std::find_if(sensors_.begin(), sensors_.end(),
+                                       [&](const Sensor& s) { return !s.leaving && s.options == options; });
+        if (same == sensors_.end()) sensors.push_back(new_sensor(options));
+        (void)find_tool_(options.tool);
+    }
+    for (const ToolOptions& tool : next.track->tools) {
+        (void)find_tool_(tool.tool);
+        if (!tool.tip.empty()) (void)read_tip(tool.tip);
+    }
+
+    // 2. what cannot
+    scene_ = std::move(next);
+    for (const SensorOptions& options : scene_.track->sensors) {
+        const auto kept = std::find_if(sensors_.begin(), sensors_.end(),
+                                       [&](const Sensor& s) { return !s.leaving && s.options == options; });
+        auto at = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.options == options; });
+        leaving.splice(leaving.end(), kept != sensors_.end() ? sensors_ : sensors, kept != sensors_.end() ? kept : at);
+    }
+    for (Sensor& s : sensors_) s.leaving = true;
+    leaving.splice(leaving.end(), sensors_);
+    sensors_ = std::move(leaving);
+    find_shown();
+    if (fix_changed) {
+        Settling settling;
+        const std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
+        scene_constraints_.emplace(std::move(*next_constraints));
+        const Constraints& now = scene_constraints_->constraints();
+        for (std::size_t n = 0; n < before.size(); ++n)
+            if (now.components[n] & ~before[n]) {
+                settling.nodes.push_back(static_cast<std::int32_t>(n));
+                settling.from.push_back(frame_.displacement[n]);
+            }
+        settling.now = settling.from;
+        settling.since_s = frame_.time_s;
+        settling_ = std::move(settling);
+        pulled_ = true;  // springs are made anew
+    }
+    take_constraints();
+}
+
+void LiveModel::follow(const TrackerSample& sample) {
+    const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
+    frame_.registration = registration_.update(sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
+    if (registration_.image_from_tracker()) frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
+    frame_.press = 0;
+    std::size_t k = 0;
+    for (Sensor& s : sensors_) {
+        const TrackedPose nowhere;
+        s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose), reference,
+                       registration_.image_from_reference());
+        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.is_seen(), s.patch.press(), s.off_organ};
+        frame_.press = std::max(frame_.press, s.patch.press());
+    }
+    for (std::size_t i = 0; i < shown_.size(); ++i) {
+        const TrackedPose& pose = pose_of(sample, shown_[i].pose);
+        frame_.image_from_tool[i] = {};
+        if (!is_usable(pose) || frame_.registration == RegistrationStatus::lost) continue;
+        const auto image_from_tip =
+            *registration_.image_from_tracker() * tracker_from<Tool>(pose) * tips_[i];
+        frame_.image_from_tool[i] = {image_from_tip.rotation, image_from_tip.translation, PoseStatus::ok};
+    }
+}
+
+void LiveModel::place_patches() {
+    for (Sensor& s : sensors_) {
+        if (s.leaving || !s.patch.is_to_be_placed()) continue;
+        const Vector3 place = s.patch.drive().base()->translation;
+        const double distance = s.patch.place(body_.mesh(), frame_.displacement, farthest_from_organ);
+        s.off_organ = distance <= farthest_from_organ ? 0 : distance;
+        if (s.off_organ > 0 && !misplaced_waits_)
+            fail(
+                "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm off "
+                "the organ's surface, expected at most {:g} mm: is the registration of this recording?",
+                s.options.tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * distance,
+                1e3 * farthest_from_organ);
+    }
+}
+
+/// Which nodes are held hard: the scene's and those of the patches that are firmly held.
+void LiveModel::take_constraints() {
+    constraints_ = scene_constraints_->constraints();
+    for (const std::int32_t n : driven_) driven_slot_[n] = -1;
+    driven_.clear();
+    driven_by_.clear();
+    for (Sensor& s : sensors_) {
+        s.is_hard = s.patch.is_hard();
+        if (!s.is_hard) continue;
+        for (const std::int32_t n : s.patch.nodes()) {
+            if (constraints_.components[n] != 0) continue;
+            if (driven_slot_[n] < 0) {
+                driven_slot_[n] = static_cast<std::int32_t>(driven_.size());
+                driven_.push_back(n);
+                driven_by_.push_back(0);
+            }
+            ++driven_by_[driven_slot_[n]];
+        }
+    }
     constraints_.prescribe(driven_, Vector3::Zero());
-    driven_to_.resize(driven_.size());
+    driven_to_.assign(driven_.size(), Vector3::Zero());
     body_.body->set_constraints(constraints_);
 }
 
-void LiveModel::move_patch() {
-    if (patch_.nodes.empty()) place_patch();
-    for (std::size_t k = 0; k < driven_.size(); ++k) driven_to_[k] = drive_.displacement(body_.mesh().nodes[driven_[k]]);
+void LiveModel::move_patches() {
+    std::fill(driven_to_.begin(), driven_to_.end(), Vector3::Zero());
+    for (const Sensor& s : sensors_) {
+        if (!s.is_hard) continue;
+        for (std::size_t k = 0; k < s.patch.nodes().size(); ++k)
+            if (const std::int32_t slot = driven_slot_[s.patch.nodes()[k]]; slot >= 0)
+                driven_to_[slot] += s.patch.target(k) / driven_by_[slot];
+    }
     body_.body->move_constraints(driven_, driven_to_);
-    frame_.press = drive_.displacement(body_.mesh().nodes[patch_.centre]).norm();
+}
+
+/// Patches that are held by springs: soft sensors', and those that are let go or taken hold of.
+void LiveModel::pull_patches() {
+    const bool pull = std::any_of(sensors_.begin(), sensors_.end(),
+                                  [](const Sensor& s) { return s.patch.spring_stiffness() > 0; });
+    if (!pull && !pulled_) return;
+    pulled_ = pull;
+    springs_ = scene_constraints_->springs();
+    if (!pull) {
+        body_.body->set_springs(springs_);
+        return;
+    }
+    springs_.stiffness.resize(driven_slot_.size(), 0);
+    springs_.target.resize(driven_slot_.size(), Vector3::Zero());
+    for (const Sensor& s : sensors_) {
+        const double each = s.patch.spring_stiffness() / static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
+        if (each == 0) continue;
+        for (std::size_t k = 0; k < s.patch.nodes().size(); ++k) {  // together they pull to their mean
+            double& stiffness = springs_.stiffness[s.patch.nodes()[k]];
+            Vector3& target = springs_.target[s.patch.nodes()[k]];
+            stiffness += each;
+            target += each / stiffness * (s.patch.target(k) - target);
+        }
+    }
+    body_.body->set_springs(springs_);
+}
+
+void LiveModel::settle() {
+    if (!settling_) return;
+    const double release_s = scene_.track->release_s;
+    const double way = release_s > 0 ? std::min(1.0, (frame_.time_s - settling_->since_s) / release_s) : 1.0;
+    const double left = 1 - way * way * (3 - 2 * way);
+    for (std::size_t k = 0; k < settling_->nodes.size(); ++k)
+        settling_->now[k] = scene_constraints_->constraints().values[settling_->nodes[k]] + left * settling_->from[k];
+    body_.body->move_constraints(settling_->nodes, settling_->now);
+    if (way >= 1) settling_.reset();
 }
 
 const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits) {
@@ -90,9 +263,18 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     follow(sample);
-    if (drive_.base()) move_patch();
+    place_patches();
+    std::erase_if(sensors_, [](const Sensor& s) {
+        return s.leaving && (s.patch.nodes().empty() || s.patch.drive().status() == DriveStatus::released);
+    });
+    const bool held_anew =
+        std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.is_hard != s.patch.is_hard(); });
+    if (held_anew) take_constraints();
+    move_patches();
+    pull_patches();
+    settle();
     frame_.sensor_s = seconds_since(start);
-    const double dt = last_time_s_ ? sample.time_s - *last_time_s_ : scene_.time.step_s;
+    const double dt = last_time_s_ ? std::min(sample.time_s - *last_time_s_, longest_step_s) : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
     if (limits.deadline) *limits.deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
@@ -100,7 +282,8 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
                                         .linear_tolerance = scene_.solver.relative_tolerance,
                                         .iterations = limits.iterations,
                                         .deadline = limits.deadline,
-                                        .by_halves = limits.by_halves});
+                                        .by_halves = limits.by_halves,
+                                        .as_done = limits.as_done});
     const auto stepped = Clock::now();
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);

@@ -1,23 +1,33 @@
 #pragma once
 
+#include <functional>
+#include <list>
 #include <optional>
 
 #include "apps/scene_body.hpp"
-#include "mesh/surface_patch.hpp"
 #include "tracking/live_registration.hpp"
 #include "tracking/pose_filter.hpp"
 #include "tracking/sample.hpp"
-#include "tracking/sensor_drive.hpp"
+#include "tracking/sensor_patch.hpp"
 
 namespace livetet {
+
+/// What one deformation sensor does in a frame.
+struct SensorState {
+    DriveStatus drive = DriveStatus::placing;
+    bool seen = false;
+    double press = 0;      ///< how far the middle of its patch was moved since the sensor was placed, m
+    double off_organ = 0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
+};
 
 /// What one frame came to.
 struct Frame {
     double time_s = 0;  ///< the sample's own time stamp
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
-    DriveStatus drive = DriveStatus::placing;
-    double press = 0;  ///< length of the patch's displacement, m
+    double press = 0;                           ///< the largest of the sensors', m
+    std::vector<SensorState> sensors;           ///< as the scene lists them
+    std::vector<TrackedPose> image_from_tool;   ///< as `LiveModel::tools` lists them
     StepReport step;
     double sensor_s = 0, output_s = 0;  ///< what the way from sample to constraints took, and the displacement's out
     std::vector<Vector3> displacement;  ///< m, each node of the finest mesh
@@ -25,50 +35,95 @@ struct Frame {
 
 /// What a frame may take: it is to be done by `deadline`, as near to converged as that allows; `iterations` of each solve at
 /// most (0: as the scene says); `by_halves`: one half of the operator renewed, the other by the next frame, which else
-/// only a near deadline leads to.
+/// only a near deadline leads to; `as_done`: as an earlier frame was solved, to the bit.
 struct FrameLimits {
     std::optional<Clock::time_point> deadline{};
     int iterations = 0;
     bool by_halves = false;
+    const std::array<SolveRecord, most_recorded_solves>* as_done = nullptr;
 };
 
-/// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensor's patch,
+/// The place of a tool in the samples' poses; throws Error where there is none of that name.
+using ToolFinder = std::function<std::size_t(const std::string& tool)>;
+/// That of a list of names.
+ToolFinder tool_finder(std::vector<std::string> tools);
+
+/// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensors' patches,
 /// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
 class LiveModel {
   public:
-    /// `tools`: the names behind the samples' poses. Throws Error where a tool of the scene is not among them.
-    LiveModel(const Scene& scene, SceneBody& body, const std::vector<std::string>& tools,
-              const RigidTransform<ImageFrame, Reference>& image_from_reference);
+    /// Throws Error where a tool of the scene is not found, or nothing holds the body when no sensor does.
+    /// `misplaced_waits`: a sensor that is not on the organ when it is placed is placed again later, which the frame
+    /// says; else `advance` throws Error.
+    LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
+              const RigidTransform<ImageFrame, Reference>& image_from_reference, bool misplaced_waits = false);
 
-    /// One frame. After the first ones nothing is allocated. Throws Error where the deformation sensor, when placed, is not
-    /// on the organ.
+    /// One frame. After the first ones nothing is allocated, but where a patch is placed, let go or taken hold of.
     const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
 
-    /// The nodes that follow the sensor; empty while it is being placed.
-    const std::vector<std::int32_t>& patch() const { return patch_.nodes; }
+    /// Takes up the sensors, tools and fixed nodes of another state of the scene. A sensor whose entry is gone or has
+    /// changed holds its patch and lets it go as a lost one does; what is new is placed first. Nodes that are fixed from now
+    /// on are led to their place at rest in `track.release_s`. Throws Error, and changes nothing, where that cannot be.
+    void change(const Scene& scene);
 
-    /// Those of them that the scene does not hold, and where to: the frame's prescribed displacements, m.
+    struct ShownTool {
+        std::string tool;
+        bool has_tip = false;
+        std::size_t pose = 0;  ///< its place in the samples' poses
+    };
+    /// What `Frame::image_from_tool` shows: the reference, the sensors, the tools of the scene.
+    const std::vector<ShownTool>& tools() const { return shown_; }
+
+    /// Nodes that follow sensors and that the scene does not hold, and where to: the frame's prescribed displacements, m.
     const std::vector<std::int32_t>& driven() const { return driven_; }
     const std::vector<Vector3>& driven_to() const { return driven_to_; }
     /// All constraints but the values of `driven`.
     const Constraints& constraints() const { return constraints_; }
 
   private:
+    struct Sensor {
+        SensorOptions options;
+        std::size_t pose = 0;
+        bool leaving = false;  ///< its entry is gone: it is lost for good
+        SensorPatch patch;
+        bool is_hard = false;
+        double off_organ = 0;
+    };
+    /// Nodes that were fixed while displaced, on their way to rest.
+    struct Settling {
+        std::vector<std::int32_t> nodes;
+        std::vector<Vector3> from, now;
+        double since_s = 0;
+    };
+    Sensor new_sensor(const SensorOptions& options) const;
+    void find_shown();
     void follow(const TrackerSample& sample);
-    void place_patch();
-    void move_patch();
+    void place_patches();
+    void take_constraints();
+    void move_patches();
+    void pull_patches();
+    void settle();
 
-    const Scene& scene_;
+    Scene scene_;
     SceneBody& body_;
-    std::size_t reference_, sensor_;
-    OutlierGate reference_gate_, sensor_gate_;
-    PoseFilter reference_filter_, sensor_filter_;
+    ToolFinder find_tool_;
+    bool misplaced_waits_;
+    std::size_t reference_;
+    OutlierGate reference_gate_;
+    PoseFilter reference_filter_;
     LiveRegistration registration_;
-    SensorDrive drive_;
+    std::optional<SceneConstraints> scene_constraints_;
     Constraints constraints_;
-    SurfacePatch patch_;
-    std::vector<std::int32_t> driven_;  ///< the patch's nodes that the scene does not hold
+    Springs springs_;
+    bool pulled_ = false;        ///< some patch is held by springs
+    std::list<Sensor> sensors_;  ///< as the scene lists them, then those that leave
+    std::vector<ShownTool> shown_;
+    std::vector<RigidTransform<Tool, Tip>> tips_;  ///< of those shown
+    std::vector<std::int32_t> driven_;
     std::vector<Vector3> driven_to_;
+    std::vector<std::int32_t> driven_slot_;  ///< of each node, in driven_; -1
+    std::vector<int> driven_by_;             ///< how many patches hold it
+    std::optional<Settling> settling_;
     double tail_s_ = 0;  ///< what a frame still needs after its last solve: the most of late
     std::optional<double> last_time_s_;
     Frame frame_;

@@ -35,11 +35,12 @@ solver:
   relative_tolerance: 1e-2   # of each frame's linear solve: far below the tracker's noise
 
 track:
-  recording: press.igs.mha   # PLUS's sequence format
+  source: press.igs.mha      # PLUS's sequence format; openigtlink://localhost:18944 is a running PLUS server
   registration: registration.json   # what `livetet register` wrote
   reference_tool: Reference  # on the organ: the registration follows it
-  sensor_tool: Sensor        # rests on the organ, then is pressed in
-  patch_radius_mm: {:<10.4g}# the surface this near to the sensor moves with it
+  sensors:
+    - tool: Sensor           # rests on the organ, then is pressed in
+      patch_radius_mm: {:<6.4g}# the surface this near to the sensor moves with it
   base_window_s: 1           # the sensor's place at rest is the mean over this first time
   budget: 30 ms              # what a frame may take: on a busy machine accuracy gives way, and the report says how often
 

@@ -41,8 +41,6 @@ Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
     }
     scene.solver.threads = threads;
     scene.track = TrackOptions{};
-    scene.track->reference_tool = "Reference";
-    scene.track->sensor_tool = "Sensor";
     scene.track->base_window_s = 0.5;
     return scene;
 }
@@ -75,7 +73,7 @@ class Follower {
     Follower(const Scene& scene, const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker)
         : scene_(scene),
           body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
-          model_(scene_, body_, {"Reference", "Sensor"}, tracker.image_from_reference) {}
+          model_(scene_, body_, tool_finder({"Reference", "Sensor"}), tracker.image_from_reference) {}
 
     Measured frame(const TrackerSample& sample, FrameLimits limits, std::optional<double> budget_s = {}) {
         Measured m;

@@ -75,10 +75,19 @@ Scene load_scene(const std::filesystem::path& path) {
     check_all(scene.fix, "fix");
     check_all(scene.drive, "drive");
     check_all(scene.loads, "loads");
-    if (scene.track && scene.track->recording.empty())
-        fail("track.recording is missing, expected a tracker recording ({})", file);
+    if (scene.track && scene.track->source.empty())
+        fail("track.source is missing, expected openigtlink://host:port, a tracker recording, or a script ({})", file);
     if (scene.track && scene.track->registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
+    if (scene.track) {
+        std::vector<std::string> names{scene.track->reference_tool};
+        for (const SensorOptions& sensor : scene.track->sensors) {
+            if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
+                fail("track.sensors: {} is named twice, expected each tool once, and not the reference ({})", sensor.tool,
+                     file);
+            names.push_back(sensor.tool);
+        }
+    }
     if (scene.probes && scene.probes->points.empty())
         fail("probes.points is missing, expected a CSV of points ({})", file);
 
@@ -94,8 +103,13 @@ Scene load_scene(const std::filesystem::path& path) {
     for (auto& l : scene.loads)
         if (l.mask) resolve(*l.mask);
     if (scene.track) {
-        resolve(scene.track->recording);
+        if (scene.track->source.find("://") == std::string::npos) {
+            std::filesystem::path source = scene.track->source;
+            resolve(source);
+            scene.track->source = source.string();
+        }
         resolve(scene.track->registration);
+        for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);
     }
     if (scene.probes) {
         resolve(scene.probes->points);

@@ -27,6 +27,8 @@ struct SelectionOptions {
     std::optional<std::vector<double>> box_mm, sphere_mm, half_space_mm;
     std::optional<std::vector<int>> nodes;
     NodeScope where = NodeScope::all;
+
+    bool operator==(const SelectionOptions&) const = default;
 };
 
 struct MeshSource {
@@ -43,6 +45,8 @@ struct MeshSource {
 struct FixOptions : SelectionOptions {
     std::string components = "xyz";
     std::optional<double> stiffness_N_per_m;
+
+    bool operator==(const FixOptions&) const = default;
 };
 
 struct DriveOptions : SelectionOptions {
@@ -73,19 +77,51 @@ std::optional<std::pair<double, double>> range_of(const std::string& text);
 
 enum class Pace { recorded, every_sample };
 
-/// What drives the scene from a tracker.
-struct TrackOptions {
-    std::filesystem::path recording;
-    std::filesystem::path registration;
-    std::string reference_tool = "Reference";
-    std::string sensor_tool = "Sensor";
+/// One deformation sensor.
+struct SensorOptions {
+    std::string tool = "Sensor";
     double patch_radius_mm = 15;
     DriveMotion motion = DriveMotion::translation;
+    std::optional<double> stiffness_N_per_m;
+    int placement = 1;
+
+    bool operator==(const SensorOptions&) const = default;
+};
+
+/// A tool that is shown in the image.
+struct ToolOptions {
+    std::string tool = "Stylus";
+    std::filesystem::path tip;
+
+    bool operator==(const ToolOptions&) const = default;
+};
+
+/// Who is told what the run computes, by OpenIGTLink.
+struct PublishOptions {
+    std::string address = "127.0.0.1";
+    int port = 18945;
+    double rate_Hz = 20;
+    std::string surface = "Organ";
+};
+
+/// What drives the scene from a tracker.
+struct TrackOptions {
+    std::string source;
+    std::filesystem::path registration;
+    std::string reference_tool = "Reference";
+    std::vector<SensorOptions> sensors{SensorOptions{}};
+    std::vector<ToolOptions> tools;
     double base_window_s = 1;
+    double hold_s = 0.5;
+    double release_s = 1;
+    double max_displacement_mm = 100;
     double smoothing_Hz = 1;
+    double ahead_ms = 0;
     int linearisations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
+    double speed = 1;
+    std::optional<PublishOptions> publish;
 };
 
 struct OutputOptions {
@@ -204,31 +240,72 @@ void visit_fields(Visitor& v, ProbeOptions& p) {
 }
 
 template <class Visitor>
+void visit_fields(Visitor& v, SensorOptions& o) {
+    v.field("tool", o.tool, "", "its name: Sensor for SensorToTracker");
+    v.field("patch_radius_mm", o.patch_radius_mm, "mm",
+            "the surface within this distance of the sensor's place follows it", greater_than<0>());
+    v.choice("motion", o.motion, "what of the sensor's motion the patch follows",
+             {{DriveMotion::translation, "translation", "its way alone: right for a sensor that rolls on the surface"},
+              {DriveMotion::rigid, "rigid", "its turn too: right for a sensor that is fixed to the organ"}});
+    v.field("stiffness_N_per_m", o.stiffness_N_per_m, "N/m",
+            "the patch follows softly, by springs of this stiffness in all: tames noise; none: it goes where the sensor goes",
+            greater_than<0>());
+    v.field("placement", o.placement, "",
+            "counted up while running: the sensor was moved to another place on the organ and is placed anew",
+            at_least<0, int>());
+}
+
+template <class Visitor>
+void visit_fields(Visitor& v, ToolOptions& o) {
+    v.field("tool", o.tool, "", "its name: Stylus for StylusToTracker");
+    v.field("tip", o.tip, "", "what `livetet calibrate pivot -o FILE` wrote; none: the tool's sensor is shown");
+}
+
+template <class Visitor>
+void visit_fields(Visitor& v, PublishOptions& o) {
+    v.field("address", o.address, "", "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in");
+    v.field("port", o.port, "", "of TCP; a tracker's own server mostly has 18944; 0: any that is free",
+            Check<int>{"from 0 to 65535", [](const int& n) { return n >= 0 && n <= 65535; }});
+    v.field("rate_Hz", o.rate_Hz, "Hz", "frames a second at most; 0: every frame", at_least<0>());
+    v.field("surface", o.surface, "", "name of the organ's surface");
+}
+
+template <class Visitor>
 void visit_fields(Visitor& v, TrackOptions& t) {
-    v.field("recording", t.recording, "", "tracker recording (PLUS sequence: .igs.mha, .seq.mha, .nrrd)");
+    v.field("source", t.source, "",
+            "openigtlink://host:port of a tracker server such as PLUS, a recording (PLUS sequence: .igs.mha, .seq.mha, "
+            ".nrrd), or a simulated tracker's script (.yaml)");
     v.field("registration", t.registration, "", "what `livetet register --reference TOOL -o FILE` wrote");
     v.field("reference_tool", t.reference_tool, "",
             "the sensor that keeps the registration alive (ReferenceToTracker: Reference)");
-    v.field("sensor_tool", t.sensor_tool, "", "the sensor that moves the patch");
-    v.field("patch_radius_mm", t.patch_radius_mm, "mm",
-            "the surface within this distance of the sensor's place follows it", greater_than<0>());
-    v.choice("motion", t.motion, "what of the sensor's motion the patch follows",
-             {{DriveMotion::translation, "translation", "its way alone: right for a sensor that rolls on the surface"},
-              {DriveMotion::rigid, "rigid", "its turn too: right for a sensor that is fixed to the organ"}});
-    v.field("base_window_s", t.base_window_s, "s", "the sensor's place at rest is the mean over this first time",
+    v.list("sensors", t.sensors,
+           "the sensors that move the surface; where patches overlap, by the mean. May be changed in the file while it runs");
+    v.list("tools", t.tools, "tools that are shown in the image. May be changed in the file while it runs");
+    v.field("base_window_s", t.base_window_s, "s", "a sensor's place at rest is the mean over this first time",
             at_least<0>());
+    v.field("hold_s", t.hold_s, "s", "so long does a sensor that is lost hold its patch", at_least<0>());
+    v.field("release_s", t.release_s, "s", "then its patch is let go, or, when it is back, taken hold of, in this time",
+            at_least<0>());
+    v.field("max_displacement_mm", t.max_displacement_mm, "mm",
+            "a sensor that is farther than this from where it was placed counts as lost", greater_than<0>());
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz", "cut-off of the pose filter at rest (one-euro); 0: no filter",
             at_least<0>());
-    v.field("linearisations", t.linearisations, "", "Newton steps a frame", at_least<1, int>());
+    v.field("ahead_ms", t.ahead_ms, "ms",
+            "poses are carried on by the filter's speeds for so long, to make up for latency; 0: not",
+            Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
+    v.field("linearisations", t.linearisations, "", "Newton steps a frame",
+            Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
     v.field("budget", t.budget, "",
             "what a frame may take, such as 10 ms: as many solver iterations as fit, one at least; none: to the solver's "
             "relative_tolerance, however long it takes",
             Check<std::string>{"a time above 0 with its unit, ms or s: 10 ms",
                                [](const std::string& text) { return text.empty() || seconds_of(text).has_value(); }});
-    v.choice("pace", t.pace, "which samples of the recording become frames",
+    v.choice("pace", t.pace, "which samples of a recording become frames",
              {{Pace::recorded, "recorded",
                "played at its own pace: the newest sample when a frame begins, others are missed"},
               {Pace::every_sample, "every-sample", "each sample, one after the other, however long it takes"}});
+    v.field("speed", t.speed, "", "a recording is played at so many times its own pace", greater_than<0>());
+    v.group("publish", t.publish, "OpenIGTLink server: 3D Slicer shows the organ deform by connecting to it");
 }
 
 template <class Visitor>

@@ -99,6 +99,13 @@ void ResultWriter::append_values(const std::string& name, std::span<const double
     file_->append<double>(table, values);
 }
 
+void ResultWriter::append_row(const std::string& name, std::span<const double> row) {
+    const std::string table = "rows/" + name;
+    if (!file_) fail("{}: a row of {} comes after the file was closed", path_.string(), name);
+    if (!file_->has(table)) file_->create_growing<double>(table, row.size());
+    file_->append<double>(table, row);
+}
+
 void ResultWriter::write_text(const std::string& name, const std::string& text) {
     file_->write_text("texts/" + name, text);
 }

@@ -35,6 +35,8 @@ class ResultWriter {
     void append_field(const std::string& name, FieldPlace place, int components, std::span<const double> values);
     /// Numbers belonging to the frame last appended, under a name of their own: as many with each frame.
     void append_values(const std::string& name, std::span<const double> values);
+    /// A row of a table that grows as it will, under a name of its own: as many numbers with each.
+    void append_row(const std::string& name, std::span<const double> row);
     /// A text about the run as a whole, under a name of its own.
     void write_text(const std::string& name, const std::string& text);
     void close();
@@ -77,6 +79,10 @@ class ResultReader {
     std::vector<double> field(const std::string& name, std::size_t k, int components) const;
     /// The values of frame k under a name given to `append_values`, `count` of them.
     std::vector<double> values(const std::string& name, std::size_t k, std::size_t count) const;
+    /// All rows given to `append_row` under a name, one behind the other. Throws Error where there is no such table.
+    std::vector<double> rows(const std::string& name, std::size_t columns) const {
+        return file_.read<double>("rows/" + name, columns).values;
+    }
     std::vector<std::string> value_names() const { return file_.names("values"); }
 
   private:

@@ -300,22 +300,28 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
                        (options_.tangent == TangentChoice::automatic && effort.tolerance > 0);
     Tangent tangent = !exact ? Tangent::held_rotation : positive_steps_ > 0 ? Tangent::positive : Tangent::exact;
     positive_steps_ = std::max(0, positive_steps_ - 1);
+    const SolveRecord* done =
+        effort.as_done && report.linearisations < most_recorded_solves ? &(*effort.as_done)[report.linearisations] : nullptr;
     for (;;) {
-        const bool half = assemble(c, tangent, settling_steps_ == 0 && (effort.by_halves || is_late(effort)));
+        const bool half = assemble(
+            c, tangent, done ? done->half_renewed : settling_steps_ == 0 && (effort.by_halves || is_late(effort)));
         const double assembly_s = watch.lap();
         report.half_renewed |= half;
         report.operator_s += assembly_s;
         const double whole_s = half ? whole_over_half * assembly_s : assembly_s;
         // New constraints and time steps take more, once.
         renewal_s_ += lately * ((renewal_s_ > 0 ? std::min(whole_s, 2 * renewal_s_) : whole_s) - renewal_s_);
-        const LinearEffort how{effort.linear_tolerance, effort.iterations > 0 ? effort.iterations : options_.max_iterations,
-                               effort.deadline};
+        const int most = done                    ? std::max(done->iterations, 1)
+                         : effort.iterations > 0 ? effort.iterations
+                                                 : options_.max_iterations;
+        const LinearEffort how{effort.linear_tolerance, most, effort.deadline};
         const Vec guesses[] = {previous_[0].get(), previous_[1].get()};
         const std::size_t guessed = report.linearisations == 0 ? guesses_ : 0;
         const LinearReport linear = operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), how,
                                                     std::span(guesses, guessed));
         report.solve_s += watch.lap();
         report.iterations += linear.iterations;
+        if (report.linearisations < most_recorded_solves) report.solves[report.linearisations] = {linear.iterations, half};
         report.cut_short |= linear.cut_short;
         report.solve_error = linear.error;
         // A direction that goes up is what an operator gives that is not positive, though Krylov may not have seen it.
@@ -351,7 +357,7 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
         if (imbalance == 0 && !(k == 0 && moved)) break;
         const LinearReport linear = solve_linear(c, effort, report);
         watch.lap();
-        report.converged = report.converged && (linear.converged || (linear.cut_short && (effort.deadline || effort.iterations > 0)));
+        report.converged = report.converged && (linear.converged || (linear.cut_short && (effort.deadline || effort.iterations > 0 || effort.as_done)));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.linearisations;
         if (k == 0) {

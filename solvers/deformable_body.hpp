@@ -11,6 +11,15 @@
 
 namespace livetet {
 
+/// A step makes this many linearisations at most where it is to be done again to the bit.
+constexpr int most_recorded_solves = 4;
+
+/// What a deadline left of one linearisation's solve.
+struct SolveRecord {
+    int iterations = 0;
+    bool half_renewed = false;
+};
+
 /// What one step, or one static solve, came to. Times in seconds.
 struct [[nodiscard]] StepReport {
     bool converged = true;  ///< every linear solve met its tolerance or was cut short, and Newton met its own if asked to
@@ -19,6 +28,7 @@ struct [[nodiscard]] StepReport {
     bool kept_old = false;  ///< the new state was not finite
     int linearisations = 0;
     int iterations = 0;    ///< of all linear solves
+    std::array<SolveRecord, most_recorded_solves> solves{};  ///< of the first linearisations
     double imbalance = 0;  ///< force out of balance relative to the forces at work: at the end where a tolerance was
                            ///< asked for, else before the last linear solve
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
@@ -39,6 +49,8 @@ struct StepEffort {
     std::optional<Clock::time_point> deadline{};
     /// Live: one half of the operator, the other by the next step, however far the deadline is; not soon after a jump.
     bool by_halves = false;
+    /// Live: as an earlier step was done, whose `StepReport::solves` these are, without a deadline: the same to the bit.
+    const std::array<SolveRecord, most_recorded_solves>* as_done = nullptr;
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with

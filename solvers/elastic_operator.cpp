@@ -405,7 +405,8 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
         std::vector<double> lower(level.empty() ? 0 : levels_[l + 1]->share().number_of_node.size(), 0.0);
         const BarycentricMap& map = live_ ? live_->map(l) : transfers_[l]->map();
         for (std::size_t i = 0; i < level.size(); ++i)
-            for (int k = 0; k < 4; ++k) lower[map.nodes[i][k]] += map.weights[i][k] * level[i];
+            for (int k = 0; k < 4; ++k)  // no node of an extrapolated place is pushed away
+                lower[map.nodes[i][k]] += std::max(map.weights[i][k], 0.0) * level[i];
         levels_[l + 1]->set_springs(lower);
         level = std::move(lower);
     }

@@ -27,18 +27,25 @@ PoseStatus status_of(const igtl::Message& message, const std::string& prefix) {
 
 }  // namespace
 
-PoseGatherer::PoseGatherer(std::vector<std::string> tools, const OpenIgtLinkSourceOptions& options, Post post)
-    : options_(options), post_(std::move(post)) {
+void check_tools_differ(const std::vector<std::string>& tools) {
     std::map<std::string, std::string> taken;
-    for (std::string& name : tools) {
-        State& tool = tools_.emplace_back();
-        tool.transform = name + std::string(to_tracker);
-        for (const std::string& on_wire : std::set{cut(name), cut(tool.transform)})
+    for (const std::string& name : tools)
+        for (const std::string& on_wire : std::set{cut(name), cut(name + std::string(to_tracker))})
             if (const auto [other, is_new] = taken.emplace(on_wire, name); !is_new)
                 fail("tools {} and {}: both are {} in the 20 bytes that OpenIGTLink has for a name, expected two names",
                      other->second, name, on_wire);
-        tool.name = std::move(name);
-    }
+}
+
+PoseGatherer::PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post)
+    : options_(options), post_(std::move(post)) {
+    check_tools_differ(tools);
+    for (const std::string& tool : tools) add_tool(tool);
+}
+
+void PoseGatherer::add_tool(const std::string& tool) {
+    State& added = tools_.emplace_back();
+    added.name = tool;
+    added.transform = tool + std::string(to_tracker);
     sample_.sample.poses.resize(tools_.size());
     sample_.times.resize(tools_.size());
 }

@@ -11,12 +11,18 @@
 
 namespace livetet {
 
+/// Throws Error where two tools' names are the same in the bytes that the wire has for a name.
+void check_tools_differ(const std::vector<std::string>& tools);
+
 /// Turns tracking messages into samples as `OpenIgtLinkSource` says; no sockets, no clock of its own: `now_s` is the
 /// steady clock's.
 class PoseGatherer {
   public:
     using Post = std::function<void(const StreamSample&)>;
-    PoseGatherer(std::vector<std::string> tools, const OpenIgtLinkSourceOptions& options, Post post);
+    PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post);
+
+    /// One tool more, behind the others.
+    void add_tool(const std::string& tool);
 
     /// Takes in a message; others than of tracking data are left alone.
     void take(const igtl::Message& message, double now_s);

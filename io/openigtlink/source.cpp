@@ -23,10 +23,6 @@ std::chrono::steady_clock::duration duration_of(double seconds) {
     return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 bool is_tracking_data(const igtl::Header& header) {
     for (const auto* type : {"TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"})
         if (header.type == type) return true;
@@ -63,10 +59,13 @@ std::string_view to_text(State state) {
 /// Everything but the constructor runs on its one thread; statistics_ is shared under its mutex.
 class OpenIgtLinkSource::Connector {
   public:
-    Connector(std::string host, std::uint16_t port, std::vector<std::string> tools, OpenIgtLinkSourceOptions options)
+    using Post = std::function<void(const StreamSample&)>;
+    Connector(std::string host, std::uint16_t port, std::vector<std::string> tools, OpenIgtLinkSourceOptions options,
+              Post hand_on)
         : host_(std::move(host)),
           port_(port),
           options_(options),
+          hand_on_(std::move(hand_on)),
           retry_s_(options.first_retry_s),
           gatherer_(std::move(tools), options, [this](const StreamSample& sample) { post(sample); }) {
         check_options(options_);
@@ -81,7 +80,11 @@ class OpenIgtLinkSource::Connector {
         thread_.join();
     }
 
-    Mailbox<StreamSample> samples;
+    /// Follows one tool more. Throws Error where it cannot be told from another.
+    void add_tool(const std::string& tool, std::vector<std::string> all) {
+        check_tools_differ(all);
+        asio::post(io_, [this, tool] { gatherer_.add_tool(tool); });
+    }
 
     OpenIgtLinkStatistics statistics() const {
         const std::lock_guard lock(mutex_);
@@ -222,8 +225,7 @@ class OpenIgtLinkSource::Connector {
 
     void post(const StreamSample& sample) {
         last_post_s_ = sample.arrived_s;
-        samples.outgoing() = sample;
-        samples.post();
+        hand_on_(sample);
         const std::lock_guard lock(mutex_);
         ++statistics_.samples;
     }
@@ -257,6 +259,7 @@ class OpenIgtLinkSource::Connector {
     const std::string host_;
     const std::uint16_t port_;
     const OpenIgtLinkSourceOptions options_;
+    const Post hand_on_;
     double retry_s_;
     double last_message_s_ = 0, last_post_s_ = 0;
     State state_ = State::connecting;
@@ -274,12 +277,29 @@ class OpenIgtLinkSource::Connector {
 
 OpenIgtLinkSource::OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
                                      OpenIgtLinkSourceOptions options)
-    : connector_(std::make_unique<Connector>(std::move(host), port, std::move(tools), options)) {}
+    : tools_(tools) {
+    listener_ = options.listener;
+    connector_ = std::make_unique<Connector>(std::move(host), port, std::move(tools), options,
+                                             [this](const StreamSample& sample) { post(sample); });
+}
 
 OpenIgtLinkSource::~OpenIgtLinkSource() = default;
 
-Mailbox<StreamSample>& OpenIgtLinkSource::samples() { return connector_->samples; }
-
 OpenIgtLinkStatistics OpenIgtLinkSource::statistics() const { return connector_->statistics(); }
+
+SourceStatus OpenIgtLinkSource::status() const {
+    const OpenIgtLinkStatistics s = connector_->statistics();
+    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came};
+}
+
+std::size_t OpenIgtLinkSource::index_of(const std::string& tool) {
+    const auto found = std::ranges::find(tools_, tool);
+    if (found != tools_.end()) return static_cast<std::size_t>(found - tools_.begin());
+    std::vector<std::string> all = tools_;
+    all.push_back(tool);
+    connector_->add_tool(tool, all);
+    tools_ = std::move(all);
+    return tools_.size() - 1;
+}
 
 }  // namespace livetet

@@ -7,25 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "tracking/mailbox.hpp"
-#include "tracking/sample.hpp"
+#include "tracking/source.hpp"
 
 namespace livetet {
-
-/// When a tool's newest pose was measured and when it came.
-struct PoseTimes {
-    double sent_s = 0;     ///< the sender's time stamp, seconds since 1970; 0 where it sends none
-    double arrived_s = 0;  ///< by this machine's steady clock; 0 where it never came
-};
-
-/// The newest of every tool. `sample.time_s` is the sender's newest time stamp (the arrival's time where it sends
-/// none); it never goes backwards, and where the sender's clock is set back by more than a second it goes on by the
-/// arrivals.
-struct StreamSample {
-    TrackerSample sample;
-    std::vector<PoseTimes> times;
-    double arrived_s = 0;  ///< of the message that completed it, steady clock
-};
 
 struct OpenIgtLinkSourceOptions {
     double gather_s = 0.005;      ///< at most so long does a sample wait for the tools missing at its time stamp
@@ -34,7 +18,8 @@ struct OpenIgtLinkSourceOptions {
     double first_retry_s = 0.1;   ///< pause before connecting again, doubled each time
     double longest_retry_s = 2;
     double connect_timeout_s = 3;
-    std::optional<int> request_ms;  ///< asks for tracking data (STT_TDATA) that often, for servers that wait for it
+    std::optional<int> request_ms{};  ///< asks for tracking data (STT_TDATA) that often, for servers that wait for it
+    SampleListener listener{};  ///< called with each sample by the source's thread
 };
 
 /// What a source has met so far.
@@ -66,19 +51,23 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// no sample mixes two moments; a tool that is left out costs the others at most `gather_s`. A tool that is no
 /// longer in its device's TDATA is missing at once. While nothing comes, a sample in which every tool
 /// is missing is posted every `silence_after_s`, so that whoever waits wakes up.
-class OpenIgtLinkSource {
+class OpenIgtLinkSource : public TrackerSource {
   public:
     /// Poses come in the order of `tools`. Throws Error where two tools cannot be told apart, or an option is not
     /// positive. Does not wait for the server, which may not be there yet.
     OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
                       OpenIgtLinkSourceOptions options = {});
-    ~OpenIgtLinkSource();
+    ~OpenIgtLinkSource() override;
 
-    Mailbox<StreamSample>& samples();
     OpenIgtLinkStatistics statistics() const;
+    SourceStatus status() const override;
+    /// A tool that is not followed yet is from now on, its poses behind those of the others.
+    std::size_t index_of(const std::string& tool) override;
+    std::vector<std::string> tools() const override { return tools_; }
 
   private:
     class Connector;
+    std::vector<std::string> tools_;
     std::unique_ptr<Connector> connector_;
 };
 

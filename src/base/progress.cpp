@@ -21,15 +21,27 @@ void ProgressLine::update(double fraction, std::string_view what) {
     if (terminal_) {
         if (!last_update && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
-        const std::string line =
-            fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'), 100 * fraction, what);
-        fmt::print(stderr, "\r{:<{}}", line, width_);
-        width_ = line.size();
-        std::fflush(stderr);
+        rewrite(fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'), 100 * fraction, what));
     } else if (tenth != tenth_) {
         fmt::print(stderr, "{} {:3.0f} % {}\n", title_, 100 * fraction, what);
         tenth_ = tenth;
     }
+}
+
+void ProgressLine::say(std::string_view what) {
+    const auto now = Clock::now();
+    if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5))) return;
+    last_ = now;
+    if (terminal_)
+        rewrite(fmt::format("{}: {}", title_, what));
+    else
+        fmt::print(stderr, "{}: {}\n", title_, what);
+}
+
+void ProgressLine::rewrite(const std::string& line) {
+    fmt::print(stderr, "\r{:<{}}", line, width_);
+    width_ = line.size();
+    std::fflush(stderr);
 }
 
 }  // namespace livetet

@@ -20,12 +20,16 @@ class ProgressLine {
     ProgressLine& operator=(const ProgressLine&) = delete;
 
     void update(double fraction, std::string_view what);
+    /// Where nobody knows how long it takes: a few words, and where stderr is not a terminal a line every five seconds.
+    void say(std::string_view what);
     ProgressCallback callback() {
         return [this](double fraction, std::string_view what) { update(fraction, what); };
     }
 
   private:
     using Clock = std::chrono::steady_clock;
+    void rewrite(const std::string& line);
+
     std::string title_;
     bool terminal_;
     int tenth_ = -1;

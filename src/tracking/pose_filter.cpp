@@ -32,6 +32,8 @@ PoseFilter::PoseFilter(const PoseFilterOptions& options) : options_(options) {
     check_positive("min_cutoff_Hz", options.min_cutoff_Hz);
     check_positive("derivative_cutoff_Hz", options.derivative_cutoff_Hz);
     check_positive("reset_after_s", options.reset_after_s);
+    if (!(options.ahead_s >= 0 && options.ahead_s <= 1))
+        fail("pose filter: ahead_s = {} must be from 0 to 1", options.ahead_s);
     if (!(options.beta_per_m >= 0)) fail("pose filter: beta_per_m = {} must be >= 0", options.beta_per_m);
     if (!(options.beta_per_rad >= 0)) fail("pose filter: beta_per_rad = {} must be >= 0", options.beta_per_rad);
 }
@@ -45,7 +47,7 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     }
     State& s = *state_;
     const double dt = time_s - s.time_s;
-    if (dt <= 0) return s.filtered;
+    if (dt <= 0) return carried_on();
     const double blend = smoothing_factor(options_.derivative_cutoff_Hz, dt);
     s.velocity += blend * ((pose.translation - s.last_translation) / dt - s.velocity);
     s.angular_velocity +=
@@ -60,7 +62,14 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     s.last_translation = pose.translation;
     s.last_rotation = pose.rotation;
     s.time_s = time_s;
-    return s.filtered;
+    return carried_on();
+}
+
+TrackedPose PoseFilter::carried_on() const {
+    const State& s = *state_;
+    if (options_.ahead_s == 0) return s.filtered;
+    return {rotation_of_vector(options_.ahead_s * s.angular_velocity) * s.filtered.rotation,
+            s.filtered.translation + options_.ahead_s * s.velocity, PoseStatus::ok};
 }
 
 OutlierGate::OutlierGate(const OutlierGateOptions& options) : options_(options) {

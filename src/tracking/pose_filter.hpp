@@ -15,6 +15,7 @@ struct PoseFilterOptions {
     double beta_per_m = 50;           ///< cutoff added for each m/s of speed: higher lags less, Hz s/m
     double beta_per_rad = 2;          ///< cutoff added for each rad/s of turning, Hz s/rad
     double derivative_cutoff_Hz = 1;  ///< cutoff of the speeds' own low-pass
+    double ahead_s = 0;               ///< the pose is carried on by its smoothed speeds for so long: makes up for latency
     double reset_after_s = 0.5;       ///< a gap longer than this starts afresh
 };
 
@@ -36,11 +37,13 @@ class PoseFilter {
   private:
     struct State {
         double time_s = 0;
-        TrackedPose filtered;
+        TrackedPose filtered;  // not carried on
         Eigen::Vector3d last_translation, velocity;  // unfiltered, and m/s
         Eigen::Matrix3d last_rotation;
         Eigen::Vector3d angular_velocity;  // rad/s
     };
+    TrackedPose carried_on() const;
+
     PoseFilterOptions options_;
     std::optional<State> state_;
 };

@@ -35,6 +35,7 @@ SensorDrive::SensorDrive(const SensorDriveOptions& options) : options_(options) 
     not_negative("base_window_s", options.base_window_s);
     not_negative("hold_s", options.hold_s);
     not_negative("release_s", options.release_s);
+    if (!(options.max_displacement > 0)) fail("sensor drive: max_displacement = {} m must be > 0", options.max_displacement);
     if (!(options.max_return_speed > 0))
         fail("sensor drive: max_return_speed = {} m/s must be > 0", options.max_return_speed);
     if (!(options.max_return_turn_rate > 0))
@@ -46,16 +47,19 @@ DriveStatus SensorDrive::update(double time_s,
     const double now = last_s_ ? std::max(time_s, *last_s_) : time_s;
     const double dt = last_s_ ? now - *last_s_ : 0;
     last_s_ = now;
-    const bool seen =
+    const bool finite =
         image_from_sensor && image_from_sensor->rotation.allFinite() && image_from_sensor->translation.allFinite();
-    if (seen) {
+    if (finite && !base_) {
         seen_s_ = now;
-        if (base_)
-            follow(dt, *image_from_sensor);
-        else
-            place(now, *image_from_sensor);
+        place(now, *image_from_sensor);
     } else if (base_) {
-        release(now);
+        const Motion target = finite ? motion_to(*image_from_sensor) : Motion{};
+        if (finite && target.translation.norm() <= options_.max_displacement) {
+            seen_s_ = now;
+            follow(dt, target);
+        } else {
+            release(now);
+        }
     }
     return status_;
 }
@@ -70,31 +74,33 @@ void SensorDrive::place(double time_s, const RigidTransform<ImageFrame, Sensor>&
     status_ = DriveStatus::following;
 }
 
-void SensorDrive::follow(double dt, const RigidTransform<ImageFrame, Sensor>& pose) {
+SensorDrive::Motion SensorDrive::motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const {
     Motion target;
     target.translation = pose.translation - base_->translation;
     if (options_.motion == DriveMotion::rigid)
         target.turn = rotation_vector(pose.rotation * base_->rotation.transpose());
-    if (status_ != DriveStatus::following) {
-        const bool there = approach(motion_.translation, target.translation, options_.max_return_speed * dt);
-        const bool turned = approach(motion_.turn, target.turn, options_.max_return_turn_rate * dt);
-        status_ = there && turned ? DriveStatus::following : DriveStatus::returning;
-    } else {
+    return target;
+}
+
+void SensorDrive::follow(double dt, const Motion& target) {
+    if (status_ == DriveStatus::following) {
         motion_ = target;
+        return;
     }
-    held_ = motion_;
+    const bool there = approach(motion_.translation, target.translation, options_.max_return_speed * dt);
+    const bool turned = approach(motion_.turn, target.turn, options_.max_return_turn_rate * dt);
+    grip_ = options_.release_s > 0 ? std::min(1.0, grip_ + dt / options_.release_s) : 1.0;
+    status_ = there && turned && grip_ == 1 ? DriveStatus::following : DriveStatus::returning;
 }
 
 void SensorDrive::release(double time_s) {
-    const double away = time_s - seen_s_;
-    if (away <= options_.hold_s) {
+    const double away = time_s - seen_s_ - options_.hold_s;
+    if (away <= 0) {
         status_ = DriveStatus::holding;
         return;
     }
-    const double faded = options_.release_s > 0 ? std::min(1.0, (away - options_.hold_s) / options_.release_s) : 1.0;
-    const double left = 1 - faded * faded * (3 - 2 * faded);  // smooth at both ends
-    motion_ = {left * held_.turn, left * held_.translation};
-    status_ = faded < 1 ? DriveStatus::releasing : DriveStatus::released;
+    grip_ = std::min(grip_, options_.release_s > 0 ? std::max(0.0, 1 - away / options_.release_s) : 0.0);
+    status_ = grip_ > 0 ? DriveStatus::releasing : DriveStatus::released;
 }
 
 Vector3d SensorDrive::displacement(const Vector3d& rest_position) const {

@@ -13,8 +13,8 @@ namespace livetet {
 enum class DriveMotion { translation, rigid };
 
 /// `placing`: the base pose is being measured, nothing moves; `following`; `returning`: following again, limited in
-/// speed until caught up; `holding`: the sensor is lost and the last motion stands; `releasing`: the motion fades to
-/// nothing; `released`: it has faded.
+/// speed until caught up; `holding`: the sensor is lost and the last motion stands; `releasing`: the patch is let go,
+/// little by little; `released`: it is free.
 enum class DriveStatus { placing, following, returning, holding, releasing, released };
 
 struct SensorDriveOptions {
@@ -22,6 +22,7 @@ struct SensorDriveOptions {
     double base_window_s = 0.5;  ///< the base pose is the mean of the valid poses over this long from the first
     double hold_s = 0.5;
     double release_s = 1;
+    double max_displacement = 0.1;    ///< m; a pose that would move the patch farther counts as missing
     double max_return_speed = 0.1;    ///< m/s, while catching up with a sensor that came back
     double max_return_turn_rate = 1;  ///< rad/s, likewise
 };
@@ -41,6 +42,9 @@ class SensorDrive {
     /// The displacement (metres, image frame) of a patch node whose rest position (metres, image frame) is given.
     Eigen::Vector3d displacement(const Eigen::Vector3d& rest_position) const;
 
+    /// How firmly the patch is held, from 1 (it goes where `displacement` says) to 0 (it is free).
+    double grip() const { return grip_; }
+
     DriveStatus status() const { return status_; }
     /// The pose when placed; empty while placing.
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
@@ -55,7 +59,8 @@ class SensorDrive {
         Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     };
     void place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose);
-    void follow(double dt, const RigidTransform<ImageFrame, Sensor>& pose);
+    Motion motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const;
+    void follow(double dt, const Motion& target);
     void release(double time_s);
 
     SensorDriveOptions options_;
@@ -66,7 +71,8 @@ class SensorDrive {
     Eigen::Matrix3d rotation_sum_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d translation_sum_ = Eigen::Vector3d::Zero();
     int poses_ = 0;
-    Motion motion_, held_;  // the patch's now, and when the sensor was last seen
+    Motion motion_;
+    double grip_ = 1;
 };
 
 }  // namespace livetet

@@ -46,7 +46,7 @@ struct Tracked {
         write_text(folder / "scene.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
                    "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
-                   "track: {recording: press.igs.mha, registration: registration.json}\n");
+                   "track: {source: press.igs.mha, registration: registration.json}\n");
     }
     ResultReader run(const std::string& options = "--every-sample") {
         write_sequence(folder / "press.igs.mha", recording);

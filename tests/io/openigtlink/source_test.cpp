@@ -36,8 +36,9 @@ Message stylus_at(double x_m) {
 /// Waits for a sample whose first tool is usable and at x_m.
 bool comes(OpenIgtLinkSource& source, double x_m) {
     return eventually([&] {
-        if (!source.samples().take()) return false;
-        const TrackedPose& pose = source.samples().incoming().sample.poses.at(0);
+        const StreamSample* sample = source.take();
+        if (!sample) return false;
+        const TrackedPose& pose = sample->sample.poses.at(0);
         return is_usable(pose) && std::abs(pose.translation.x() - x_m) < 1e-6;
     });
 }
@@ -62,8 +63,9 @@ TEST(OpenIgtLinkSource, GreetsInVersion2AndTakesWhatAPlusServerSends) {
     peer.send(with_status("ReferenceToTracker", "OUT_OF_VIEW", 0.25));
     peer.send(with_status("ProbeToTracker", "OK", 0.25));
     ASSERT_TRUE(eventually([&] { return source.statistics().names.contains("ProbeToTracker"); }));
-    ASSERT_TRUE(source.samples().take());
-    const StreamSample& sample = source.samples().incoming();
+    const StreamSample* taken = source.take();
+    ASSERT_TRUE(taken);
+    const StreamSample& sample = *taken;
     EXPECT_NEAR(sample.sample.poses[0].translation.x(), 0.25, 1e-7);
     EXPECT_EQ(sample.sample.poses[1].status, PoseStatus::missing);
     EXPECT_NEAR(sample.times[0].sent_s, 1.7e9 + 0.25, 1e-6);
@@ -123,7 +125,8 @@ TEST(OpenIgtLinkSource, WaitsForAServerThatIsNotThereYetAndFollowsItWhenItComesB
         OpenIgtLinkServer server({"127.0.0.1", port});
         EXPECT_TRUE(eventually([&] {
             server.publish({stylus_at(life)});
-            return source.samples().take() && source.samples().incoming().sample.poses[0].translation.x() == life;
+            const StreamSample* sample = source.take();
+            return sample && sample->sample.poses[0].translation.x() == life;
         })) << "life "
             << life;
     }
@@ -165,13 +168,11 @@ TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
     for (int i = 1; i <= 2; ++i) {
         EXPECT_TRUE(eventually([&] {
             peer.send(stylus_at(i));
-            return source.samples().take() && source.samples().incoming().sample.poses[0].translation.x() == i;
+            const StreamSample* sample = source.take();
+            return sample && sample->sample.poses[0].translation.x() == i;
         }));
         EXPECT_TRUE(eventually([&] { return source.statistics().state == State::silent; }));
-        const auto posted = source.samples().posted();
-        source.samples().wait_beyond(posted);
-        ASSERT_TRUE(source.samples().take());
-        EXPECT_EQ(source.samples().incoming().sample.poses[0].status, PoseStatus::missing);
+        EXPECT_EQ(source.next()->sample.poses[0].status, PoseStatus::missing);
     }
 }
 
@@ -200,8 +201,9 @@ TEST(OpenIgtLinkSource, TakesWhatOurOwnServerPublishes) {
     };
     EXPECT_TRUE(eventually([&] {
         server.publish({tool("StylusToTracker", 0.5), tool("ReferenceToTracker", -0.25)});
-        if (!source.samples().take()) return false;
-        const auto& poses = source.samples().incoming().sample.poses;
+        const StreamSample* sample = source.take();
+        if (!sample) return false;
+        const auto& poses = sample->sample.poses;
         return poses[0].status == PoseStatus::ok && poses[1].status == PoseStatus::ok &&
                poses[0].translation.x() == 0.5 && poses[1].translation.x() == -0.25 &&
                poses[0].rotation.isApprox(rotation_of_vector({0.1, 0.2, 0.3}), 1e-6);

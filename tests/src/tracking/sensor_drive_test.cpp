@@ -74,23 +74,38 @@ TEST(SensorDrive, MovingTheOrganAsAWholeDeformsNothing) {
     EXPECT_NEAR(deepest, 0.015, 1e-12);
 }
 
-TEST(SensorDrive, LostSensorHoldsThenFadesWithoutAJump) {
+TEST(SensorDrive, LostSensorHoldsThenItsPatchIsLetGoLittleByLittle) {
     SensorDrive drive = placed_drive();
     const Vector3d pressed(0, 0, -0.015);
     drive.update(0.6, at(pressed));
     const Pose broken{Eigen::Matrix3d::Identity(), {std::nan(""), 0, 0}};
     EXPECT_EQ(drive.update(0.7, broken), DriveStatus::holding);
-    EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15);
     EXPECT_EQ(drive.update(1.09, std::nullopt), DriveStatus::holding);
-    Vector3d last = drive.displacement(node);
+    EXPECT_EQ(drive.grip(), 1);
+    double last = 1;
     for (double t = 1.11; t < 2.095; t += 0.01) {
         EXPECT_EQ(drive.update(t, std::nullopt), DriveStatus::releasing) << t;
-        EXPECT_LE(drive.displacement(node).norm(), last.norm());
-        EXPECT_LT((drive.displacement(node) - last).norm(), 1.6 * 0.015 * 0.01);
-        last = drive.displacement(node);
+        EXPECT_NEAR(last - drive.grip(), 0.01, 1e-9 + (last == 1 ? 0.01 : 0)) << t;
+        EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15) << "what it still pulls to";
+        last = drive.grip();
     }
     EXPECT_EQ(drive.update(2.2, std::nullopt), DriveStatus::released);
-    EXPECT_EQ(drive.displacement(node), Vector3d::Zero());
+    EXPECT_EQ(drive.grip(), 0);
+}
+
+TEST(SensorDrive, APoseFartherThanTheOrganCouldGoCountsAsMissing) {
+    SensorDriveOptions options;
+    options.max_displacement = 0.05;
+    SensorDrive drive = placed_drive(options);
+    const Vector3d pressed(0, 0, -0.015);
+    drive.update(0.6, at(pressed));
+    EXPECT_EQ(drive.update(0.65, at({0.051, 0, 0})), DriveStatus::holding);
+    EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15);
+    EXPECT_EQ(drive.update(1.6, at({0.051, 0, 0})), DriveStatus::releasing);
+    EXPECT_EQ(drive.update(1.61, at(pressed)), DriveStatus::returning);
+    for (int i = 1; i <= 40; ++i) drive.update(1.61 + 0.05 * i, at(pressed));
+    EXPECT_EQ(drive.status(), DriveStatus::following);
+    EXPECT_EQ(drive.grip(), 1);
 }
 
 TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
@@ -109,8 +124,8 @@ TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
                 EXPECT_EQ(status, DriveStatus::returning);
             }
         }
-        EXPECT_EQ(status, DriveStatus::following);
         EXPECT_LT((last - Vector3d(0, 0, -0.02)).norm(), 1e-15);
+        EXPECT_EQ(status, away < 2 ? DriveStatus::following : DriveStatus::returning) << "not yet a second held again";
     }
 }
 

@@ -1,0 +1,188 @@
+#include "apps/recorder.hpp"
+
+#include <zlib.h>
+
+#include <chrono>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
+
+/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x 4 matrix by rows.
+constexpr std::size_t arrival_columns = 17;
+constexpr const char* arrival_table = "arrivals";
+
+void put_pose(std::vector<double>& row, const Eigen::Matrix3d& rotation, const Vector3& translation) {
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) row.push_back(rotation(i, k));
+        row.push_back(translation[i]);
+    }
+}
+
+}  // namespace
+
+std::uint32_t checksum(std::span<const Vector3> displacement) {
+    return static_cast<std::uint32_t>(
+        ::crc32_z(0, reinterpret_cast<const Bytef*>(displacement.data()), displacement.size_bytes()));
+}
+
+ArrivalLog::ArrivalLog() : ring_(arrivals_waiting) {}
+
+void ArrivalLog::keep(const StreamSample& sample) {
+    if (!wanted_.load(std::memory_order_acquire)) return;
+    StreamSample* slot = ring_.free_slot();
+    if (!slot) {
+        ++not_kept_;
+        return;
+    }
+    *slot = sample;
+    ring_.push();
+}
+
+Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals)
+    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals) {
+    arrivals_.wanted_.store(true, std::memory_order_release);
+    thread_ = std::thread([this] { run(); });
+}
+
+Recorder::~Recorder() {
+    if (thread_.joinable()) finish();
+}
+
+bool Recorder::keep(const Frame& frame, const StreamSample& sample, double seconds) {
+    KeptFrame* slot = ring_.free_slot();
+    if (!slot) return false;
+    slot->frame = frame;
+    slot->sample = sample.number;
+    slot->arrived_s = sample.arrived_s;
+    slot->done_s = steady_seconds();
+    slot->seconds = seconds;
+    slot->last = false;
+    ring_.push();
+    return true;
+}
+
+void Recorder::close() {
+    finish();
+    if (failure_) std::rethrow_exception(failure_);
+}
+
+void Recorder::finish() {
+    KeptFrame* slot = nullptr;
+    while (!(slot = ring_.free_slot())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    slot->last = true;
+    ring_.push();
+    thread_.join();
+}
+
+void Recorder::run() {
+    for (;;) {
+        const KeptFrame* kept = ring_.oldest();
+        if (!kept) {
+            ring_.wait();
+            continue;
+        }
+        try {
+            if (!failure_) write_arrivals();
+            if (!failure_ && !kept->last) write(*kept);
+        } catch (...) {
+            failure_ = std::current_exception();
+            failed_.store(true, std::memory_order_release);
+        }
+        if (kept->last) return;
+        ring_.pop();
+    }
+}
+
+void Recorder::write_arrivals() {
+    while (const StreamSample* s = arrivals_.ring_.oldest()) {
+        for (std::size_t i = 0; i < s->sample.poses.size(); ++i) {
+            const TrackedPose& pose = s->sample.poses[i];
+            std::vector<double> row{static_cast<double>(s->number), s->sample.time_s, s->arrived_s, static_cast<double>(i),
+                                    static_cast<double>(pose.status)};
+            put_pose(row, pose.rotation, pose.translation);
+            writer_.append_row(arrival_table, row);
+        }
+        arrivals_.ring_.pop();
+    }
+}
+
+void Recorder::write(const KeptFrame& kept) {
+    const Frame& f = kept.frame;
+    writer_.append(f.time_s, f.displacement);
+    std::vector<double> pose;
+    put_pose(pose, f.tracker_from_image.rotation, f.tracker_from_image.translation);
+    writer_.append_values("tracker_from_image", pose);
+    const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
+    value("frame_ms", 1e3 * kept.seconds);
+    value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
+    value("sensor_ms", 1e3 * f.sensor_s);
+    value("forces_ms", 1e3 * f.step.forces_s);
+    value("operator_ms", 1e3 * f.step.operator_s);
+    value("solve_ms", 1e3 * f.step.solve_s);
+    value("finish_ms", 1e3 * f.step.finish_s);
+    value("output_ms", 1e3 * f.output_s);
+    value("iterations", f.step.iterations);
+    value("imbalance", f.step.imbalance);
+    value("residual", f.step.linear_residual);
+    if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
+    value("cut_short", f.step.cut_short && f.step.converged);  // else it failed, budget or not
+    value("press_mm", 1e3 * f.press);
+    value("registration_status", static_cast<double>(f.registration));
+    value("converged", f.step.converged);
+    // How many sensors are placing, following, returning, holding, releasing, released; and what a replay needs.
+    std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
+    for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
+    writer_.append_values("sensors", sensors);
+    value("sample", static_cast<double>(kept.sample));
+    std::vector<double> solves;
+    for (const SolveRecord& s : f.step.solves) {
+        solves.push_back(s.iterations);
+        solves.push_back(s.half_renewed);
+    }
+    writer_.append_values("solves", solves);
+    value("checksum", checksum(f.displacement));
+}
+
+RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {
+    RecordedRun run;
+    const std::vector<double> rows = reader.rows(arrival_table, arrival_columns);
+    for (const double* row = rows.data(); row < rows.data() + rows.size(); row += arrival_columns) {
+        const auto number = static_cast<std::uint64_t>(row[0]);
+        if (run.samples.empty() || run.samples.back().number != number) {
+            if (!run.samples.empty() && number < run.samples.back().number)
+                fail("{}: sample {} comes after sample {}, expected them in order", source, number,
+                     run.samples.back().number);
+            run.samples.push_back({});
+            run.samples.back().number = number;
+            run.samples.back().sample.time_s = row[1];
+            run.samples.back().arrived_s = row[2];
+        }
+        std::vector<TrackedPose>& poses = run.samples.back().sample.poses;
+        const int status = static_cast<int>(row[4]);
+        if (row[3] != static_cast<double>(poses.size()) || status < 0 || status > static_cast<int>(PoseStatus::invalid))
+            fail("{}: sample {} holds tool {} with status {}, expected tool {} and a known status", source, number, row[3],
+                 row[4], poses.size());
+        TrackedPose& pose = poses.emplace_back();
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) pose.rotation(i, k) = row[5 + 4 * i + k];
+            pose.translation[i] = row[5 + 4 * i + 3];
+        }
+        pose.status = static_cast<PoseStatus>(status);
+    }
+    for (std::size_t k = 0; k < reader.frame_count(); ++k) {
+        RecordedRun::FrameRecord& frame = run.frames.emplace_back();
+        frame.sample = static_cast<std::uint64_t>(reader.values("sample", k, 1)[0]);
+        frame.checksum = static_cast<std::uint32_t>(reader.values("checksum", k, 1)[0]);
+        const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
+        for (int i = 0; i < most_recorded_solves; ++i)
+            frame.solves[i] = {static_cast<int>(solves[2 * i]), solves[2 * i + 1] != 0};
+    }
+    return run;
+}
+
+}  // namespace livetet

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tracking/source.hpp"
+
+namespace livetet {
+
+struct SourceOptions {
+    double speed = 1;             ///< of a recording: times its own pace; 0: every sample, one after the other
+    SampleListener listener{};    ///< called with each sample that comes, by the source's thread
+};
+
+struct OpenSource {
+    std::unique_ptr<TrackerSource> source;
+    std::size_t samples = 0;  ///< how many there will be; 0: nobody knows
+    double interval_s = 0;    ///< typical time between them; 0: nobody knows
+
+    bool is_live() const { return samples == 0; }
+};
+
+/// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated tracker's script. `tools`:
+/// those wanted of a stream. Throws Error where the name or the file is not good, or a recording lacks a tool.
+OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options);
+
+}  // namespace livetet

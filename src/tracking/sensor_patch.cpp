@@ -1,0 +1,51 @@
+#include "tracking/sensor_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/quadratic.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// A patch that is let go ends at this share of the stiffness that it began with.
+constexpr double nothing = 1e-4;
+
+}  // namespace
+
+void SensorPatch::follow(double time_s, const TrackedPose& sensor, const OutlierGate::Result& reference,
+                         const RigidTransform<ImageFrame, Reference>& image_from_reference) {
+    const auto gated = gate_.update(time_s, sensor);
+    std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
+    if (reference.verdict == GateVerdict::accepted && gated.verdict == GateVerdict::accepted) {
+        const auto raw = image_from_reference * tracker_from<Reference>(reference.pose).inverse() *
+                         tracker_from<Sensor>(gated.pose);
+        const TrackedPose smooth = filter_.update(time_s, {raw.rotation, raw.translation, PoseStatus::ok});
+        image_from_sensor = {smooth.rotation, smooth.translation};
+    }
+    seen_ = image_from_sensor.has_value();
+    drive_.update(time_s, image_from_sensor);
+}
+
+double SensorPatch::place(const TetMesh& mesh, std::span<const Eigen::Vector3d> displacement, double farthest) {
+    TetMesh now = mesh;
+    for (std::size_t n = 0; n < now.nodes.size(); ++n) now.nodes[n] += displacement[n];
+    const SurfacePatch patch = surface_patch(now, drive_.base()->translation, options_.radius);
+    if (!(patch.distance <= farthest)) {
+        drive_.reset();
+        return patch.distance;
+    }
+    nodes_ = with_edge_nodes_between(now, patch.nodes);
+    for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
+    centre_ = now.nodes[patch.centre];
+    return patch.distance;
+}
+
+double SensorPatch::spring_stiffness() const {
+    if (nodes_.empty() || is_hard() || drive_.grip() == 0) return 0;
+    return options_.stiffness.value_or(options_.firm_stiffness) * std::pow(nothing, 1 - drive_.grip());
+}
+
+}  // namespace livetet
