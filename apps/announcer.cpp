@@ -23,10 +23,6 @@ constexpr std::array<const char*, 3> registration_names{"valid", "held", "lost"}
 const char* text_of(DriveStatus status) { return drive_names[static_cast<std::size_t>(status)]; }
 const char* text_of(RegistrationStatus status) { return registration_names[static_cast<std::size_t>(status)]; }
 
-double utc_seconds() {
-    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 /// What each sensor does: "Sensor following".
 std::vector<std::string> sensor_texts(const Announcement& a) {
     std::vector<std::string> texts;

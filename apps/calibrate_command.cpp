@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "apps/commands.hpp"
+#include "apps/listening.hpp"
 #include "base/error.hpp"
-#include "io/sequence_file.hpp"
 #include "io/tip_file.hpp"
 #include "tracking/poses.hpp"
 
@@ -11,15 +11,16 @@ namespace livetet {
 namespace {
 
 struct CalibrateArguments {
-    std::filesystem::path recording, tip, output;
-    std::string tool = "Stylus";
+    std::string source, tool = "Stylus";
+    std::filesystem::path tip, output;
+    double seconds = 0;
 };
 
-/// What `calibrate` makes of the tool's poses; what it finds wrong names the file and the tool.
+/// What `calibrate` makes of the tool's poses; what it finds wrong names the source and the tool.
 template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
-    const Recording recording = read_sequence(a.recording);
-    return naming(a.recording.string(), [&] {
+    const Recording recording = read_source(a.source, {{a.tool}, a.seconds, "calibrate"});
+    return naming(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
         return naming(a.tool, [&] { return calibrate(poses); });
     });
@@ -66,7 +67,12 @@ void spin(const CalibrateArguments& a) {
 
 CLI::App* add(CLI::App* command, const std::shared_ptr<CalibrateArguments>& a, const char* name, const char* text) {
     CLI::App* added = command->add_subcommand(name, text);
-    added->add_option("recording", a->recording, "tracker recording (PLUS sequence)")->required();
+    added
+        ->add_option("source", a->source,
+                     "tracker recording (PLUS sequence), or openigtlink://host:port of a tracker server: the tool is "
+                     "then followed until Ctrl-C or --for")
+        ->required();
+    added->add_option("--for", a->seconds, "take so many seconds, from the first pose on")->check(CLI::PositiveNumber);
     added->add_option("--tool", a->tool, "the tool: Stylus for StylusToTracker")->capture_default_str();
     added->add_option("-o,--output", a->output,
                       "write what is known of the tip to this file (.json) for `livetet register`");
@@ -79,12 +85,13 @@ void add_calibrate_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("calibrate", "Calibrations of tracked tools");
     command->require_subcommand(1);
     auto a = std::make_shared<CalibrateArguments>();
-    add(command, a, "pivot", "The offset of a tool's tip, from a recording of the tool turning about its resting tip")
+    add(command, a, "pivot",
+        "The offset of a tool's tip, from the tool turning about its resting tip, recorded or as it is tracked")
         ->callback([a] { pivot(*a); });
     CLI::App* turned =
         add(command, a, "spin",
-            "The direction of a tool's shaft, from a recording of the tool turning about its own shaft; the "
-            "tip's Z axis will point along it, away from the sensor");
+            "The direction of a tool's shaft, from the tool turning about its own shaft, recorded or as it is tracked; "
+            "the tip's Z axis will point along it, away from the sensor");
     turned->add_option("--tip", a->tip,
                        "the tool's tip, of `livetet calibrate pivot -o`: tells the shaft's ends apart");
     turned->callback([a] { spin(*a); });

@@ -22,6 +22,8 @@ void add_explain_command(CLI::App& app);
 void add_solve_command(CLI::App& app, ExitStatus& status);
 void add_bench_command(CLI::App& app, ExitStatus& status);
 void add_track_command(CLI::App& app, ExitStatus& status);
+void add_record_command(CLI::App& app);
+void add_serve_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_phantom_command(CLI::App& app);
 

@@ -50,6 +50,8 @@ int main(int argc, char** argv) {
     add_fiducials_command(app);
     add_register_command(app);
     add_track_command(app, status);
+    add_record_command(app);
+    add_serve_command(app);
     add_report_command(app);
     add_solve_command(app, status);
     add_explain_command(app);

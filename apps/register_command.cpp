@@ -10,6 +10,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/registration_input.hpp"
+#include "apps/tracker_source.hpp"
 #include "base/error.hpp"
 #include "geometry/point_moments.hpp"
 #include "geometry/point_order.hpp"
@@ -32,13 +33,13 @@ std::string numbered(const std::vector<std::size_t>& order) {
 
 void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
     const OrderSearch search =
-        naming(a.tracker.string(), [&] { return find_order(places_in_base(r), places_in_image(r)); });
+        naming(a.tracker, [&] { return find_order(places_in_base(r), places_in_image(r)); });
     if (is_ambiguous(search))
         fail(
             "{}: the orders {} and {} fit equally well, FRE {:.2f} and {:.2f} mm: their layout does not tell the "
             "fiducials "
             "apart, expected them in the image's order (without --any-order) or one more of them",
-            a.tracker.string(), numbered(search.best.order), numbered(search.rival.order), 1e3 * search.best.fre,
+            a.tracker, numbered(search.best.order), numbered(search.rival.order), 1e3 * search.best.fre,
             1e3 * search.rival.fre);
     reorder_touched(r, search.best.order);
     fmt::print("order        {} (FRE {:.2f} mm; the next best of all orders {:.2f} mm)\n", numbered(search.best.order),
@@ -52,8 +53,8 @@ void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& 
         "{}: FRE is {:.2f} mm; the fiducials of {} in the order {} fit better, FRE {:.2f} mm: reorder one of the "
         "files, or "
         "ask for --any-order",
-        a.tracker.string(), 1e3 * better->given_fre, a.tracker.filename().string(), numbered(better->order),
-        1e3 * better->fre);
+        a.tracker, 1e3 * better->given_fre, std::filesystem::path(a.tracker).filename().string(),
+        numbered(better->order), 1e3 * better->fre);
 }
 
 void warn_of_layout(const FiducialRegistration& r) {
@@ -162,6 +163,10 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
 void register_fiducials(const RegisterArguments& a) {
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
+    const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
+    if (!a.surface_frames.empty() && is_stream(touched))
+        fail("--surface-frames {}: the frames of {} are not there yet, expected --surface-points SOURCE alone",
+             a.surface_frames, touched);
     // 1. the fiducials, in one order
     FiducialRegistration r = collect_fiducials(a);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
@@ -170,7 +175,7 @@ void register_fiducials(const RegisterArguments& a) {
     // 2. the fit, checked by a second method
     const auto from = places_in_base(r), to = places_in_image(r);
     const auto weights = weights_of(r);
-    const PointFit fit = naming(fmt::format("{}, {}", a.tracker.string(), a.image.string()),
+    const PointFit fit = naming(fmt::format("{}, {}", a.tracker, a.image.string()),
                                 [&] { return fit_points_cross_checked(from, to, scaling, weights); });
     refuse_wrong_order(a, r);
     r.image_from_base = {fit.scale, fit.rotation, fit.translation};
@@ -203,7 +208,7 @@ void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArgume
     command->add_option(
         "--surface-points", a->surface_points,
         "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in the frame registered, or a "
-        "recording in which the tip is led over it");
+        "recording in which the tip is led over it, or openigtlink://host:port on which it is now");
     command->add_option(
         "--surface-frames", a->surface_frames,
         "frames of that recording (else of --tracker) in which the tip is on the surface, 950:1400,...");
@@ -229,11 +234,13 @@ void add_register_command(CLI::App& app) {
         ->add_option(
             "--tracker", a->tracker,
             "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), or a recording in which a tool rests on "
-            "each in turn")
+            "each in turn, or openigtlink://host:port of a tracker server on which it does so now")
         ->required();
     command
         ->add_option("--image", a->image, "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
         ->required();
+    command->add_option("--for", a->seconds, "tracker server: listen so many seconds (default: until Ctrl-C)")
+        ->check(CLI::PositiveNumber);
     command->add_flag("--any-order", a->any_order,
                       "the order is not the same: find it (at most 10 fiducials; all orders, exactly)");
     command->add_option("--weight", a->weights,

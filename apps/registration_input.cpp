@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/listening.hpp"
+#include "apps/tracker_source.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
-#include "io/sequence_file.hpp"
 #include "io/text.hpp"
 #include "io/tip_file.hpp"
 #include "tracking/dwell.hpp"
@@ -43,13 +44,12 @@ std::vector<FrameWindow> parse_windows(const std::string& text, const char* opti
     return windows;
 }
 
-RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::filesystem::path& recording) {
+RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::string& source) {
     if (a.tip.empty() == a.tip_mm.empty())
         fail(
-            "{}: points in a recording need the tool's tip, expected --tip FILE (of `livetet calibrate pivot`) or "
-            "--tip-mm "
-            "X Y Z",
-            recording.string());
+            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet calibrate pivot`) or "
+            "--tip-mm X Y Z",
+            source);
     if (!a.tip.empty()) return read_tip(a.tip).tool_from_tip();
     return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
 }
@@ -61,19 +61,27 @@ DwellOptions dwell_options(const RegisterArguments& a) {
     return options;
 }
 
+/// The poses of the tool and the reference sensor, recorded or as they come.
+Recording read_poses(const RegisterArguments& a, const std::string& source, const char* title) {
+    std::vector<std::string> tools{a.tool};
+    if (!a.reference.empty()) tools.push_back(a.reference);
+    return read_source(source, {std::move(tools), is_stream(source) ? a.seconds : 0, title});
+}
+
 std::vector<Dwell> collect_dwells(const RegisterArguments& a, std::size_t expected) {
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, a.tracker);
-    const Recording recording = read_sequence(a.tracker);
-    const std::vector<Dwell> dwells = naming(a.tracker.string(), [&] {
-        return a.dwells.empty()
-                   ? find_dwells(recording, tool_from_tip, dwell_options(a))
-                   : dwells_in_windows(recording, tool_from_tip, parse_windows(a.dwells, "--dwells"), dwell_options(a));
+    std::vector<FrameWindow> windows;
+    if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
+    const Recording recording = read_poses(a, a.tracker, "fiducials");
+    const std::vector<Dwell> dwells = naming(a.tracker, [&] {
+        return windows.empty() ? find_dwells(recording, tool_from_tip, dwell_options(a))
+                               : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
     });
     if (dwells.size() == expected) return dwells;
     std::string found;
     for (const Dwell& d : dwells) found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
     fail("{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with --dwells",
-         a.tracker.string(), dwells.size(), found.empty() ? "never" : found, expected);
+         a.tracker, dwells.size(), found.empty() ? "never" : found, expected);
 }
 
 void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
@@ -104,10 +112,10 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a) {
     for (const NamedPoint& p : in_image) r.fiducials.push_back({.name = p.name, .in_image = p.position});
     set_weights(a, r);
     if (is_list(a.tracker)) {
-        if (!a.reference.empty()) fail("--reference needs a recording, {} holds points only", a.tracker.string());
+        if (!a.reference.empty()) fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_list(a.tracker);
         if (touched.size() != in_image.size())
-            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker.string(), touched.size(),
+            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker, touched.size(),
                  a.image.string(), in_image.size());
         for (std::size_t i = 0; i < touched.size(); ++i) r.fiducials[i].in_tracker = touched[i].position;
         return r;
@@ -149,22 +157,22 @@ void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& or
 }
 
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) {
-    const std::filesystem::path file = a.surface_points.empty() ? a.tracker : a.surface_points;
+    const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
     if (a.surface_points.empty() && a.surface_frames.empty())
         fail("--surface {}: no points on it, expected --surface-points FILE, or --surface-frames FIRST:END of {}",
-             a.surface.string(), file.string());
-    if (is_list(file)) {
+             a.surface.string(), source);
+    if (is_list(source)) {
         if (!a.surface_frames.empty())
-            fail("{}: holds points, expected a recording for --surface-frames {}", file.string(), a.surface_frames);
+            fail("{}: holds points, expected a recording for --surface-frames {}", source, a.surface_frames);
         std::vector<Eigen::Vector3d> points;
-        for (const NamedPoint& p : read_list(file)) points.push_back(p.position);
+        for (const NamedPoint& p : read_list(source)) points.push_back(p.position);
         return points;
     }
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
-    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, file);
-    const Recording recording = read_sequence(file);
-    return naming(file.string(), [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
+    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
+    const Recording recording = read_poses(a, source, "surface");
+    return naming(source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
 }
 
 TriangleMesh read_organ_surface(const RegisterArguments& a) {

@@ -12,14 +12,16 @@ namespace livetet {
 
 /// What a user asks of `livetet register`.
 struct RegisterArguments {
-    std::filesystem::path tracker, image, tip, output;
+    std::string tracker;  ///< a list of points, or a source of poses
+    double seconds = 0;   ///< of a stream: how long it is listened to; 0: until Ctrl-C
+    std::filesystem::path image, tip, output;
     std::vector<double> tip_mm;
     std::string tool = "Stylus", reference, dwells;
     std::vector<std::string> weights;  ///< NAME=W
     std::vector<double> targets_mm;
     bool scale = false, any_order = false;
-    std::filesystem::path surface, surface_points;
-    std::string surface_frames;
+    std::filesystem::path surface;
+    std::string surface_points, surface_frames;
     Space space = Space::ras;
     double surface_left_out = 0.1;
 };
@@ -38,7 +40,7 @@ std::vector<double> weights_of(const FiducialRegistration& r);
 void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& order);
 
 /// Points touched on the organ's surface, in the frame that the registration is made in: of a list, or where the tip
-/// was in a recording.
+/// was in a recording or is in a stream.
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a);
 
 /// The organ's surface in the image: of a mesh hierarchy (.h5) the boundary of its finest level, else a surface file.

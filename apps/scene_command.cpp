@@ -3,6 +3,7 @@
 #include "apps/commands.hpp"
 #include "apps/scene.hpp"
 #include "config/yaml.hpp"
+#include "tracking/motion_script.hpp"
 
 namespace livetet {
 
@@ -20,11 +21,18 @@ std::vector<std::string> petsc_arguments(const CLI::App& command) {
 
 void add_scene_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("scene", "Prints every key of a scene file: default, unit, meaning, limits");
-    command->callback([] {
-        fmt::print(
-            "# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in mm, RAS; all else SI.\n"
-            "# Files are looked for relative to the scene file.\n{}",
-            reference_of<Scene>());
+    auto script = std::make_shared<bool>(false);
+    command->add_flag("--script", *script, "of a simulated tracker's script instead");
+    command->callback([script] {
+        if (*script)
+            fmt::print(
+                "# Keys of a simulated tracker's script (YAML) with their defaults. Lengths are in mm.\n{}",
+                reference_of<MotionScript>());
+        else
+            fmt::print(
+                "# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in mm, RAS; all else "
+                "SI.\n# Files are looked for relative to the scene file.\n{}",
+                reference_of<Scene>());
     });
 }
 

@@ -1,13 +1,12 @@
 #include <fmt/format.h>
 
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/announcer.hpp"
 #include "apps/commands.hpp"
+#include "apps/interruptible.hpp"
 #include "apps/live_model.hpp"
 #include "apps/recorder.hpp"
 #include "apps/replay.hpp"
@@ -38,25 +37,6 @@ struct Counts {
     std::uint64_t samples = 0;
     double first_s = 0, last_s = 0;  ///< of the frames' samples
     std::vector<SceneEvent> events;
-};
-
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// While it lives, Ctrl-C (and SIGTERM) ends the run as its end would; a second one ends the program.
-class Interruptible {
-  public:
-    Interruptible() {
-        stop_asked = false;
-        for (const int signal : {SIGINT, SIGTERM})
-            std::signal(signal, [](int which) {
-                stop_asked = true;
-                std::signal(which, SIG_DFL);
-            });
-    }
-    ~Interruptible() {
-        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
-    }
 };
 
 /// How the frames of a run are computed.

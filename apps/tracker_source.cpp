@@ -7,6 +7,7 @@
 #include "base/file.hpp"
 #include "io/openigtlink/source.hpp"
 #include "io/sequence_file.hpp"
+#include "io/text.hpp"
 #include "tracking/playback.hpp"
 #include "tracking/poses.hpp"
 
@@ -35,7 +36,21 @@ std::pair<std::string, std::uint16_t> host_and_port(const std::string& name) {
     return {std::string(host), port};
 }
 
-/// The typical time between samples, s.
+}  // namespace
+
+bool is_stream(const std::string& name) {
+    if (name.starts_with(scheme)) return true;
+    if (name.find("://") != std::string::npos)
+        fail("{}: expected openigtlink://host:port, a recording, or a script (.yaml)", name);
+    return false;
+}
+
+DelayedRecording read_stored(const std::string& name) {
+    if (const std::string end = ending(name); end == ".yaml" || end == ".yml")
+        return simulate(parse_motion_script(read_text_file(name), name));
+    return {read_sequence(name), {}};
+}
+
 double sample_interval(const Recording& recording) {
     std::vector<double> gaps;
     for (std::size_t i = 1; i < recording.samples.size(); ++i)
@@ -45,23 +60,20 @@ double sample_interval(const Recording& recording) {
     return gaps[gaps.size() / 2];
 }
 
-}  // namespace
-
 OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options) {
-    if (name.starts_with(scheme)) {
+    if (is_stream(name)) {
         const auto [host, port] = host_and_port(name);
         OpenIgtLinkSourceOptions stream;
         stream.listener = options.listener;
         return {std::make_unique<OpenIgtLinkSource>(host, port, tools, stream)};
     }
-    if (name.find("://") != std::string::npos)
-        fail("{}: expected openigtlink://host:port, a recording, or a script (.yaml)", name);
-    Recording recording = read_sequence(name);
+    auto [recording, delays_s] = read_stored(name);
     for (const std::string& tool : tools) naming(name, [&] { return tool_index(recording, tool); });
     OpenSource open;
     open.samples = recording.samples.size();
     open.interval_s = sample_interval(recording);
-    open.source = std::make_unique<Playback>(std::move(recording), PlaybackOptions{options.speed, {}, options.listener});
+    open.source = std::make_unique<Playback>(
+        std::move(recording), PlaybackOptions{options.speed, std::move(delays_s), options.listener});
     return open;
 }
 

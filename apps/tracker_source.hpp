@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tracking/motion_script.hpp"
 #include "tracking/source.hpp"
 
 namespace livetet {
@@ -20,6 +21,16 @@ struct OpenSource {
 
     bool is_live() const { return samples == 0; }
 };
+
+/// Whether a source is one that others send (openigtlink://host:port), else it is a file.
+bool is_stream(const std::string& name);
+
+/// A recording, or what a simulated tracker's script (.yaml, .yml) makes, whole. Throws Error where the file is not
+/// good.
+DelayedRecording read_stored(const std::string& name);
+
+/// The typical time between a recording's samples, s; 0 where it has less than two.
+double sample_interval(const Recording& recording);
 
 /// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated tracker's script. `tools`:
 /// those wanted of a stream. Throws Error where the name or the file is not good, or a recording lacks a tool.

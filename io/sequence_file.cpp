@@ -170,7 +170,7 @@ std::string matrix_text(const TrackedPose& pose) {
 void check_recording(const Recording& recording, const std::string& where) {
     if (recording.tools.empty()) fail("{}: the recording has no tools, expected at least one", where);
     for (const std::string& tool : recording.tools)
-        if (tool.empty() || tool.find_first_of(" \t\r\n=:") != std::string::npos)
+        if (!is_sequence_tool(tool))
             fail("{}: the tool is named '{}', expected a name without blanks, '=' and ':'", where, tool);
     double last = -HUGE_VAL;
     for (std::size_t k = 0; k < recording.samples.size(); ++k) {
@@ -208,6 +208,10 @@ Recording read_sequence(const fs::path& path) {
         for (const std::string& tool : header.tools) sample.poses.push_back(parse_pose(fields, tool, place));
     }
     return recording;
+}
+
+bool is_sequence_tool(std::string_view name) {
+    return !name.empty() && name.find_first_of(" \t\r\n=:") == std::string_view::npos;
 }
 
 void write_sequence(const fs::path& path, const Recording& recording) {

@@ -15,6 +15,9 @@ namespace livetet {
 /// holds no tool, or its time stamps go backwards.
 Recording read_sequence(const std::filesystem::path& path);
 
+/// Whether a sequence can hold a tool of this name: it is not empty and has no blanks, '=' and ':'.
+bool is_sequence_tool(std::string_view name);
+
 /// Writes a recording as PLUS does without images (`.igs.mha`), so that PLUS and `read_sequence` can read it. Throws
 /// Error where the name does not end in .mha, or the recording is one that `read_sequence` would refuse.
 void write_sequence(const std::filesystem::path& path, const Recording& recording);

@@ -26,7 +26,8 @@ constexpr int socket_buffer_size = 1 << 18;  // what the system keeps for a slow
 /// A message, encoded once for each version that some client speaks.
 class Outgoing {
   public:
-    explicit Outgoing(igtl::Message message) : message_(std::move(message)) {}
+    explicit Outgoing(igtl::Message message) : least_version_(message.version), message_(std::move(message)) {}
+    bool is_for(std::uint16_t version) const { return version >= least_version_; }
     const igtl::Bytes& encoded(std::uint16_t version) {
         igtl::Bytes& bytes = encoded_.at(version - 1);
         if (bytes.empty()) {
@@ -40,6 +41,7 @@ class Outgoing {
     }
 
   private:
+    std::uint16_t least_version_;
     igtl::Message message_;
     std::array<igtl::Bytes, 2> encoded_;
 };
@@ -164,7 +166,8 @@ class OpenIgtLinkServer::Listener {
 
     void hand_out(const OutgoingPointer& message) {
         const auto clients = clients_;  // a failure takes one off the list
-        for (const ClientPointer& client : clients) enqueue(client, message);
+        for (const ClientPointer& client : clients)
+            if (message->is_for(client->version)) enqueue(client, message);
     }
 
     void enqueue(const ClientPointer& client, const OutgoingPointer& message) {

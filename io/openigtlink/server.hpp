@@ -42,7 +42,8 @@ class OpenIgtLinkServer {
 
     std::uint16_t port() const;
 
-    /// Hands messages over that belong together and are sent in this order; their header's version does not matter.
+    /// Hands messages over that belong together and are sent in this order. One whose header's version is 2 goes to
+    /// those clients alone who speak 2: what it says is in its metadata, without which it would mislead.
     /// Takes microseconds and never waits for a socket: they are encoded, only if someone listens, by the server's
     /// thread.
     void publish(std::vector<igtl::Message> messages);

@@ -72,7 +72,7 @@ class YamlReader {
     YamlReader(YAML::Node node, std::string file, std::string prefix = "")
         : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {
         if (node_ && !node_.IsNull() && !node_.IsMap())
-            fail("{} must be a table of keys ({})", prefix_.empty() ? "the scene" : prefix_, place(node_));
+            fail("{} must be a table of keys ({})", prefix_.empty() ? "the file" : prefix_, place(node_));
     }
 
     template <class T>

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tracking/poses.hpp"
+#include "tracking/smooth_step.hpp"
 
 namespace livetet {
 
@@ -16,12 +17,6 @@ using Eigen::Vector3d;
 
 constexpr double pi = std::numbers::pi;
 constexpr double radians_per_degree = pi / 180;
-
-// 0 before 0, 1 after 1, with no velocity and no acceleration at either end.
-double smooth_step(double x) {
-    const double c = std::clamp(x, 0.0, 1.0);
-    return c * c * c * (c * (6 * c - 15) + 10);
-}
 
 double wave(double time_s, double period_s) { return std::sin(2 * pi * time_s / period_s); }
 

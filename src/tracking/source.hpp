@@ -32,6 +32,8 @@ using SampleListener = std::function<void(const StreamSample&)>;
 
 /// Now, by the clock of `arrived_s`.
 double steady_seconds();
+/// Now, seconds since 1970 (UTC): what a time stamp on the wire is.
+double utc_seconds();
 
 /// What a source has met so far.
 struct SourceStatus {

@@ -1,0 +1,198 @@
+#include "apps/listening.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "apps/interruptible.hpp"
+#include "apps/tracker_source.hpp"
+#include "base/error.hpp"
+#include "base/progress.hpp"
+#include "io/sequence_file.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::string_view to_tracker = "ToTracker";
+
+/// Samples as they come, from the source's thread to the one that asks.
+class SampleLog {
+  public:
+    void keep(const StreamSample& sample) {
+        const std::lock_guard lock(mutex_);
+        const bool came = std::ranges::any_of(sample.sample.poses, comes);
+        if (!came && samples_.empty()) return;
+        if (samples_.empty()) first_s_ = sample.arrived_s;
+        samples_.push_back(sample.sample);
+    }
+    std::size_t size() const {
+        const std::lock_guard lock(mutex_);
+        return samples_.size();
+    }
+    /// When the first came, steady clock.
+    std::optional<double> first_s() const {
+        const std::lock_guard lock(mutex_);
+        return samples_.empty() ? std::nullopt : std::optional(first_s_);
+    }
+    /// All of them, each with a pose for each of `tools`, to the last in which one came.
+    std::vector<TrackerSample> take(std::size_t tools) {
+        const std::lock_guard lock(mutex_);
+        while (!samples_.empty() && std::ranges::none_of(samples_.back().poses, comes)) samples_.pop_back();
+        for (TrackerSample& sample : samples_) sample.poses.resize(tools);
+        return std::exchange(samples_, {});
+    }
+
+  private:
+    static bool comes(const TrackedPose& pose) { return pose.status != PoseStatus::missing; }
+    mutable std::mutex mutex_;
+    std::vector<TrackerSample> samples_;
+    double first_s_ = 0;
+};
+
+/// Whether the name is that of a transform, `StylusToReference`, and not of a tool.
+bool is_transform(std::string_view name) {
+    for (std::size_t i = name.find("To", 1); i != std::string_view::npos; i = name.find("To", i + 1))
+        if (i + 2 < name.size() && name[i + 2] >= 'A' && name[i + 2] <= 'Z') return true;
+    return false;
+}
+
+/// The tool that a name on the wire stands for: Stylus for StylusToTracker (PLUS) and for Stylus.
+std::optional<std::string> tool_of(std::string_view name) {
+    if (name.ends_with(to_tracker))
+        name.remove_suffix(to_tracker.size());
+    else if (is_transform(name))
+        return std::nullopt;
+    return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
+}
+
+/// Follows what has come since the last time; returns what is no tool.
+std::vector<std::string> follow_all(TrackerSource& source) {
+    std::vector<std::string> others;
+    for (const auto& [name, count] : source.status().names) {
+        if (const auto tool = tool_of(name))
+            source.index_of(*tool);
+        else
+            others.push_back(name);
+    }
+    return others;
+}
+
+/// "20.0 Hz, 134 samples: StylusToTracker", or why nothing comes.
+std::string status_text(const SourceStatus& status, std::size_t samples, double rate_Hz) {
+    std::vector<std::string> names;
+    for (const auto& [name, count] : status.names) names.push_back(name);
+    std::string text = fmt::format("{:.1f} Hz, {} samples", rate_Hz, samples);
+    if (!names.empty()) text += fmt::format("; what comes: {}", fmt::join(names, ", "));
+    if (status.state != "receiving") text += fmt::format("; {}", status.state);
+    if (status.state != "receiving" && !status.problem.empty()) text += fmt::format(" ({})", status.problem);
+    if (!names.empty() && !status.never_came.empty())
+        text += fmt::format("; no {} yet", fmt::join(status.never_came, ", "));
+    return text;
+}
+
+/// The rate of what was counted over the last second.
+class Rate {
+  public:
+    double operator()(std::size_t count) {
+        const double now_s = steady_seconds();
+        if (now_s - marked_s_ >= 1) {
+            rate_Hz_ = static_cast<double>(count - marked_) / (now_s - marked_s_);
+            marked_ = count;
+            marked_s_ = now_s;
+        }
+        return rate_Hz_;
+    }
+
+  private:
+    std::size_t marked_ = 0;
+    double marked_s_ = steady_seconds(), rate_Hz_ = 0;
+};
+
+/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is asked for; returns what
+/// is no tool.
+std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log, const ListenOptions& options) {
+    const Interruptible interruptible;
+    const double began_s = steady_seconds();
+    ProgressLine line(options.title);
+    Rate rate;
+    std::vector<std::string> others;
+    while (!stop_asked) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        if (options.tools.empty()) others = follow_all(source);
+        const double seconds = steady_seconds() - log.first_s().value_or(began_s);
+        const std::size_t samples = log.size();
+        const std::string text = status_text(source.status(), samples, rate(samples));
+        if (options.seconds > 0)
+            line.update(std::min(1.0, seconds / options.seconds), text);
+        else
+            line.say(text + " (Ctrl-C ends it)");
+        if (options.seconds > 0 && seconds >= options.seconds) break;
+    }
+    return others;
+}
+
+[[noreturn]] void refuse_nothing(const std::string& source, const std::vector<std::string>& tools,
+                                 const SourceStatus& status) {
+    std::vector<std::string> names;
+    for (const auto& [name, count] : status.names) names.push_back(name);
+    if (names.empty())
+        fail("{}: nothing came, expected a tracker server that sends ({})", source,
+             status.problem.empty() ? status.state : status.problem);
+    fail("{}: no {} came; what comes: {}", source,
+         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")),
+         fmt::join(names, ", "));
+}
+
+Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
+    SampleLog log;
+    const OpenSource open = open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
+    Heard heard;
+    heard.left_out = wait_for_end(*open.source, log, options);
+    const SourceStatus status = open.source->status();
+    heard.recording.tools = open.source->tools();
+    heard.recording.samples = log.take(heard.recording.tools.size());
+    if (heard.recording.samples.empty()) refuse_nothing(name, options.tools, status);
+    if (!options.tools.empty()) heard.never_came = status.never_came;
+    return heard;
+}
+
+/// Of a file: the tools asked for, for so long.
+Recording part_of(Recording whole, const ListenOptions& options) {
+    std::vector<std::size_t> places;
+    for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
+    Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
+    for (TrackerSample& sample : whole.samples) {
+        if (options.seconds > 0 && sample.time_s - whole.samples.front().time_s > options.seconds) break;
+        TrackerSample& kept = part.samples.emplace_back();
+        kept.time_s = sample.time_s;
+        if (options.tools.empty()) kept.poses = std::move(sample.poses);
+        for (const std::size_t i : places) kept.poses.push_back(sample.poses[i]);
+    }
+    return part;
+}
+
+}  // namespace
+
+Heard listen(const std::string& source, const ListenOptions& options) {
+    if (is_stream(source)) return listen_to_stream(source, options);
+    Recording recording = read_stored(source).recording;
+    return {naming(source, [&] { return part_of(std::move(recording), options); })};
+}
+
+Recording read_source(const std::string& source, const ListenOptions& options) {
+    Heard heard = listen(source, options);
+    if (!heard.never_came.empty())
+        fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),
+             fmt::join(options.tools, ", "));
+    return std::move(heard.recording);
+}
+
+}  // namespace livetet
