@@ -10,6 +10,7 @@
 #include "solvers/petsc_session.hpp"
 #include "verification/suite.hpp"
 #ifdef LIVETET_IMAGES
+#include "apps/latency_bench.hpp"
 #include "apps/pictures.hpp"
 #include "apps/pictures_display.hpp"
 #include "apps/realtime_bench.hpp"
@@ -178,6 +179,15 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
         check_drawable(live->figure);
         status.value = bench_realtime(*live);
     });
+    CLI::App* latency = bench->add_subcommand(
+        "latency", "From a tracker's message to the published frame that used it, over TCP; exit 1 where a target is missed");
+    auto late = std::make_shared<LatencyArguments>();
+    latency->add_option("--for", late->seconds, "seconds that are measured")->capture_default_str()->check(CLI::PositiveNumber);
+    latency->add_option("--rate", late->rate_Hz, "samples a second")->capture_default_str()->check(CLI::PositiveNumber);
+    latency->add_option("--tets", late->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
+    latency->add_option("--budget", late->budget_ms, "ms that a frame may take")->capture_default_str()->check(CLI::PositiveNumber);
+    latency->add_option("--json", late->json, "write the figures to this file");
+    latency->callback([late, &status] { status.value = bench_latency(*late); });
 #endif
 }
 

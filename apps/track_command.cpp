@@ -1,17 +1,12 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/announcer.hpp"
 #include "apps/commands.hpp"
-#include "apps/interruptible.hpp"
-#include "apps/live_model.hpp"
-#include "apps/recorder.hpp"
+#include "apps/frame_loop.hpp"
 #include "apps/replay.hpp"
 #include "apps/report.hpp"
-#include "apps/scene_watch.hpp"
 #include "apps/tracker_source.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -32,70 +27,8 @@ struct TrackArguments {
     double seconds = 0;
 };
 
-struct Counts {
-    std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;
-    std::uint64_t samples = 0;
-    double first_s = 0, last_s = 0;  ///< of the frames' samples
-    std::vector<SceneEvent> events;
-};
-
-/// How the frames of a run are computed.
-struct FramePlan {
-    std::optional<double> budget_s;  ///< each frame is due so long after it began
-    bool every_sample = false;
-    double seconds = 0;  ///< of the samples' time; 0: to the source's end
-};
-
-/// Frame after frame to the source's end, or until Ctrl-C.
-Counts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
-                  SceneWatch* watch, const FramePlan& plan) {
-    Counts counts;
-    const Interruptible interruptible;
-    (void)source.take();  // what came before anyone kept it
-    std::optional<std::uint64_t> last;
-    while (!stop_asked && !recorder.failed()) {
-        const StreamSample* sample = source.next();
-        if (!sample) break;
-        const auto start = Clock::now();
-        if (const Scene* edited = watch ? watch->take() : nullptr) {
-            try {
-                model.change(*edited);
-                scene = with_changes(scene, *edited);
-                counts.events.push_back({counts.frames, to_yaml(scene)});
-                Announcer::note("the scene's changes are taken up");
-            } catch (const Error& error) {
-                Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));
-            }
-        }
-        FrameLimits limits;
-        if (plan.budget_s)
-            limits.deadline =
-                start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
-        const Frame& frame = model.advance(sample->sample, limits);
-        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        if (!last) last = sample->number - 1;
-        counts.missed += sample->number - *last - 1;
-        counts.samples += sample->number - *last;
-        last = sample->number;
-        if (counts.frames % scene.output.every == 0) {
-            bool kept = recorder.keep(frame, *sample, seconds);
-            while (!kept && plan.every_sample) {  // nothing is real time: wait for the disk
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                kept = recorder.keep(frame, *sample, seconds);
-            }
-            counts.not_kept += !kept;
-        }
-        counts.not_converged += !frame.step.converged;
-        if (counts.frames++ == 0) counts.first_s = frame.time_s;
-        counts.last_s = frame.time_s;
-        announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
-        if (plan.seconds > 0 && counts.last_s - counts.first_s >= plan.seconds) break;
-    }
-    return counts;
-}
-
 json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
-                  const Counts& counts, std::optional<double> budget_s) {
+                  const FrameCounts& counts, std::optional<double> budget_s) {
     const double interval_s = open.interval_s > 0    ? open.interval_s
                               : counts.samples > 1 ? (counts.last_s - counts.first_s) / static_cast<double>(counts.samples - 1)
                                                      : 0;
@@ -121,7 +54,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
 
 /// What replay_run reads.
 json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference, const TrackerSource& source,
-                     const SceneBody& body, const Counts& counts) {
+                     const SceneBody& body, const FrameCounts& counts) {
     std::vector<double> pose;
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) pose.push_back(image_from_reference.rotation(i, k));
@@ -202,7 +135,7 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
 
     // 3. frames
-    const Counts counts = [&] {
+    const FrameCounts counts = [&] {
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, scene);

@@ -207,8 +207,9 @@ class YamlWriter {
     }
     template <class S>
     void list(std::string_view key, std::vector<S>& values, std::string_view) {
-        if (values.empty()) return;
-        out_ << YAML::Key << std::string(key) << YAML::Value << YAML::BeginSeq;
+        out_ << YAML::Key << std::string(key) << YAML::Value;
+        if (values.empty()) out_ << YAML::Flow;  // said, since the default may have entries
+        out_ << YAML::BeginSeq;
         for (S& value : values) write(value);
         out_ << YAML::EndSeq;
     }

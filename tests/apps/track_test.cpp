@@ -1,68 +1,27 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "apps/tracked_block.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
-#include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/hierarchy.hpp"
 #include "support/program.hpp"
-#include "support/shapes.hpp"
 #include "tracking/poses.hpp"
 #include "tracking/simulated_tracker.hpp"
 
 namespace livetet {
 namespace {
 
-using test::Folder;
+using test::largest;
 using test::livetet;
+using test::Tracked;
 using test::write_text;
-
-/// A block on a moving table, registered exactly, a sensor on the middle of its top.
-struct Tracked {
-    Folder folder;
-    SimulatedTrackerOptions tracker;
-    Tracked() {
-        tracker.rate_Hz = 15;
-        tracker.presses = 1;
-        tracker.image_from_reference.translation = {0.02, 0.1, 0.05};
-        tracker.image_from_sensor_at_rest.translation = {0.1, 0.05, 0.1};
-        tracker.press_direction = {0, 0, -1};
-        write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
-                                                             test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
-                                                             test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
-                                                            "a block"));
-        FiducialRegistration registration;
-        registration.reference_tool = "Reference";
-        const auto reference_from_image = tracker.image_from_reference.inverse();
-        for (const Vector3& x : {Vector3(0, 0, 0), Vector3(0.2, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)})
-            registration.fiducials.push_back({"F", x, x, reference_from_image * x, 0, 0});
-        const auto& image_from_reference = tracker.image_from_reference;
-        registration.image_from_base = {1, image_from_reference.rotation, image_from_reference.translation};
-        write_registration(folder / "registration.json", registration);
-        write_text(folder / "scene.yaml",
-                   "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
-                   "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
-                   "track: {source: press.igs.mha, registration: registration.json}\n");
-    }
-    ResultReader run(const std::string& options = "--every-sample") {
-        write_sequence(folder / "press.igs.mha", recording);
-        const auto outcome = livetet(folder, "track scene.yaml " + options);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return ResultReader(folder / "result.h5");
-    }
-    void record() { recording = simulate_press(tracker); }
-    Recording recording;
-};
-
-double largest(const std::vector<Vector3>& u) {
-    double most = 0;
-    for (const Vector3& v : u) most = std::max(most, v.norm());
-    return most;
-}
 
 TEST(Track, MovingTheWholeOrganDeformsNothingAndTheSensorIsFollowed) {
     Tracked t;
@@ -137,9 +96,9 @@ TEST(Track, AtTheRecordingsOwnPaceEachSampleIsAFrameOrMissed) {
 TEST(Track, ABudgetThatNothingFitsLeavesOneIterationAFrameAndSaysSo) {
     Tracked t;
     t.record();
-    const std::string scene = read_text_file(t.folder / "scene.yaml");
+    t.set_track("budget: 1e-3 ms");
     write_text(t.folder / "scene.yaml",
-               scene.substr(0, scene.rfind('}')) + ", budget: 1e-3 ms}\nsolver: {relative_tolerance: 1.0e-9}\n");
+               read_text_file(t.folder / "scene.yaml") + "solver: {relative_tolerance: 1.0e-9}\n");
     const ResultReader hurried = t.run("--every-sample --json hurried.json");
     double cut_short = 0;
     for (std::size_t k = 20; k < hurried.frame_count(); ++k) {
@@ -170,6 +129,139 @@ TEST(Track, ARecordingWithoutTheNamedSensorIsRefused) {
     t.recording.tools = {"Reference", "Probe"};
     write_sequence(t.folder / "press.igs.mha", t.recording);
     test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor", "Reference", "Probe"});
+}
+
+TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    t.tracker.hold_s = 6;
+    t.record();
+    const std::size_t sensor = tool_index(t.recording, "Sensor");
+    const double lost_s = t.tracker.rest_s + t.tracker.ramp_s + 0.5;
+    for (TrackerSample& s : t.recording.samples)
+        if (s.time_s > lost_s) s.poses[sensor].status = PoseStatus::missing;
+    const ResultReader result = t.run();
+    double at_hold = 0, last = 0, most_in_a_frame = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
+        const double time = result.times_s()[k], now = largest(result.displacement(k));
+        if (time > lost_s && time < lost_s + 0.45) {
+            EXPECT_EQ(result.values("sensors", k, 6)[3], 1) << "holding";
+            at_hold = now;
+        }
+        if (time > lost_s) most_in_a_frame = std::max(most_in_a_frame, std::abs(now - last));
+        if (time > lost_s + 1.7) EXPECT_EQ(result.values("sensors", k, 6)[5], 1) << "released";
+        if (time > lost_s + 3) EXPECT_LT(now, 0.05 * 0.015) << "free, and not held at rest: it swings home";
+        last = now;
+    }
+    EXPECT_NEAR(at_hold, 0.015, 0.001);
+    EXPECT_LT(most_in_a_frame, 0.25 * 0.015) << "no jump when it is let go";
+}
+
+TEST(Track, EachSensorMovesItsOwnPatchAndASoftOneLess) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    t.record();
+    t.recording.tools.push_back("Second");
+    RigidTransform<ImageFrame, Sensor> image_from_second;
+    image_from_second.translation = {0.15, 0.05, 0.1};
+    for (TrackerSample& s : t.recording.samples)
+        s.poses.push_back(pose_of(true_tracker_from_image(t.tracker, s.time_s) * image_from_second));
+    const double deepest_s = t.tracker.rest_s + t.tracker.ramp_s + 0.5 * t.tracker.hold_s;
+    const auto moved = [&](const std::string& sensors, const Vector3& place) {
+        t.set_track("sensors: [" + sensors + "]");
+        const ResultReader result = t.run();
+        const auto& times = result.times_s();
+        const auto k = static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), deepest_s) - times.begin());
+        const Vector3 places[] = {place};
+        return interpolate(map_into(result.mesh(), places), 0, result.displacement(k)).norm();
+    };
+    const Vector3 first(0.1, 0.05, 0.1), second = image_from_second.translation;
+    const double alone = moved("{tool: Sensor}", second);
+    EXPECT_GT(alone, 5e-4) << "pressed 50 mm away it goes along, else this test shows nothing";
+    EXPECT_LT(moved("{tool: Sensor}, {tool: Second}", second), 0.01 * alone) << "a sensor that stays holds its patch";
+    const double hard = moved("{tool: Sensor}", first);
+    EXPECT_NEAR(hard, 0.015, 1e-4);
+    const double soft = moved("{tool: Sensor, stiffness_N_per_m: 50}", first);
+    const double stiff = moved("{tool: Sensor, stiffness_N_per_m: 20000}", first);
+    EXPECT_LT(soft, 0.8 * hard);
+    EXPECT_GT(soft, 0.1 * hard);
+    EXPECT_GT(stiff, 0.95 * hard);
+    EXPECT_LT(stiff, hard);
+    // Where patches overlap, the mean: the first goes 15 mm, the second stays.
+    const double between = moved("{tool: Sensor, patch_radius_mm: 55}, {tool: Second, patch_radius_mm: 10}", second);
+    EXPECT_NEAR(between, 0.0075, 1e-4);
+}
+
+TEST(Track, AReplayGivesTheSameFramesToTheBitAndSaysWhereNot) {
+    Tracked t;
+    t.record();
+    t.set_track("budget: 0.7 ms");  // some frames are cut short, some are not
+    t.run("");
+    auto outcome = livetet(t.folder, "track --replay result.h5");
+    const std::string all = std::to_string(ResultReader(t.folder / "result.h5").frame_count());
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    EXPECT_NE(outcome.out.find(all + " of " + all + " frames are the same to the bit"), std::string::npos) << outcome.out;
+
+    const TetMesh finest = test::block({12, 6, 6}, {0.2, 0.1, 0.1});
+    write_hierarchy(t.folder / "block.h5", make_hierarchy({finest, test::block({5, 3, 3}, {0.2, 0.1, 0.1})}, "other levels"));
+    outcome = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(outcome.status, 3) << "another preconditioner, other bits: " << outcome.out;
+    EXPECT_NE(outcome.out.find("the first other one is frame"), std::string::npos) << outcome.out;
+    write_hierarchy(t.folder / "block.h5", make_hierarchy({test::block({11, 6, 6}, {0.2, 0.1, 0.1})}, "another mesh"));
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "block.h5", "not the mesh"});
+}
+
+TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    t.tracker.hold_s = 7;
+    t.record();
+    const auto edit = [&](const std::string& from, const std::string& to) {
+        std::string scene = read_text_file(t.folder / "scene.yaml");
+        scene.replace(scene.find(from), from.size(), to);
+        write_text_file(t.folder / "scene.yaml", scene);
+    };
+    t.set_track("sensors: [{tool: Sensor}]");
+    std::thread editor([&] {  // by the recording's own clock, which starts when the program does, about
+        const auto after = [](double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); };
+        after(t.tracker.rest_s + t.tracker.ramp_s + 1);
+        edit("{tool: Sensor}", "{tool: Sensor, no_such_key: 1}");
+        after(1);
+        edit("[{tool: Sensor, no_such_key: 1}]", "[]");
+        after(2.5);
+        edit("fix: [", "fix: [{half_space_mm: [0, 0, 99, 0, 0, -1]}, ");
+    });
+    const ResultReader result = t.run("");
+    editor.join();
+    const std::string said = test::text_of(t.folder / "stderr.txt");
+    EXPECT_NE(said.find("no_such_key"), std::string::npos) << said;
+    const auto events = nlohmann::json::parse(result.text("replay"))["events"];
+    ASSERT_EQ(events.size(), 2u) << said;
+    const auto removed = events[0]["frame"].get<std::size_t>(), fixed = events[1]["frame"].get<std::size_t>();
+    EXPECT_NEAR(largest(result.displacement(removed - 1)), 0.015, 1e-3) << "what is wrong in the file changes nothing";
+    EXPECT_LT(largest(result.displacement(fixed - 1)), 1e-3) << "removed, it is let go";
+    const std::vector<Vector3> last = result.displacement(result.frame_count() - 1);
+    for (std::size_t n = 0; n < last.size(); ++n)
+        if (result.mesh().nodes[n].z() > 0.0995) ASSERT_EQ(last[n], Vector3::Zero()) << "the top is fixed now";
+    const auto outcome = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(outcome.status, 0) << "with its changes: " << outcome.out;
+}
+
+TEST(Track, WhatCannotBeASourceIsRefused) {
+    Tracked t;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    for (const char* source : {"openigtlink://", "openigtlink://host:0", "openigtlink://host:port", "openigtlink://host:70000",
+                               "http://localhost", "openigtlink://[::1"}) {
+        t.set_source(source);
+        test::expect_refused(livetet(t.folder, "track scene.yaml"), {source, "openigtlink://host:port"});
+    }
+    t.set_source("press.igs.mha");
+    t.set_track("sensors: [{tool: Sensor}, {tool: Sensor}]");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor is named twice"});
+    t.set_track("");
+    test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"), {"--publish 70000", "65535"});
+    test::expect_refused(livetet(t.folder, "track"), {"--replay"});
 }
 
 }  // namespace

@@ -133,6 +133,29 @@ TEST(OpenIgtLinkSource, WaitsForAServerThatIsNotThereYetAndFollowsItWhenItComesB
     EXPECT_EQ(source.statistics().connections, 2);
 }
 
+TEST(OpenIgtLinkSource, FollowsAToolThatIsAskedForLater) {
+    ListeningPeer server;
+    OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());
+    Peer peer = server.accept();
+    peer.send(stylus_at(1));
+    ASSERT_TRUE(comes(source, 1));
+    EXPECT_EQ(source.index_of("Stylus"), 0u);
+    EXPECT_EQ(source.index_of("Probe"), 1u);
+    EXPECT_EQ(source.tools(), (std::vector<std::string>{"Stylus", "Probe"}));
+    EXPECT_THROW((void)source.index_of("StylusToTracker"), Error) << "not to be told from Stylus";
+    double x = 1;
+    EXPECT_TRUE(eventually([&] {
+        x += 0.5;
+        Message probe = stylus_at(x);
+        probe.device = "ProbeToTracker";
+        peer.send(stylus_at(x));
+        peer.send(probe);
+        const StreamSample* sample = source.take();
+        return sample && sample->sample.poses.size() == 2 && is_usable(sample->sample.poses[1]);
+    }));
+    EXPECT_EQ(source.status().names.at("ProbeToTracker") > 0, true);
+}
+
 TEST(OpenIgtLinkSource, AMessageWithAWrongCrcIsDroppedAndCounted) {
     ListeningPeer server;
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());

@@ -102,6 +102,23 @@ TEST(PoseFilter, StartsAfreshAfterAGapAndDoesNothingWhenOff) {
     EXPECT_THROW(PoseFilter{off}, Error);
 }
 
+TEST(PoseFilter, CarriesAPoseOnByItsSpeedsToMakeUpForLatency) {
+    PoseFilterOptions options;
+    options.ahead_s = 0.05;
+    PoseFilter filter(options), plain;
+    TrackedPose ahead, now;
+    for (int i = 0; i <= 200; ++i) {  // steadily 0.1 m/s and 0.5 rad/s: four seconds, the speeds are known
+        const double t = 0.02 * i;
+        ahead = filter.update(t, at({0.1 * t, 0, 0}, 0.5 * t));
+        now = plain.update(t, at({0.1 * t, 0, 0}, 0.5 * t));
+    }
+    EXPECT_NEAR(ahead.translation.x() - now.translation.x(), 0.1 * 0.05, 1e-6);
+    EXPECT_NEAR(Eigen::AngleAxisd(ahead.rotation * now.rotation.transpose()).angle(), 0.5 * 0.05, 1e-6);
+    EXPECT_EQ(filter.update(4, at({0.4, 0, 0}, 2)).translation, ahead.translation) << "a time that stands still";
+    options.ahead_s = -1;
+    EXPECT_THROW(PoseFilter{options}, Error);
+}
+
 TEST(OutlierGate, HoldsASingleJumpAndAcceptsAMove) {
     OutlierGate gate;
     EXPECT_EQ(gate.update(0, at({0, 0, 0})).verdict, GateVerdict::accepted);
