@@ -71,6 +71,26 @@ TEST(OpenIgtLinkServer, SpeaksVersion2ToWhoSpeaksVersion2) {
     EXPECT_EQ(old.receive_message().version, 1);
 }
 
+TEST(OpenIgtLinkServer, AMessageOfVersion2GoesToThoseAloneWhoSpeakIt) {
+    OpenIgtLinkServer server(any_port);
+    Peer slicer = connect_to(server.port()), old = connect_to(server.port());
+    Message hello = status_message("Slicer", 1, "", 0);
+    hello.version = 2;
+    slicer.send(hello);
+    ASSERT_TRUE(has_clients(server, 2));
+    do server.publish({string_message("All", "hello", 0)});
+    while (slicer.receive_message().version == 1);
+    Message some = string_message("Some", "x", 0);
+    some.version = 2;
+    server.publish({some, string_message("All", "bye", 0)});
+    EXPECT_EQ(slicer.receive_message().device, "Some");
+    Message m;
+    do {
+        m = old.receive_message();
+        EXPECT_EQ(m.device, "All");
+    } while (std::get<String>(m.content).text != "bye");
+}
+
 TEST(OpenIgtLinkServer, AQueryIsAnsweredByNotFound) {
     OpenIgtLinkServer server(any_port);
     Peer peer = connect_to(server.port());
