@@ -126,7 +126,8 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     const auto held = [&](double depth) { return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); }; };
     std::map<std::string, double> at;  // when each part begins
     const auto begins = [&](const char* part) { at[part] = utc + plus.now(); };
-    plus.run(1.5, held(0));
+    plus.run(0.8, [&](double) { plus.peer().send(plus.sensor(0, {0, 0, 0.1})); });  // not on the organ yet
+    plus.run(2, held(0));
     begins("press");
     plus.run(0.6, [&](double share) { plus.peer().send(plus.sensor(0.01 * share)); });
     begins("pressed");
@@ -216,6 +217,7 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     EXPECT_EQ(received.messages.count("TRANSFORM ProbeToRAS"), 0u) << "never came";
     EXPECT_TRUE(received.statuses.count(1) && received.statuses.count(7));
     EXPECT_TRUE(received.texts.count("registration valid; Sensor released"));
+    EXPECT_TRUE(received.texts.count("registration valid; Sensor 100 mm off the organ"));
     EXPECT_NEAR(received.deepest_mm, 10, 1);
 
     const auto replay = test::livetet(t.folder, "track --replay result.h5");
