@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "mesh/node_selection.hpp"
+#include "mesh/quadratic.hpp"
 #include "mesh/surface_patch.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
@@ -67,12 +68,12 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
 }
 
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
-                 const ProgressCallback& progress) {
+                 const ProgressCallback& progress, StrainModel strain) {
     const TetMesh& mesh = hierarchy.levels.front();
     const Material material;
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), StrainModel::corotated},
+    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), strain},
                         {.scheme = TimeScheme::implicit_euler}, {});
-    const SurfacePatch patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius);
+    const auto patch = with_edge_nodes_between(mesh, surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes);
     const auto fixed = mesh.node_sets.find("fixed");
     if (fixed == mesh.node_sets.end() || fixed->second.empty()) fail("phantom: the truth's mesh has no fixed nodes");
 
@@ -83,21 +84,23 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
         truth.targets.push_back({t.name, t.position, {}});
     }
     const BarycentricMap map = map_into(mesh, places);
+    const EdgeNodes edges(mesh);
     double worst = 0;
     for (std::size_t k = 0; k < truth.depths.size(); ++k) {
         if (progress)
             progress(static_cast<double>(k) / truth.depths.size(),
                      fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
-        const double imbalance = press(body, patch.nodes, fixed->second, truth, k);
+        const double imbalance = press(body, patch, fixed->second, truth, k);
         worst = std::max(worst, imbalance);
         const std::vector<Vector3> u = body.displacement();
-        for (std::size_t i = 0; i < places.size(); ++i) truth.targets[i].displacement.push_back(interpolate(map, i, u));
+        for (std::size_t i = 0; i < places.size(); ++i)
+            truth.targets[i].displacement.push_back(interpolate(map, edges, i, u));
     }
     truth.provenance = fmt::format(
-        "corotated equilibrium, E = {} Pa, nu = {}, {} tets, {} nodes, {} of them held, {} pressed, "
+        "{} equilibrium, E = {} Pa, nu = {}, {} {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
-        material.young_Pa, material.poisson, mesh.tets.size(), mesh.nodes.size(), fixed->second.size(),
-        patch.nodes.size(), worst);
+        strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa, material.poisson,
+        mesh.tets.size(), edges.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), patch.size(), worst);
     if (progress) progress(1, "done");
 }
 
