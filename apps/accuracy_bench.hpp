@@ -7,8 +7,8 @@ namespace livetet {
 /// `livetet bench accuracy`.
 struct AccuracyArguments {
     int seeds = 100;
-    int tets = 12000;        ///< of the model
-    int truth_tets = 30000;  ///< of the truth, P2
+    int tets = 6000;         ///< of the model
+    int truth_tets = 14000;  ///< of the truth, P2
     std::filesystem::path json, csv, figure;
 };
 
