@@ -10,6 +10,7 @@
 #include "solvers/petsc_session.hpp"
 #include "verification/suite.hpp"
 #ifdef LIVETET_IMAGES
+#include "apps/accuracy_bench.hpp"
 #include "apps/latency_bench.hpp"
 #include "apps/pictures.hpp"
 #include "apps/pictures_display.hpp"
@@ -188,6 +189,23 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     latency->add_option("--budget", late->budget_ms, "ms that a frame may take")->capture_default_str()->check(CLI::PositiveNumber);
     latency->add_option("--json", late->json, "write the figures to this file");
     latency->callback([late, &status] { status.value = bench_latency(*late); });
+    CLI::App* accuracy = bench->add_subcommand(
+        "accuracy", "Error at targets inside the pressed phantom, rigid-only against deforming, and what limits it; exit 1 where "
+                    "rigid-only is better");
+    auto experiment = std::make_shared<AccuracyArguments>();
+    accuracy->add_option("--seeds", experiment->seeds, "runs of each cell")->capture_default_str()->check(CLI::Range(1, 100000));
+    accuracy->add_option("--tets", experiment->tets, "of the model")->capture_default_str()->check(CLI::Range(500, 1000000));
+    accuracy->add_option("--truth-tets", experiment->truth_tets, "of the truth, with ten nodes each")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
+    accuracy->add_option("--json", experiment->json, "write every cell's errors to this file");
+    accuracy->add_option("--csv", experiment->csv, "write every run's errors to this file");
+    accuracy->add_option("--figure", experiment->figure,
+                         "draw errors with their spread against the press to this PNG (needs an X server, or xvfb-run)");
+    accuracy->callback([experiment, &status] {
+        check_drawable(experiment->figure);
+        status.value = bench_accuracy(*experiment);
+    });
 #endif
 }
 

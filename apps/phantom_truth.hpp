@@ -5,6 +5,7 @@
 
 #include "apps/truth_file.hpp"
 #include "base/progress.hpp"
+#include "mechanics/material.hpp"
 #include "mesh/hierarchy.hpp"
 #include "mesh/image.hpp"
 #include "tracking/fiducials.hpp"
@@ -16,10 +17,11 @@ namespace livetet {
 MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,
                              const ProgressCallback& progress = {});
 
-/// The targets' displacements at each of `truth.depths`: corotated equilibrium of a scene's default material, the set
-/// "fixed" of the hierarchy held, the surface patch about `truth.sensor_rest` moved along `truth.press_direction`, from
-/// one depth to the next. Fills truth.targets. Needs a PetscSession. Throws Error where the body does not come to rest.
+/// The targets' displacements at each of `truth.depths`: equilibrium of a scene's default material, corotated or
+/// neo-Hookean, on the hierarchy's P1 or P2 tets, the set "fixed" held, the surface patch about `truth.sensor_rest` moved
+/// along `truth.press_direction` from one depth to the next. Fills truth.targets. Needs a PetscSession. Throws Error where
+/// the body does not come to rest.
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
-                 const ProgressCallback& progress = {});
+                 const ProgressCallback& progress = {}, StrainModel strain = StrainModel::corotated);
 
 }  // namespace livetet

@@ -45,6 +45,21 @@ struct WorkPrecisionChart {
 /// Charts side by side.
 void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts);
 
+/// Means and their spread against something.
+struct SpreadLine {
+    std::string name;
+    std::vector<double> x, mean, spread;
+};
+
+/// One chart of lines with error bars.
+struct SpreadChart {
+    std::string title, x_axis, y_axis;
+    std::vector<SpreadLine> lines;  ///< of the same x, rising
+};
+
+/// Charts side by side, with one range of the vertical axis from 0.
+void write_spread_picture(const std::filesystem::path& path, std::span<const SpreadChart> charts);
+
 /// Markers found in an image, for a user to confirm: for each a slice through the whole image and, enlarged, the three
 /// slices through its centre across z, y and x (RAS), with a cross-hair and a circle of the `diameter` (metres); axes
 /// in mm. As many pixels as they need.

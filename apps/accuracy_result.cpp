@@ -1,0 +1,152 @@
+#include "apps/accuracy_result.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace livetet {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::pair<const char*, double AccuracyErrors::*> errors_by_name[] = {
+    {"rigid", &AccuracyErrors::rigid},
+    {"deforming", &AccuracyErrors::deforming},
+    {"registration", &AccuracyErrors::registration},
+    {"deformation", &AccuracyErrors::deformation}};
+
+std::string text_of(const MeanAndSpread& m) { return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd); }
+
+/// Of each depth: mean and standard deviation of each error, mm.
+json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm) {
+    json list = json::array();
+    for (std::size_t d = 0; d < depths_mm.size(); ++d) {
+        json at{{"press_mm", depths_mm[d]}};
+        for (const auto& [name, error] : errors_by_name) {
+            const MeanAndSpread m = over_seeds(series, d, error);
+            at[fmt::format("{}_mm", name)] = {{"mean", m.mean}, {"sd", m.sd}};
+        }
+        list.push_back(at);
+    }
+    return list;
+}
+
+}  // namespace
+
+MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth, double AccuracyErrors::* error) {
+    const auto n = static_cast<double>(series.runs.size());
+    MeanAndSpread m;
+    for (const auto& run : series.runs) m.mean += run[depth].*error / n;
+    if (n < 2) return m;
+    for (const auto& run : series.runs) m.sd += std::pow(run[depth].*error - m.mean, 2) / (n - 1);
+    m.sd = std::sqrt(m.sd);
+    return m;
+}
+
+Verdict judge(const std::vector<AccuracyTable>& tables) {
+    Verdict verdict;
+    for (const AccuracyTable& t : tables)
+        for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+            for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
+                if (t.depths_mm[d] <= t.tracker.position_rms_mm) continue;
+                ++verdict.cells;
+                const double rigid = over_seeds(t.by_sensors[k], d, &AccuracyErrors::rigid).mean;
+                const double deforming = over_seeds(t.by_sensors[k], d, &AccuracyErrors::deforming).mean;
+                if (!(deforming < rigid))
+                    verdict.lost.push_back(fmt::format("noise {} mm, press {} mm, {} sensors: {:.2f} against {:.2f} mm",
+                                                       t.tracker.position_rms_mm, t.depths_mm[d], k + 1, deforming, rigid));
+            }
+    return verdict;
+}
+
+void print(const AccuracyTable& t) {
+    fmt::print("\ntracker of {} mm and {} degrees RMS, {} runs a cell: RMS error at the targets, mm, mean +- standard deviation\n",
+               t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, t.by_sensors.front().runs.size());
+    fmt::print("{:>6} {:>12} {:>14}", "press", "true motion", "rigid-only");
+    for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+        fmt::print(" {:>20}", fmt::format("{} sensor{} (gain)", k + 1, k ? "s" : ""));
+    fmt::print("\n");
+    for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
+        const MeanAndSpread rigid = over_seeds(t.by_sensors.front(), d, &AccuracyErrors::rigid);
+        fmt::print("{:>6} {:>12.2f} {:>14}", t.depths_mm[d], t.motion_mm[d], text_of(rigid));
+        for (const AccuracySeries& series : t.by_sensors) {
+            const MeanAndSpread deforming = over_seeds(series, d, &AccuracyErrors::deforming);
+            fmt::print(" {:>20}", fmt::format("{} ({:.1f})", text_of(deforming), rigid.mean / deforming.mean));
+        }
+        fmt::print("\n");
+    }
+}
+
+void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm) {
+    fmt::print("\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming by press\n");
+    fmt::print("{:<62} {:>7} {:>4} {:>12}", "", "sensors", "runs", "registration");
+    for (const double depth : depths_mm) fmt::print(" {:>7}", fmt::format("{} mm", depth));
+    fmt::print("\n");
+    for (const AccuracyLimit& l : limits) {
+        double registration = 0;
+        for (std::size_t d = 0; d < depths_mm.size(); ++d)
+            registration += over_seeds(l.series, d, &AccuracyErrors::registration).mean / static_cast<double>(depths_mm.size());
+        fmt::print("{:<62} {:>7} {:>4} {:>12.2f}", l.name, l.sensors, l.series.runs.size(), registration);
+        for (std::size_t d = 0; d < depths_mm.size(); ++d)
+            fmt::print(" {:>7.2f}", over_seeds(l.series, d, &AccuracyErrors::deforming).mean);
+        fmt::print("\n");
+    }
+}
+
+std::string csv_of(const std::vector<AccuracyTable>& tables) {
+    std::string text = "position_rms_mm,rotation_rms_deg,sensors,run,press_mm,rigid_mm,deforming_mm,registration_mm,deformation_mm\n";
+    for (const AccuracyTable& t : tables)
+        for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+            for (std::size_t r = 0; r < t.by_sensors[k].runs.size(); ++r)
+                for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
+                    text += fmt::format("{},{},{},{},{}", t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, k + 1,
+                                        r + 1, t.depths_mm[d]);
+                    for (const auto& [name, error] : errors_by_name)
+                        text += fmt::format(",{:.4f}", t.by_sensors[k].runs[r][d].*error);
+                    text += "\n";
+                }
+    return text;
+}
+
+json json_of(const AccuracyTable& t) {
+    json by_sensors = json::array();
+    for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+        by_sensors.push_back({{"sensors", k + 1},
+                              {"runs", t.by_sensors[k].runs.size()},
+                              {"errors", json_of(t.by_sensors[k], t.depths_mm)}});
+    return {{"position_rms_mm", t.tracker.position_rms_mm},
+            {"rotation_rms_deg", t.tracker.rotation_rms_deg},
+            {"true_motion_mm", t.motion_mm},
+            {"by_sensors", by_sensors}};
+}
+
+json json_of(const AccuracyLimit& limit, const std::vector<double>& depths_mm) {
+    return {{"name", limit.name},
+            {"sensors", limit.sensors},
+            {"runs", limit.series.runs.size()},
+            {"errors", json_of(limit.series, depths_mm)}};
+}
+
+SpreadChart chart_of(const AccuracyTable& t) {
+    SpreadChart chart{fmt::format("Tracker of {} mm and {} degrees RMS", t.tracker.position_rms_mm, t.tracker.rotation_rms_deg),
+                      "press depth [mm]", "error at the targets, RMS [mm]", {}};
+    const auto add = [&](const std::string& name, const AccuracySeries& series, double AccuracyErrors::* error) {
+        SpreadLine line{name, t.depths_mm, {}, {}};
+        for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
+            const MeanAndSpread m = over_seeds(series, d, error);
+            line.mean.push_back(m.mean);
+            line.spread.push_back(m.sd);
+        }
+        chart.lines.push_back(std::move(line));
+    };
+    add("rigid-only", t.by_sensors.front(), &AccuracyErrors::rigid);
+    for (const std::size_t sensors : {1, 3, 6})
+        if (sensors <= t.by_sensors.size())
+            add(fmt::format("deforming, {} sensor{}", sensors, sensors > 1 ? "s" : ""), t.by_sensors[sensors - 1],
+                &AccuracyErrors::deforming);
+    add("registration alone", t.by_sensors.front(), &AccuracyErrors::registration);
+    return chart;
+}
+
+}  // namespace livetet

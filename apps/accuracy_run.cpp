@@ -1,0 +1,190 @@
+#include "apps/accuracy_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/live_model.hpp"
+#include "apps/phantom.hpp"
+#include "apps/phantom_shape.hpp"
+#include "base/error.hpp"
+#include "geometry/umeyama.hpp"
+#include "tracking/dwell.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Of the press, s: the sensors' places at rest are measured, then each depth is come to and held, judged at the end.
+constexpr double rest_s = 1.2, ramp_s = 0.7, hold_s = 1.1, judged_s = 0.5;
+
+SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
+    SimulatedTrackerOptions tracker = phantom_tracker({});
+    tracker.position_rms_mm = c.position_rms_mm;
+    tracker.rotation_rms_deg = c.rotation_rms_deg;
+    return tracker;
+}
+
+/// Seeds of the errors of one run: each tool has its own, so that one tool more changes nothing for the others.
+std::uint64_t seed_of(const AccuracyCase& c, int tool) {
+    return static_cast<std::uint64_t>(most_true_sensors + 2) * c.seed + static_cast<std::uint64_t>(tool);
+}
+
+/// The fiducials touched one after the other, averaged in the reference sensor's frame, registered by Umeyama's method.
+RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
+    SimulatedTrackerOptions tracker = tracker_of(c);
+    tracker.seed = seed_of(c, 0);
+    std::vector<Vector3> in_image, in_reference;
+    for (const NamedPoint& f : phantom::fiducials()) in_image.push_back(f.position);
+    std::vector<FrameWindow> windows;
+    for (std::size_t i = 0; i < in_image.size(); ++i) {
+        const double begin = touch_begins_s(tracker, i) * tracker.rate_Hz;
+        windows.push_back({static_cast<std::size_t>(std::ceil(begin)),
+                           static_cast<std::size_t>(std::floor(begin + tracker.dwell_s * tracker.rate_Hz))});
+    }
+    const Recording touching = simulate_touching(tracker, in_image);
+    for (const Dwell& d : dwells_in_windows(touching, tracker.tool_from_tip, windows, {.reference = "Reference"}))
+        in_reference.push_back(*d.tip_in_reference);
+    return rigid_part(register_points<ImageFrame, Reference>(in_reference, in_image).to_from_from);
+}
+
+std::string name_of_sensor(int k) { return fmt::format("Sensor{}", k + 1); }
+
+/// Which depth the press is held at and judged, -1 while none is.
+int judged_depth(double time_s, int depths) {
+    const double since = time_s - rest_s;
+    const int k = static_cast<int>(std::floor(since / (ramp_s + hold_s)));
+    return since >= 0 && k < depths && (k + 1) * (ramp_s + hold_s) - since <= judged_s ? k : -1;
+}
+
+/// How deep the press is, m.
+double depth_at(double time_s, const std::vector<double>& depths) {
+    const double since = std::max(0.0, time_s - rest_s);
+    const auto k = std::min(depths.size() - 1, static_cast<std::size_t>(since / (ramp_s + hold_s)));
+    const double way = std::min(1.0, (since - static_cast<double>(k) * (ramp_s + hold_s)) / ramp_s);
+    const double from = k > 0 ? depths[k - 1] : 0;
+    return from + way * way * (3 - 2 * way) * (depths[k] - from);
+}
+
+/// The tracker in front of the pressed organ: sample after sample of a run.
+class RecordedPress {
+  public:
+    RecordedPress(const AccuracyCase& c, const PressedOrgan& organ) : case_(c), organ_(organ), tracker_(tracker_of(c)) {
+        for (int tool = 1; tool <= c.sensors + 1; ++tool) {
+            tracker_.seed = seed_of(c, tool);
+            noise_.emplace_back(tracker_);
+        }
+    }
+    std::size_t size() const {
+        const double duration = rest_s + static_cast<double>(organ_.truth.depths.size()) * (ramp_s + hold_s);
+        return static_cast<std::size_t>(std::floor(duration * tracker_.rate_Hz));
+    }
+    double time_s(std::size_t k) const { return static_cast<double>(k) / tracker_.rate_Hz; }
+
+    /// Each seed sees another stretch of the organ's way, long after it set off.
+    RigidTransform<Tracker, ImageFrame> tracker_from_image(std::size_t k) const {
+        const double since = 1 + 17.3 * static_cast<double>(case_.seed);
+        return true_tracker_from_image(tracker_, case_.organ_moves ? since + time_s(k) : 0);
+    }
+    TrackerSample sample(std::size_t k) {
+        const auto tracker_from_image = this->tracker_from_image(k);
+        TrackerSample sample{time_s(k), {noise_[0](pose_of(tracker_from_image * tracker_.image_from_reference))}};
+        const double depth = depth_at(time_s(k), organ_.truth.depths);
+        for (int i = 0; i < case_.sensors; ++i)
+            sample.poses.push_back(
+                noise_[i + 1](pose_of(tracker_from_image * sensor_at(organ_, organ_.sensors[i], depth))));
+        return sample;
+    }
+
+  private:
+    AccuracyCase case_;
+    const PressedOrgan& organ_;
+    SimulatedTrackerOptions tracker_;
+    std::vector<TrackerNoise> noise_;
+};
+
+}  // namespace
+
+std::vector<std::size_t> judged_targets(const Truth& truth) {
+    constexpr double press = 0.015;
+    std::vector<std::size_t> judged;
+    for (std::size_t i = 0; i < truth.targets.size(); ++i)
+        if (displacement_of(truth, truth.targets[i], press).norm() > press / 5) judged.push_back(i);
+    if (judged.empty()) fail("bench accuracy: no target moves by more than a fifth of a press of {} mm", 1e3 * press);
+    return judged;
+}
+
+Scene accuracy_scene() {
+    Scene scene;
+    scene.fix.push_back({});
+    scene.fix.back().group = "fixed";
+    scene.time.scheme = TimeScheme::newmark;
+    scene.time.rayleigh_alpha = 10;
+    scene.time.rayleigh_beta = 0.01;
+    scene.solver.relative_tolerance = 1e-2;
+    scene.solver.threads = 1;  // meshes are small
+    scene.track = TrackOptions{};
+    scene.track->sensors.clear();
+    return scene;
+}
+
+AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const PressedOrgan& organ)
+    : scene_(std::move(scene)),
+      body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
+      organ_(organ),
+      judged_(judged_targets(organ.truth)),
+      edges_(body_.mesh()) {
+    std::vector<Vector3> places;
+    for (const std::size_t i : judged_) places.push_back(organ.truth.targets[i].position);
+    targets_ = map_into(body_.mesh(), places);
+}
+
+std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
+    // 1. the model at rest
+    Scene scene = scene_;
+    std::vector<std::string> tools{scene.track->reference_tool};
+    for (int k = 0; k < c.sensors; ++k) {
+        const TrueSensor& sensor = organ_.sensors[k];
+        tools.push_back(name_of_sensor(k));
+        SensorOptions& options = scene.track->sensors.emplace_back();
+        options.tool = tools.back();
+        options.patch_radius_mm = 1e3 * sensor.patch_radius;
+        options.motion = sensor.motion;
+    }
+    const std::vector<Vector3> still(body_.mesh().nodes.size(), Vector3::Zero());
+    body_.body->set_displacement(still);
+    body_.body->set_velocity(still);
+    LiveModel model(scene, body_, tool_finder(tools), registered(c));
+
+    // 2. the press, frame after frame
+    const Truth& truth = organ_.truth;
+    std::vector<AccuracyErrors> sums(truth.depths.size());  // of squares
+    std::vector<double> counts(truth.depths.size(), 0);
+    RecordedPress press(c, organ_);
+    for (std::size_t k = 0; k < press.size(); ++k) {
+        const Frame& frame = model.advance(press.sample(k));
+        const int d = judged_depth(press.time_s(k), static_cast<int>(truth.depths.size()));
+        if (d < 0) continue;
+        const auto& T_est = frame.tracker_from_image;
+        const auto T_true = press.tracker_from_image(k);
+        for (std::size_t i = 0; i < judged_.size(); ++i) {
+            const Vector3& x = truth.targets[judged_[i]].position;
+            const Vector3& u_true = truth.targets[judged_[i]].displacement[d];
+            const Vector3 u_est = interpolate(targets_, edges_, i, frame.displacement), goal = T_true * (x + u_true);
+            sums[d].rigid += (T_est * x - goal).squaredNorm();
+            sums[d].deforming += (T_est * (x + u_est) - goal).squaredNorm();
+            sums[d].registration += (T_est * x - T_true * x).squaredNorm();
+            sums[d].deformation += (u_est - u_true).squaredNorm();
+            ++counts[d];
+        }
+    }
+    for (std::size_t d = 0; d < sums.size(); ++d)
+        for (double AccuracyErrors::* e :
+             {&AccuracyErrors::rigid, &AccuracyErrors::deforming, &AccuracyErrors::registration, &AccuracyErrors::deformation})
+            sums[d].*e = 1e3 * std::sqrt(sums[d].*e / counts[d]);
+    return sums;
+}
+
+}  // namespace livetet

@@ -1,0 +1,104 @@
+#include "apps/accuracy_truth.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/phantom.hpp"
+#include "apps/phantom_shape.hpp"
+#include "apps/phantom_truth.hpp"
+#include "geometry/umeyama.hpp"
+#include "mesh/quadratic.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // of the patches, m
+
+struct Ring {
+    double tilt_deg;  ///< from the pressed place, seen from `depth_of_centre` below it
+    int places;
+    int stride;  ///< from one place to the next taken, so that the first few spread
+};
+constexpr double depth_of_centre = 0.04;  // m
+constexpr Ring rings[] = {{40, 5, 2}, {75, 10, 3}};
+
+/// Two unit vectors across a third.
+std::pair<Vector3, Vector3> across(const Vector3& axis) {
+    const Vector3 side = axis.cross(Vector3::UnitY()).normalized();
+    return {side, axis.cross(side)};
+}
+
+std::vector<Vector3> sensor_places() {
+    constexpr double degree = std::numbers::pi / 180;
+    std::vector<Vector3> places{phantom::sensor_place()};
+    const Vector3 outwards = phantom::organ_normal(places.front()), centre = places.front() - depth_of_centre * outwards;
+    const auto [side, other] = across(outwards);
+    for (const Ring& ring : rings)
+        for (int i = 0; i < ring.places; ++i) {
+            const double turn = 2 * std::numbers::pi * (i * ring.stride % ring.places) / ring.places;
+            const Vector3 sideways = std::cos(turn) * side + std::sin(turn) * other;
+            places.push_back(phantom::organ_exit(
+                centre, std::cos(ring.tilt_deg * degree) * outwards + std::sin(ring.tilt_deg * degree) * sideways));
+        }
+    return places;
+}
+
+/// A place on the surface and six around it, 4 mm away.
+std::vector<Vector3> places_around(const Vector3& place) {
+    constexpr double radius = 0.004, below = 0.01;  // m
+    const Vector3 outwards = phantom::organ_normal(place);
+    const auto [side, other] = across(outwards);
+    std::vector<Vector3> around{place};
+    for (int i = 0; i < 6; ++i) {
+        const double turn = std::numbers::pi / 3 * i;
+        const Vector3 aside = radius * (std::cos(turn) * side + std::sin(turn) * other);
+        around.push_back(phantom::organ_exit(place + aside - below * outwards, outwards));
+    }
+    return around;
+}
+
+}  // namespace
+
+PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<double> depths,
+                         const ProgressCallback& progress) {
+    PressedOrgan organ;
+    organ.truth = true_motion(phantom_tracker({}), {});
+    organ.truth.depths = std::move(depths);
+    organ.truth.patch_radius = pressed_radius;
+
+    const std::vector<NamedPoint> targets = phantom::targets();
+    std::vector<NamedPoint> points = targets;
+    const std::vector<Vector3> places = sensor_places();
+    for (const Vector3& place : places)
+        for (const Vector3& p : places_around(place)) points.push_back({fmt::format("S{}", points.size()), p});
+    solve_truth(with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)), points,
+                organ.truth, progress, StrainModel::neohookean);
+
+    auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
+    const auto first = next;
+    for (const Vector3& place : places) {
+        const bool pressed = organ.sensors.empty();
+        TrueSensor sensor{{phantom_tracker({}).image_from_sensor_at_rest.rotation, place},
+                          pressed ? pressed_radius : riding_radius,
+                          pressed ? DriveMotion::translation : DriveMotion::rigid,
+                          {next, next + 7}};
+        next += 7;
+        organ.sensors.push_back(std::move(sensor));
+    }
+    organ.truth.targets.erase(first, organ.truth.targets.end());
+    return organ;
+}
+
+RigidTransform<ImageFrame, Sensor> sensor_at(const PressedOrgan& organ, const TrueSensor& sensor, double depth) {
+    std::vector<Vector3> rest, now;
+    for (const TruthTarget& p : sensor.around) {
+        rest.push_back(p.position);
+        now.push_back(p.position + displacement_of(organ.truth, p, depth));
+    }
+    return rigid_part(register_points<ImageFrame, ImageFrame>(rest, now).to_from_from) * sensor.at_rest;
+}
+
+}  // namespace livetet

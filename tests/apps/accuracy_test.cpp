@@ -1,0 +1,108 @@
+#ifdef LIVETET_IMAGES
+#include "apps/accuracy_run.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/accuracy_result.hpp"
+#include "apps/phantom_shape.hpp"
+#include "apps/phantom_truth.hpp"
+#include "solvers/petsc_session.hpp"
+
+namespace livetet {
+namespace {
+
+/// The phantom, coarse, pressed to two depths; a model of it that is coarser still.
+class Accuracy : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        session_ = new PetscSession("livetet", {});
+        const PhantomImages images = make_phantom_images(0.003, 1);
+        organ_ = new PressedOrgan(press_organ(images, 2500, {0.008, 0.015}));
+        model_ = new AccuracyModel(accuracy_scene(), mesh_for_truth(images.labels, images.fixed_mask, 2000), *organ_);
+    }
+    static void TearDownTestSuite() {
+        delete model_;
+        delete organ_;
+        delete session_;
+    }
+    /// How far the judged targets truly move, RMS, mm.
+    static double true_motion_mm(std::size_t depth) {
+        double squares = 0;
+        const auto judged = judged_targets(organ_->truth);
+        for (const std::size_t i : judged) squares += organ_->truth.targets[i].displacement[depth].squaredNorm();
+        return 1e3 * std::sqrt(squares / static_cast<double>(judged.size()));
+    }
+    static AccuracyErrors at(const AccuracyCase& c, std::size_t depth) { return model_->run(c)[depth]; }
+
+    static PetscSession* session_;
+    static PressedOrgan* organ_;
+    static AccuracyModel* model_;
+};
+PetscSession* Accuracy::session_ = nullptr;
+PressedOrgan* Accuracy::organ_ = nullptr;
+AccuracyModel* Accuracy::model_ = nullptr;
+
+TEST_F(Accuracy, WithoutNoiseTheRigidErrorIsTheTrueMotionAndDeformingTakesMostOfIt) {
+    for (const int sensors : {1, 3}) {
+        const auto errors = model_->run({0, 0, sensors, 1, false});
+        for (std::size_t d = 0; d < 2; ++d) {
+            EXPECT_NEAR(errors[d].registration, 0, 1e-6);
+            EXPECT_NEAR(errors[d].rigid, true_motion_mm(d), 1e-6);
+            EXPECT_NEAR(errors[d].deforming, errors[d].deformation, 1e-6);
+            EXPECT_LT(errors[d].deforming, 0.3 * errors[d].rigid) << sensors << " sensors";
+        }
+    }
+}
+
+TEST_F(Accuracy, TheReferenceSensorsNoiseIsTheSameWhateverOtherSensorsThereAre) {
+    const AccuracyErrors one = at({1.4, 0.5, 1, 7}, 1), three = at({1.4, 0.5, 3, 7}, 1), other = at({1.4, 0.5, 1, 8}, 1);
+    EXPECT_NEAR(one.rigid, three.rigid, 1e-9);
+    EXPECT_NEAR(one.registration, three.registration, 1e-9);
+    EXPECT_GT(std::abs(one.deforming - three.deforming), 1e-4);
+    EXPECT_GT(std::abs(one.rigid - other.rigid), 1e-3);
+}
+
+TEST_F(Accuracy, ARunDoesNotKnowTheOneBefore) {
+    const AccuracyErrors first = at({1.4, 0.5, 2, 3}, 1);
+    (void)at({0.5, 0.2, 4, 5}, 1);
+    EXPECT_NEAR(at({1.4, 0.5, 2, 3}, 1).deforming, first.deforming, 1e-2);
+}
+
+TEST_F(Accuracy, WithNoiseDeformingBeatsRigidOnlyAndLessNoiseIsBetter) {
+    const AccuracyErrors noisy = at({1.4, 0.5, 1, 2}, 1), quieter = at({0.5, 0.2, 1, 2}, 1);
+    EXPECT_LT(noisy.deforming, 0.8 * noisy.rigid);
+    EXPECT_LT(quieter.deforming, noisy.deforming);
+    EXPECT_GT(noisy.deforming, noisy.deformation);  // the registration's part comes on top
+}
+
+TEST_F(Accuracy, SensorsRestOnTheFreeSurfaceAndRideOnIt) {
+    ASSERT_EQ(organ_->sensors.size(), static_cast<std::size_t>(most_true_sensors));
+    for (const TrueSensor& sensor : organ_->sensors) {
+        const Vector3& place = sensor.at_rest.translation;
+        EXPECT_NEAR(phantom::organ_distance(place), 0, 1e-4);
+        EXPECT_FALSE(phantom::is_held(place));
+        const double way = (sensor_at(*organ_, sensor, 0.015).translation - place).norm();
+        if (&sensor == &organ_->sensors.front()) {
+            EXPECT_NEAR(way, 0.015, 5e-4);  // of a coarse surface
+        } else {
+            EXPECT_LT(way, 0.008);
+        }
+    }
+}
+
+TEST(AccuracyTables, AVerdictNamesEachLostCellWhereThePressIsLargerThanTheNoise) {
+    AccuracySeries series{{{{3, 2, 1, 1}, {3, 4, 1, 1}, {3, 1, 1, 1}}, {{5, 2, 1, 1}, {3, 4, 1, 1}, {3, 2, 1, 1}}}};
+    EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).mean, 4);
+    EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).sd, std::sqrt(2.0));
+    const AccuracyTable table{{1.4, 0.5}, {1, 5, 10}, {0.4, 2, 4}, {series}};
+    const Verdict verdict = judge({table});
+    EXPECT_EQ(verdict.cells, 2);
+    ASSERT_EQ(verdict.lost.size(), 1u);
+    EXPECT_NE(verdict.lost.front().find("5 mm"), std::string::npos) << verdict.lost.front();
+}
+
+}  // namespace
+}  // namespace livetet
+#endif
