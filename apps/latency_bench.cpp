@@ -12,17 +12,16 @@
 
 #include "apps/frame_loop.hpp"
 #include "apps/phantom.hpp"
-#include "apps/phantom_shape.hpp"
 #include "apps/realtime_cases.hpp"
+#include "apps/tracker_server.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
-#include "io/openigtlink/border.hpp"
 #include "io/openigtlink/parser.hpp"
 #include "io/openigtlink/source.hpp"
 #include "solvers/petsc_session.hpp"
-#include "tracking/poses.hpp"
+#include "tracking/playback.hpp"
 #include "tracking/simulated_tracker.hpp"
 
 namespace livetet {
@@ -92,29 +91,20 @@ class FrameReader {
     std::thread thread_;
 };
 
-/// The phantom's press as a tracker server sends it, until it is stopped.
+/// A recording as a tracker server sends it, from now on.
 class TrackerServer {
   public:
-    TrackerServer(Recording recording, double rate_Hz) : recording_(std::move(recording)), server_({"127.0.0.1", 0}) {
-        thread_ = std::jthread([this, rate_Hz](const std::stop_token& stop) {
-            const auto start = std::chrono::steady_clock::now();
-            for (std::size_t k = 0; k < recording_.samples.size() && !stop.stop_requested(); ++k) {
-                std::this_thread::sleep_until(start + std::chrono::duration<double>(static_cast<double>(k) / rate_Hz));
-                std::vector<igtl::Message> messages;
-                for (std::size_t i = 0; i < recording_.tools.size(); ++i)
-                    messages.push_back(igtl::transform_message(recording_.tools[i] + "ToTracker",
-                                                               tracker_from<Tool>(recording_.samples[k].poses[i]),
-                                                               1.7e9 + recording_.samples[k].time_s));
-                server_.publish(std::move(messages));
-            }
-        });
+    explicit TrackerServer(const Recording& recording)
+        : playback_(recording, {.listener = [this, tools = recording.tools](const StreamSample& s) {
+                        server_.publish(sample_messages(tools, s.sample, utc_seconds()));
+                    }}) {
+        (void)playback_.next();  // begins
     }
     std::uint16_t port() const { return server_.port(); }
 
   private:
-    Recording recording_;
-    OpenIgtLinkServer server_;
-    std::jthread thread_;
+    OpenIgtLinkServer server_{{"127.0.0.1", 0}};
+    Playback playback_;
 };
 
 Scene phantom_scene(double budget_ms) {
@@ -162,7 +152,7 @@ int bench_latency(const LatencyArguments& arguments) {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
         Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
-        TrackerServer server(simulate_press(tracker), arguments.rate_Hz);
+        const TrackerServer server(simulate_press(tracker));
         OpenIgtLinkSourceOptions options;
         options.listener = [&](const StreamSample& sample) {
             came.keep(sample);
