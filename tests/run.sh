@@ -14,4 +14,4 @@ fi
 
 say "testing"
 [ -n "${LIVETET_DATA:-}" ] || echo "LIVETET_DATA is not set: tests on real inputs will be skipped"
-ctest --test-dir "$build" --output-on-failure
+ctest --test-dir "$build" -j 2 --output-on-failure
