@@ -35,7 +35,11 @@ struct [[nodiscard]] StepReport {
     double solve_error = 0;      ///< what the step left unsolved of its displacement, m, RMS over the nodes, estimated; live only
     double time_error = 0;       ///< the displacement's error that the time step made, m, about (largest of all nodes)
     double forces_s = 0, operator_s = 0, solve_s = 0;
+    double preconditioner_s = 0;  ///< its set-up, where it has one apart from the operators
     double finish_s = 0;  ///< of a live step: what came after its last solve
+
+    /// All stages together.
+    double seconds() const { return forces_s + operator_s + preconditioner_s + solve_s + finish_s; }
 };
 
 /// How far a step goes: `linearisations` at most, stopping early at `tolerance` (force out of balance relative to the
@@ -51,6 +55,15 @@ struct StepEffort {
     bool by_halves = false;
     /// Live: as an earlier step was done, whose `StepReport::solves` these are, without a deadline: the same to the bit.
     const std::array<SolveRecord, most_recorded_solves>* as_done = nullptr;
+};
+
+/// All that a body needs to go on from where it is, in the whole mesh's numbering: the same on any number of ranks.
+struct BodyState {
+    /// Of each node: displacement, m; where the body is dynamic velocity, m/s, and acceleration, m/s^2; with
+    /// generalized-alpha the forces at the last step's end, N.
+    std::vector<std::vector<Vector3>> nodal;
+    std::vector<double> pressure;  ///< mixed form: of each corner, in the solver's own unit; else empty
+    bool started = false;          ///< the acceleration is known
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
@@ -77,6 +90,10 @@ class DeformableBody {
 
     /// Takes up displacement, velocity and acceleration of a body on the same mesh and of the same scheme.
     void copy_state(const DeformableBody& other);
+    /// The state on every rank; and a body of the same mesh and scheme takes it up. Collective. Throws Error where it is
+    /// of another size.
+    BodyState gather_state() const;
+    void set_state(const BodyState& state);
     /// Remembers the state, or takes up the one remembered last (a step that is to be done again).
     void keep_state();
     void return_to_kept_state();
@@ -139,6 +156,9 @@ class DeformableBody {
     bool is_late(const StepEffort& effort) const;
     /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
     LinearReport solve_linear(const TimeCoefficients& c, const StepEffort& effort, StepReport& report);
+    /// Whether the solve by an operator of which one half is a step old went where no whole one would: where tets have
+    /// flipped since, the halves may not fit together.
+    bool leads_astray(const LinearReport& linear) const;
     /// residual_ . du_, with the pressures' part: what the energy falls by, to first order.
     double downhill() const;
     /// The force out of balance that counts as none: the tolerance's, or round-off where that is more.
@@ -147,6 +167,7 @@ class DeformableBody {
     double search_line(const TimeCoefficients& c, double norm);
     void move(double length);
     void finish_step(const TimeCoefficients& c, double dt, StepReport& report);
+    /// The state is one: no number of it is not finite, or absurdly far from rest.
     bool is_finite() const;
 
     TimeOptions time_;
@@ -168,8 +189,9 @@ class DeformableBody {
     double start_scale_ = 0;
     double external_size_ = 0;  ///< N
     double round_off_ = 0;    ///< N
+    double farthest_ = 0;     ///< norm of the displacement, m, beyond which a state is lost
     double renewal_s_ = 0, rest_s_ = 0;  ///< running means: a whole operator; one iteration and what follows
-    double usual_way_ = 0;     ///< running mean of find_prescribed(), m
+    double way_ = 0, usual_way_ = 0;  ///< find_prescribed(), of this step and its running mean, m
     int settling_steps_ = 0;   ///< to come since it jumped
     int positive_steps_ = 0;  ///< linearisations to come that take the positive tangent
 };
