@@ -122,7 +122,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
     // 1. the organ as it truly is, and the model's mesh
     const PhantomImages images = make_phantom_images(0.0015, 1);
     const PressedOrgan organ =
-        press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025}, part(0, 0.2, "truth"));
+        press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030}, part(0, 0.2, "truth"));
     const MeshHierarchy hierarchy = mesh_model(images, arguments.tets, part(0.2, 0.22, "model"));
     AccuracyModel model(accuracy_scene(), hierarchy, organ);
     fmt::print("truth: {}\nmodel: corotated, {} P1 tets, {} nodes; {} of {} targets judged\n", organ.truth.provenance,

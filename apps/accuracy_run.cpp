@@ -8,6 +8,7 @@
 #include "apps/live_model.hpp"
 #include "apps/phantom.hpp"
 #include "apps/phantom_shape.hpp"
+#include "apps/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "geometry/umeyama.hpp"
 #include "tracking/dwell.hpp"
@@ -117,15 +118,9 @@ std::vector<std::size_t> judged_targets(const Truth& truth) {
 }
 
 Scene accuracy_scene() {
-    Scene scene;
-    scene.fix.push_back({});
-    scene.fix.back().group = "fixed";
-    scene.time.scheme = TimeScheme::newmark;
-    scene.time.rayleigh_alpha = 10;
-    scene.time.rayleigh_beta = 0.01;
+    Scene scene = phantom_scene(TimeScheme::newmark);
     scene.solver.relative_tolerance = 1e-2;
     scene.solver.threads = 1;  // meshes are small
-    scene.track = TrackOptions{};
     scene.track->sensors.clear();
     return scene;
 }

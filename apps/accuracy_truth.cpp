@@ -16,6 +16,8 @@ namespace livetet {
 namespace {
 
 constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // of the patches, m
+/// The disc that presses has a rounded rim. Under a sharp one the body is not brought to rest beyond 27 mm.
+constexpr double flat_radius = 0.009, rim_share = 0.65;
 
 struct Ring {
     double tilt_deg;  ///< from the pressed place, seen from `depth_of_centre` below it
@@ -75,7 +77,7 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     for (const Vector3& place : places)
         for (const Vector3& p : places_around(place)) points.push_back({fmt::format("S{}", points.size()), p});
     solve_truth(with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)), points,
-                organ.truth, progress, StrainModel::neohookean);
+                organ.truth, progress, {StrainModel::neohookean, rim_share, flat_radius});
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "apps/tracker_source.hpp"
 #include "io/openigtlink/border.hpp"
 #include "tracking/poses.hpp"
 
@@ -34,7 +35,7 @@ std::vector<std::string> sensor_texts(const Announcement& a) {
     return texts;
 }
 
-bool is_well(const Frame& frame) {
+bool is_well(const FrameState& frame) {
     return frame.registration == RegistrationStatus::valid &&
            std::all_of(frame.sensors.begin(), frame.sensors.end(), [](const SensorState& s) { return s.seen; });
 }
@@ -51,11 +52,11 @@ FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface) : surface
 }
 
 std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, double time_s) const {
-    const Frame& frame = a.frame;
+    const FrameState& frame = a.frame;
     std::vector<Vector3> points = rest_;
     std::vector<float> moved_mm;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
-        const Vector3& u = frame.displacement[nodes_[i]];
+        const Vector3& u = a.displacement[nodes_[i]];
         points[i] += u;
         moved_mm.push_back(static_cast<float>(1e3 * u.norm()));
     }
@@ -93,10 +94,9 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
 std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz, double frames_Hz) {
     std::string text;
     if (!source.never_came.empty() && source.samples > 0) {
-        std::vector<std::string> names;
-        for (const auto& [name, count] : source.names) names.push_back(name);
+        const std::string names = names_text(source);
         text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "),
-                            names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", ")));
+                            names.empty() ? "nothing" : names);
     }
     if (source.state != "receiving" && source.state != "playing") text += source.state;
     if (!source.problem.empty() && source.state != "receiving") text += fmt::format(" ({})", source.problem);
@@ -142,6 +142,7 @@ void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& sc
                      std::size_t frames, std::size_t missed) {
     Announcement& a = mailbox_.outgoing();
     a.frame = frame;
+    if (server_) a.displacement = frame.displacement;
     a.tools = model.tools();
     a.sensors.resize(scene.track->sensors.size());
     for (std::size_t i = 0; i < a.sensors.size(); ++i) a.sensors[i] = scene.track->sensors[i].tool;
@@ -156,8 +157,8 @@ void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& sc
 
 void Announcer::run() {
     ProgressLine line("track");
-    double due_s = 0, marked_s = steady_seconds(), received_Hz = 0, frames_Hz = 0;
-    std::uint64_t received = 0, frames = 0;
+    double due_s = 0;
+    Rate received, computed;
     for (;;) {
         const auto seen = mailbox_.posted();  // before `take`: whatever is posted after this wakes us
         if (!mailbox_.take()) {
@@ -172,14 +173,7 @@ void Announcer::run() {
             server_->publish((*messages_)(a, utc_seconds()));
         }
         const SourceStatus source = source_.status();
-        if (now - marked_s >= 1) {
-            received_Hz = static_cast<double>(source.samples - received) / (now - marked_s);
-            frames_Hz = static_cast<double>(a.frames - frames) / (now - marked_s);
-            received = source.samples;
-            frames = a.frames;
-            marked_s = now;
-        }
-        const std::string text = status_text(a, source, received_Hz, frames_Hz);
+        const std::string text = status_text(a, source, received(source.samples), computed(a.frames));
         if (samples_ > 0)
             line.update(static_cast<double>(a.sample) / static_cast<double>(samples_), text);
         else

@@ -14,7 +14,8 @@ namespace livetet {
 
 /// The newest frame as others are told of it.
 struct Announcement {
-    Frame frame;
+    FrameState frame;
+    std::vector<Vector3> displacement;  ///< where it is published
     std::vector<LiveModel::ShownTool> tools;
     std::vector<std::string> sensors;
     std::vector<PoseTimes> times;  ///< of the sample's poses

@@ -25,7 +25,7 @@ void take_changes(const Scene& edited, Scene& scene, LiveModel& model, FrameCoun
 }  // namespace
 
 FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
-                  SceneWatch* watch, const FramePlan& plan) {
+                       SceneWatch* watch, const FramePlan& plan) {
     FrameCounts counts;
     const Interruptible interruptible;
     (void)source.take();  // what came before anyone kept it

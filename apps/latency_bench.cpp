@@ -107,14 +107,8 @@ class TrackerServer {
     Playback playback_;
 };
 
-Scene phantom_scene(double budget_ms) {
-    Scene scene;
-    scene.fix.push_back({});
-    scene.fix.back().group = "fixed";
-    scene.time.scheme = TimeScheme::newmark;
-    scene.time.rayleigh_alpha = 10;
-    scene.time.rayleigh_beta = 0.01;
-    scene.track = TrackOptions{};
+Scene published_scene(double budget_ms) {
+    Scene scene = phantom_scene(TimeScheme::newmark);
     scene.track->publish = PublishOptions{.port = 0, .rate_Hz = 0};
     scene.track->budget = fmt::format("{} ms", budget_ms);
     return scene;
@@ -139,7 +133,7 @@ int bench_latency(const LatencyArguments& arguments) {
     }();
     SimulatedTrackerOptions tracker = phantom_tracker({.rate_Hz = arguments.rate_Hz});
     tracker.presses = 1 + static_cast<int>(arguments.seconds / 3);
-    Scene scene = phantom_scene(arguments.budget_ms);
+    Scene scene = published_scene(arguments.budget_ms);
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
 
     // The whole of `track`, its result included.

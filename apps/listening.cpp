@@ -87,34 +87,15 @@ std::vector<std::string> follow_all(TrackerSource& source) {
 
 /// "20.0 Hz, 134 samples: StylusToTracker", or why nothing comes.
 std::string status_text(const SourceStatus& status, std::size_t samples, double rate_Hz) {
-    std::vector<std::string> names;
-    for (const auto& [name, count] : status.names) names.push_back(name);
+    const std::string names = names_text(status);
     std::string text = fmt::format("{:.1f} Hz, {} samples", rate_Hz, samples);
-    if (!names.empty()) text += fmt::format("; what comes: {}", fmt::join(names, ", "));
+    if (!names.empty()) text += fmt::format("; what comes: {}", names);
     if (status.state != "receiving") text += fmt::format("; {}", status.state);
     if (status.state != "receiving" && !status.problem.empty()) text += fmt::format(" ({})", status.problem);
     if (!names.empty() && !status.never_came.empty())
         text += fmt::format("; no {} yet", fmt::join(status.never_came, ", "));
     return text;
 }
-
-/// The rate of what was counted over the last second.
-class Rate {
-  public:
-    double operator()(std::size_t count) {
-        const double now_s = steady_seconds();
-        if (now_s - marked_s_ >= 1) {
-            rate_Hz_ = static_cast<double>(count - marked_) / (now_s - marked_s_);
-            marked_ = count;
-            marked_s_ = now_s;
-        }
-        return rate_Hz_;
-    }
-
-  private:
-    std::size_t marked_ = 0;
-    double marked_s_ = steady_seconds(), rate_Hz_ = 0;
-};
 
 /// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is asked for; returns what
 /// is no tool.
@@ -141,14 +122,12 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
 
 [[noreturn]] void refuse_nothing(const std::string& source, const std::vector<std::string>& tools,
                                  const SourceStatus& status) {
-    std::vector<std::string> names;
-    for (const auto& [name, count] : status.names) names.push_back(name);
+    const std::string names = names_text(status);
     if (names.empty())
         fail("{}: nothing came, expected a tracker server that sends ({})", source,
              status.problem.empty() ? status.state : status.problem);
     fail("{}: no {} came; what comes: {}", source,
-         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")),
-         fmt::join(names, ", "));
+         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")), names);
 }
 
 Heard listen_to_stream(const std::string& name, const ListenOptions& options) {

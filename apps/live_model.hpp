@@ -20,8 +20,8 @@ struct SensorState {
     double off_organ = 0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
 };
 
-/// What one frame came to.
-struct Frame {
+/// What one frame came to, but for the displacement.
+struct FrameState {
     double time_s = 0;  ///< the sample's own time stamp
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
@@ -30,6 +30,8 @@ struct Frame {
     std::vector<TrackedPose> image_from_tool;   ///< as `LiveModel::tools` lists them
     StepReport step;
     double sensor_s = 0, output_s = 0;  ///< what the way from sample to constraints took, and the displacement's out
+};
+struct Frame : FrameState {
     std::vector<Vector3> displacement;  ///< m, each node of the finest mesh
 };
 

@@ -10,6 +10,7 @@
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
 #include "solvers/deformable_body.hpp"
+#include "tracking/smooth_step.hpp"
 
 namespace livetet {
 
@@ -42,15 +43,33 @@ PressEffort effort_for(StrainModel strain) {
     return {3, {.linearisations = 2, .linear_tolerance = 1e-2}, {.linearisations = 1, .linear_tolerance = 1e-2}};
 }
 
+struct PressedNode {
+    std::int32_t node;
+    double share;  ///< of the depth
+};
+
+std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth, const TruthModel& model) {
+    std::vector<PressedNode> pressed;
+    const auto patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes;
+    for (const std::int32_t n : with_edge_nodes_between(mesh, patch)) {
+        const double beyond = (mesh.nodes[n] - truth.sensor_rest).norm() - model.flat_radius;
+        const double way = smooth_step(beyond / (truth.patch_radius - model.flat_radius));
+        pressed.push_back({n, 1 - (1 - model.rim_share) * way});
+    }
+    return pressed;
+}
+
 /// Brings the patch from one depth to the next and lets the body come to rest; returns the force left out of balance.
-double press(DeformableBody& body, std::span<const std::int32_t> patch, std::span<const std::int32_t> fixed,
+double press(DeformableBody& body, std::span<const PressedNode> pressed, std::span<const std::int32_t> fixed,
              const Truth& truth, std::size_t k, const PressEffort& effort) {
     constexpr int most_steps_at_rest = 120;
     constexpr double moving_s = 0.05, resting_s = 0.1, tolerance = 1e-4;
     const double from = k > 0 ? truth.depths[k - 1] : 0, to = truth.depths[k];
     Constraints constraints(body.displacement().size());
     for (int i = 1; i <= effort.steps; ++i) {
-        constraints.prescribe(patch, (from + (to - from) * i / effort.steps) * truth.press_direction);
+        const double depth = from + (to - from) * i / effort.steps;
+        for (const PressedNode& p : pressed)
+            constraints.prescribe(std::span(&p.node, 1), p.share * depth * truth.press_direction);
         constraints.prescribe(fixed, Vector3::Zero());
         body.set_constraints(constraints);
         (void)body.step(moving_s, effort.moving);
@@ -82,12 +101,12 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
 }
 
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
-                 const ProgressCallback& progress, StrainModel strain) {
+                 const ProgressCallback& progress, const TruthModel& model) {
     const TetMesh& mesh = hierarchy.levels.front();
     const Material material;
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), strain},
+    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), model.strain},
                         {.scheme = TimeScheme::implicit_euler}, {});
-    const auto patch = with_edge_nodes_between(mesh, surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes);
+    const auto pressed = pressed_nodes(mesh, truth, model);
     const auto fixed = mesh.node_sets.find("fixed");
     if (fixed == mesh.node_sets.end() || fixed->second.empty()) fail("phantom: the truth's mesh has no fixed nodes");
 
@@ -104,7 +123,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
         if (progress)
             progress(static_cast<double>(k) / truth.depths.size(),
                      fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
-        const double imbalance = press(body, patch, fixed->second, truth, k, effort_for(strain));
+        const double imbalance = press(body, pressed, fixed->second, truth, k, effort_for(model.strain));
         worst = std::max(worst, imbalance);
         const std::vector<Vector3> u = body.displacement();
         for (std::size_t i = 0; i < places.size(); ++i)
@@ -113,8 +132,8 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
     truth.provenance = fmt::format(
         "{} equilibrium, E = {} Pa, nu = {}, {} {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
-        strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa, material.poisson,
-        mesh.tets.size(), edges.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), patch.size(), worst);
+        model.strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa, material.poisson,
+        mesh.tets.size(), edges.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
     if (progress) progress(1, "done");
 }
 

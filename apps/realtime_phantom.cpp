@@ -26,21 +26,26 @@ MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size,
     return hierarchy;
 }
 
-namespace {
-
-Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
+Scene phantom_scene(TimeScheme scheme) {
     Scene scene;
-    scene.materials = {{.young_Pa = 3000, .poisson = nu, .density_kg_per_m3 = 1060}};
     scene.fix.push_back({});
     scene.fix.back().group = "fixed";
     scene.time.scheme = scheme;
-    scene.time.step_s = 1 / rate;
     if (scheme != TimeScheme::static_equilibrium) {
         scene.time.rayleigh_alpha = 10;
         scene.time.rayleigh_beta = 0.01;
     }
-    scene.solver.threads = threads;
     scene.track = TrackOptions{};
+    return scene;
+}
+
+namespace {
+
+Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
+    Scene scene = phantom_scene(scheme);
+    scene.materials = {{.young_Pa = 3000, .poisson = nu, .density_kg_per_m3 = 1060}};
+    scene.time.step_s = 1 / rate;
+    scene.solver.threads = threads;
     scene.track->base_window_s = 0.5;
     return scene;
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "base/error.hpp"
+#include "geometry/matrix_rows.hpp"
 
 namespace livetet {
 
@@ -15,13 +16,6 @@ constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 /// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x 4 matrix by rows.
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
-
-void put_pose(std::vector<double>& row, const Eigen::Matrix3d& rotation, const Vector3& translation) {
-    for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) row.push_back(rotation(i, k));
-        row.push_back(translation[i]);
-    }
-}
 
 }  // namespace
 
@@ -104,7 +98,8 @@ void Recorder::write_arrivals() {
             const TrackedPose& pose = s->sample.poses[i];
             std::vector<double> row{static_cast<double>(s->number), s->sample.time_s, s->arrived_s, static_cast<double>(i),
                                     static_cast<double>(pose.status)};
-            put_pose(row, pose.rotation, pose.translation);
+            const auto matrix = matrix_rows(pose.rotation, pose.translation);
+            row.insert(row.end(), matrix.begin(), matrix.end());
             writer_.append_row(arrival_table, row);
         }
         arrivals_.ring_.pop();
@@ -114,9 +109,8 @@ void Recorder::write_arrivals() {
 void Recorder::write(const KeptFrame& kept) {
     const Frame& f = kept.frame;
     writer_.append(f.time_s, f.displacement);
-    std::vector<double> pose;
-    put_pose(pose, f.tracker_from_image.rotation, f.tracker_from_image.translation);
-    writer_.append_values("tracker_from_image", pose);
+    writer_.append_values("tracker_from_image",
+                          matrix_rows(f.tracker_from_image.rotation, f.tracker_from_image.translation));
     const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
     value("frame_ms", 1e3 * kept.seconds);
     value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
@@ -167,12 +161,8 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
         if (row[3] != static_cast<double>(poses.size()) || status < 0 || status > static_cast<int>(PoseStatus::invalid))
             fail("{}: sample {} holds tool {} with status {}, expected tool {} and a known status", source, number, row[3],
                  row[4], poses.size());
-        TrackedPose& pose = poses.emplace_back();
-        for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) pose.rotation(i, k) = row[5 + 4 * i + k];
-            pose.translation[i] = row[5 + 4 * i + 3];
-        }
-        pose.status = static_cast<PoseStatus>(status);
+        const auto pose = transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
+        poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "config/yaml.hpp"
+#include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 
@@ -36,10 +37,7 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
         about.at("tools").get_to(origin.tools);
         const auto pose = about.at("image_from_reference").get<std::vector<double>>();
         if (pose.size() != 12) fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
-        for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) origin.image_from_reference.rotation(i, k) = pose[4 * i + k];
-            origin.image_from_reference.translation[i] = pose[4 * i + 3];
-        }
+        origin.image_from_reference = transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
         for (const json& event : about.at("events"))
             origin.events.push_back({event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
     } catch (const json::exception& e) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "geometry/matrix_rows.hpp"
 #include "io/result_file.hpp"
 #include "tracking/live_registration.hpp"
 
@@ -25,10 +26,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     RunFrame frame;
     frame.time_s = reader.times_s()[k];
     const std::vector<double> pose = reader.values("tracker_from_image", k, 12);
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) frame.tracker_from_image.rotation(i, j) = pose[4 * i + j];
-        frame.tracker_from_image.translation[i] = pose[4 * i + 3];
-    }
+    frame.tracker_from_image = transform_of_rows<Tracker, ImageFrame>(std::span(pose).first<12>());
     frame.frame_ms = value("frame_ms");
     frame.operator_ms = value("operator_ms");
     frame.forces_ms = value("forces_ms");

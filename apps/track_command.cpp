@@ -10,6 +10,7 @@
 #include "apps/tracker_source.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
+#include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 #include "solvers/petsc_session.hpp"
@@ -55,11 +56,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
 /// What replay_run reads.
 json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference, const TrackerSource& source,
                      const SceneBody& body, const FrameCounts& counts) {
-    std::vector<double> pose;
-    for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) pose.push_back(image_from_reference.rotation(i, k));
-        pose.push_back(image_from_reference.translation[i]);
-    }
+    const auto pose = matrix_rows(image_from_reference.rotation, image_from_reference.translation);
     json events = json::array();
     for (const SceneEvent& event : counts.events) events.push_back({{"frame", event.frame}, {"scene", event.scene}});
     return {{"threads", body.body->threads()}, {"tools", source.tools()}, {"image_from_reference", pose}, {"events", events}};
@@ -143,6 +140,9 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
                           {budget_s, every_sample, arguments.seconds});
     }();
     recorder.close();
+    if (arrivals.not_kept() > 0)
+        Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
+                                    arrivals.not_kept()));
     if (counts.frames == 0) fail("{}: no sample came, nothing is kept", scene.track->source);
     writer.write_text("run", describe_run(open, registration, body, counts, budget_s).dump());
     writer.write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());

@@ -1,5 +1,7 @@
 #include "apps/tracker_source.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -58,6 +60,22 @@ double sample_interval(const Recording& recording) {
     if (gaps.empty()) return 0;
     std::nth_element(gaps.begin(), gaps.begin() + gaps.size() / 2, gaps.end());
     return gaps[gaps.size() / 2];
+}
+
+std::string names_text(const SourceStatus& status) {
+    std::vector<std::string> names;
+    for (const auto& [name, count] : status.names) names.push_back(name);
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+double Rate::operator()(std::uint64_t count) {
+    const double now_s = steady_seconds();
+    if (now_s - marked_s_ >= 1) {
+        rate_Hz_ = static_cast<double>(count - marked_) / (now_s - marked_s_);
+        marked_ = count;
+        marked_s_ = now_s;
+    }
+    return rate_Hz_;
 }
 
 OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options) {

@@ -32,6 +32,19 @@ DelayedRecording read_stored(const std::string& name);
 /// The typical time between a recording's samples, s; 0 where it has less than two.
 double sample_interval(const Recording& recording);
 
+/// The names of the transforms that came, one behind the other; empty where none did.
+std::string names_text(const SourceStatus& status);
+
+/// How many a second: of what was counted over the last second.
+class Rate {
+  public:
+    double operator()(std::uint64_t count);
+
+  private:
+    std::uint64_t marked_ = 0;
+    double marked_s_ = steady_seconds(), rate_Hz_ = 0;
+};
+
 /// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated tracker's script. `tools`:
 /// those wanted of a stream. Throws Error where the name or the file is not good, or a recording lacks a tool.
 OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options);

@@ -432,6 +432,10 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
     return false;
 }
 
+void ElasticOperator::set_up_preconditioner() {
+    LIVETET_PETSC(KSPSetUp(krylov_.get()));
+}
+
 void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {
     fine().assemble(s, m, tangent, at);
     if (kind_ != SolverKind::multigrid) return;

@@ -83,6 +83,9 @@ class ElasticOperator {
     /// did.
     bool assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves = false);
 
+    /// What the preconditioner computes from the operators before it can be applied; nothing where it has done so already.
+    void set_up_preconditioner();
+
     bool is_mixed() const { return coupling_ != nullptr; }
     PressureCoupling& coupling() { return *coupling_; }
     const PressureCoupling& coupling() const { return *coupling_; }
