@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
+#include "apps/scaling_bench.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
@@ -163,6 +164,26 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     command->callback([arguments, &status] {
         check_drawable(arguments->figure);
         status.value = verify(*arguments);
+    });
+    CLI::App* scaling = bench->add_subcommand(
+        "scaling", "Strong and weak scaling of a pressed beam under mpirun, by phase, against GAMG and BoomerAMG, and a model of 10^3 to 10^5 "
+                   "ranks; exit 1 where a target is missed");
+    auto scaled = std::make_shared<ScalingArguments>();
+    scaling->add_option("--ranks", scaled->ranks, "numbers of ranks; those beyond this machine's cores are told, not judged for time")
+        ->delimiter(',')
+        ->capture_default_str();
+    scaling->add_option("--unknowns", scaled->unknowns, "about how many")->capture_default_str()->check(CLI::Range(1e3, 1e10));
+    scaling->add_option("--refine", scaled->refine, "how often the mesh is cut, tet into eight")->capture_default_str()->check(CLI::Range(0, 4));
+    scaling->add_option("--compare", scaled->others, "gamg, boomeramg")->delimiter(',')->capture_default_str();
+    scaling->add_option("--launcher", scaled->launcher, "what starts a run, {} the number of ranks: srun -n {}")->capture_default_str();
+    scaling->add_option("--folder", scaled->folder, "keep meshes, scenes, logs and results here");
+    scaling->add_option("--json", scaled->json, "write every figure to this file");
+#ifdef LIVETET_IMAGES
+    scaling->add_option("--figure", scaled->figure, "draw the model to this PNG (needs an X server, or xvfb-run)");
+#endif
+    scaling->callback([scaled, &status] {
+        check_drawable(scaled->figure);
+        status.value = bench_scaling(*scaled);
     });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(

@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
     add_serve_command(app);
     add_report_command(app);
     add_solve_command(app, status);
+    add_study_command(app, status);
     add_explain_command(app);
     add_bench_command(app, status);
     add_scene_command(app);

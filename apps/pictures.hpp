@@ -40,6 +40,7 @@ struct WorkPrecisionChart {
     std::string title;
     std::string error_axis;
     std::vector<WorkPrecisionLine> lines;
+    std::string time_axis = "seconds, set-up and solve";
 };
 
 /// Charts side by side.
@@ -59,6 +60,16 @@ struct SpreadChart {
 
 /// Charts side by side, with one range of the vertical axis from 0.
 void write_spread_picture(const std::filesystem::path& path, std::span<const SpreadChart> charts);
+
+/// What something came to against one thing that varied.
+struct ScatterChart {
+    std::string x_axis, y_axis;
+    std::vector<double> x, y;
+    bool logarithmic = false;  ///< x
+};
+
+/// Charts in rows, a point for each pair, and a line through the means where values of x come again.
+void write_scatter_picture(const std::filesystem::path& path, const std::string& title, std::span<const ScatterChart> charts);
 
 /// Markers found in an image, for a user to confirm: for each a slice through the whole image and, enlarged, the three
 /// slices through its centre across z, y and x (RAS), with a cross-hair and a circle of the `diameter` (metres); axes

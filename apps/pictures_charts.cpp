@@ -125,7 +125,7 @@ void write_work_precision_picture(const std::filesystem::path& path, std::span<c
             chart->GetAxis(axis)->SetNotation(vtkAxis::SCIENTIFIC_NOTATION);
             chart->GetAxis(axis)->SetPrecision(0);
             // Whole decades, and room above for the legend.
-            set_axis(chart, axis, d ? c.error_axis : "seconds, set-up and solve", std::pow(10, std::floor(std::log10(low[d]))),
+            set_axis(chart, axis, d ? c.error_axis : c.time_axis, std::pow(10, std::floor(std::log10(low[d]))),
                      std::pow(10, std::ceil(std::log10(high[d])) + d));
         }
         show_legend(chart);

@@ -4,6 +4,8 @@
 
 #include <thread>
 
+#include "apps/beam_mesh.hpp"
+#include "apps/memory_bandwidth.hpp"
 #include "apps/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

@@ -4,6 +4,7 @@
 #include "apps/pictures.hpp"
 #include "apps/realtime_bench.hpp"
 #include "apps/realtime_result.hpp"
+#include "apps/scene.hpp"
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"
 
@@ -19,6 +20,10 @@ struct PhantomSize {
     double rate;  ///< frames a second asked for at nu = 0.45
     double mean_allowed, worst_allowed;
 };
+
+/// The phantom on a mesh of `mesh_phantom`, followed by a sensor: held as the demo's scene holds it, damped as it is where
+/// the scheme has velocities.
+Scene phantom_scene(TimeScheme scheme);
 
 /// Levels from the phantom's label map; "fixed" is set.
 MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size, const ProgressCallback& progress);
@@ -39,9 +44,6 @@ struct BeamSize {
     double edge_m, budget_s, allowed;
     int iterations;  ///< of every step, as the other engine is told
 };
-
-/// The box 0.2 x 0.1 x 0.1 m: each level a surface of triangles of its size, filled by Gmsh.
-MeshHierarchy mesh_beam(double edge_m, const ProgressCallback& progress);
 
 /// Thirty Euler steps of 1/30 s, the beam's top driven by a sine of 20 mm; the error is that of the last one.
 RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy, int threads, double bandwidth,

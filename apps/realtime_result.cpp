@@ -17,23 +17,6 @@ long times_blocked() {
     return usage.ru_nvcsw;
 }
 
-double measure_bandwidth(int threads) {
-    ThreadTeam team(threads);
-    const std::vector<double> values(32 << 20, 1.0);
-    std::vector<double> sums(threads);
-    double best = 1e300;
-    for (int k = 0; k < 6; ++k) {
-        const auto start = Clock::now();
-        team.run([&](int t) {
-            const std::size_t n = values.size() / threads;
-            sums[t] += Eigen::Map<const Eigen::VectorXd>(values.data() + t * n, static_cast<Eigen::Index>(n)).sum();
-        });
-        best = std::min(best, std::chrono::duration<double>(Clock::now() - start).count());
-    }
-    if (!(sums[0] > 0)) fail("bench realtime: the bandwidth's sum is {}", sums[0]);
-    return 8.0 * static_cast<double>(values.size()) / best;
-}
-
 // Batches and rotations in float, once for the rotations and once for the forces; about forty passes over vectors of doubles
 // in a step and nine more an iteration.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations, bool dynamic) {

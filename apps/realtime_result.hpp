@@ -52,9 +52,6 @@ struct RealtimeResult {
 /// How often the calling thread gave up its core of itself.
 long times_blocked();
 
-/// Bytes a second that a team of so many reads from memory, far more than caches hold.
-double measure_bandwidth(int threads);
-
 /// What a frame has to move at least: every array once where it is used.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations, bool dynamic);
 

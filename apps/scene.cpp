@@ -53,9 +53,7 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
     return std::pair(*from, *to);
 }
 
-Scene load_scene(const std::filesystem::path& path) {
-    const std::string file = path.string();
-    Scene scene = read_yaml<Scene>(read_text_file(path), file);
+void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
     if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
     if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
     const auto check_all = [&](auto& list, std::string_view name) {
@@ -91,7 +89,6 @@ Scene load_scene(const std::filesystem::path& path) {
     if (scene.probes && scene.probes->points.empty())
         fail("probes.points is missing, expected a CSV of points ({})", file);
 
-    const auto folder = path.parent_path();
     const auto resolve = [&](std::filesystem::path& p) {
         if (!p.empty() && p.is_relative()) p = folder / p;
     };
@@ -116,6 +113,11 @@ Scene load_scene(const std::filesystem::path& path) {
         resolve(scene.probes->displacements);
     }
     resolve(scene.output.file);
+}
+
+Scene load_scene(const std::filesystem::path& path) {
+    Scene scene = read_yaml<Scene>(read_text_file(path), path.string());
+    finish_scene(scene, path.string(), path.parent_path());
     return scene;
 }
 

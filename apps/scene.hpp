@@ -40,6 +40,7 @@ struct MeshSource {
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
     int levels = 0;
+    int refine = 0;
 };
 
 struct FixOptions : SelectionOptions {
@@ -127,6 +128,7 @@ struct TrackOptions {
 struct OutputOptions {
     std::filesystem::path file = "result.h5";
     int every = 1;
+    int checkpoint_every = 0;
     std::vector<std::string> fields;
 };
 
@@ -185,6 +187,10 @@ void visit_fields(Visitor& v, MeshSource& m) {
             Check<int>{"from 100 to 20000000", [](const int& n) { return n >= 100 && n <= 20000000; }});
     v.field("levels", m.levels, "", "how many levels; 0: as many as bring the coarsest to about 150 tets",
             Check<int>{"from 0 to 8", [](const int& n) { return n >= 0 && n <= 8; }});
+    v.field("refine", m.refine, "",
+            "cut each tet of the finest level into eight, so many times over: sizes that no mesher should write; each a "
+            "level more",
+            Check<int>{"from 0 to 4", [](const int& n) { return n >= 0 && n <= 4; }});
 }
 
 inline Check<std::string> some_components() {
@@ -312,6 +318,8 @@ template <class Visitor>
 void visit_fields(Visitor& v, OutputOptions& o) {
     v.field("file", o.file, "", "result (.h5, with an .xdmf for ParaView beside it)");
     v.field("every", o.every, "", "keep every n-th frame", at_least<1, int>());
+    v.field("checkpoint_every", o.checkpoint_every, "",
+            "dynamic `solve`: keep every n-th step all that is needed to go on with --restart; 0: not", at_least<0, int>());
     v.field("fields", o.fields, "",
             "`solve`: what is kept beside displacements: stress, von_mises, strain_energy, volume_change (of each tet), "
             "reactions (of each node)",
@@ -349,6 +357,9 @@ void visit_fields(Visitor& v, Scene& s) {
     v.group("probes", s.probes, "points of which the displacement is wanted");
     v.group("output", s.output, "what is kept");
 }
+
+/// Checks what goes together in a scene, and makes its relative paths relative to `folder`. Throws Error, naming `file`.
+void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder);
 
 /// Reads and checks a scene file; relative paths become relative to the file's folder. Throws Error.
 Scene load_scene(const std::filesystem::path& path);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <chrono>
 #include <numbers>
 
 #include "base/error.hpp"
@@ -15,6 +16,7 @@
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/partition.hpp"
+#include "meshing/refine.hpp"
 #include "io/text.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
@@ -110,7 +112,9 @@ MeshHierarchy read_tets(const MeshSource& source) {
 
 }  // namespace
 
-MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
+namespace {
+
+MeshHierarchy load_levels(const MeshSource& source, const ProgressCallback& progress) {
     if (is_tet_mesh_name(source.file)) return read_tets(source);
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
@@ -125,6 +129,12 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     (void)progress;
     fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());
 #endif
+}
+
+}  // namespace
+
+MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
+    return with_refined_levels(load_levels(source, progress), source.refine);
 }
 
 SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
@@ -299,14 +309,23 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     SceneBody scene_body{std::move(hierarchy), {}, nullptr};
     if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
+    const SolverOptions options = solver_options(scene, scene_body.hierarchy.levels.size(), live);
+    if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
+        kind != SolverKind::multigrid && kind != SolverKind::live) {
+        scene_body.hierarchy.levels.resize(1);  // the others are not solved on
+        scene_body.hierarchy.transfers.clear();
+    }
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
+    const auto start = std::chrono::steady_clock::now();
     if (ranks > 1)
-        for (const TetMesh& level : scene_body.hierarchy.levels)
-            scene_body.parts.push_back(partition_tets(level.tets, ranks));
+        for (const TetMesh& level : scene_body.hierarchy.levels) {
+            const std::size_t worthwhile = std::clamp<std::size_t>(level.tets.size() / least_tets_a_rank, 1, ranks);
+            scene_body.parts.push_back(partition_tets(level.tets, static_cast<int>(worthwhile)));
+        }
+    scene_body.partition_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts,
-                                                       elastic_model(scene, live), scene.time,
-                                                       solver_options(scene, scene_body.hierarchy.levels.size(), live));
+                                                       elastic_model(scene, live), scene.time, options);
     return scene_body;
 }
 

@@ -14,7 +14,7 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
 /// Whether the name is that of a tetrahedral mesh: .h5, .msh, and .vtu where this build has VTK.
 bool is_tet_mesh_name(const std::filesystem::path& path);
 
-/// The mesh hierarchy that a scene names: read, or meshed on the spot.
+/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
 /// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.
@@ -73,9 +73,13 @@ struct SceneBody {
     MeshHierarchy hierarchy;
     std::vector<std::vector<std::int32_t>> parts;
     std::unique_ptr<DeformableBody> body;
+    double partition_s = 0;  ///< what METIS took
 
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
+
+/// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth every rank's messages.
+constexpr std::size_t least_tets_a_rank = 200;
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live = false);
 

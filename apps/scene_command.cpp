@@ -2,6 +2,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/scene.hpp"
+#include "apps/study.hpp"
 #include "config/yaml.hpp"
 #include "tracking/motion_script.hpp"
 
@@ -21,10 +22,14 @@ std::vector<std::string> petsc_arguments(const CLI::App& command) {
 
 void add_scene_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("scene", "Prints every key of a scene file: default, unit, meaning, limits");
-    auto script = std::make_shared<bool>(false);
+    auto script = std::make_shared<bool>(false), study = std::make_shared<bool>(false);
     command->add_flag("--script", *script, "of a simulated tracker's script instead");
-    command->callback([script] {
-        if (*script)
+    command->add_flag("--study", *study, "of a study file instead");
+    command->callback([script, study] {
+        if (*study)
+            fmt::print("# Keys of a study file (YAML) with their defaults. Files are looked for relative to it.\n{}",
+                       reference_of<StudyOptions>());
+        else if (*script)
             fmt::print(
                 "# Keys of a simulated tracker's script (YAML) with their defaults. Lengths are in mm.\n{}",
                 reference_of<MotionScript>());

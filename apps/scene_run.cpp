@@ -11,8 +11,7 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
                        step.report.linearisations, step.report.iterations, step.report.imbalance);
 }
 
-RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
-                      const std::function<void(double)>& keep, const ProgressCallback& progress) {
+RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
     std::vector<Vector3> scaled = force;
@@ -24,6 +23,10 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         body.set_external_force(scaled);
     };
     double kept = -1;
+    std::size_t frames = 0;
+    const auto keep = [&](double share) {
+        if (hooks.keep) hooks.keep(frames++, share);
+    };
     const double whole = 1.0 / scene.time.load_steps;
     RunHistory history;
     history.share = 0;
@@ -35,7 +38,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             load_to(share);
             history.steps.push_back({share, share - history.share, body.step(0, batch_effort(scene))});
             const StepReport& report = history.steps.back().report;
-            if (progress) progress(share, progress_text(history.steps.back(), history.steps.size()));
+            if (hooks.progress) hooks.progress(share, progress_text(history.steps.back(), history.steps.size()));
             if (report.converged) {
                 history.share = share;
                 body.keep_state();
@@ -61,8 +64,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     return history;
 }
 
-RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
-                       const std::function<void(double)>& keep, const ProgressCallback& progress) {
+RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     body.set_external_force(scene_forces(scene, scene_body.mesh()));
     body.set_springs(constraints.springs());
@@ -70,8 +72,10 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
     const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
     RunHistory history;
-    double time = 0, dt = scene.time.step_s;
-    std::size_t accepted = 0;
+    RunPlace place = hooks.start;
+    double& time = place.time_s;
+    double& dt = place.step_s;
+    if (dt == 0) dt = scene.time.step_s;
     while (time < end * (1 - 1e-9)) {
         // Without adaption, whole steps; with it, the last two share what is left.
         const double left = end - time;
@@ -103,19 +107,24 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             return history;
         }
         time += step;
-        ++accepted;
-        if (progress) progress(std::min(1.0, time / end), progress_text(history.steps.back(), accepted));
-        if (accepted % scene.output.every == 0 || time >= end * (1 - 1e-9)) keep(time);
+        ++place.steps;
+        if (hooks.progress) hooks.progress(std::min(1.0, time / end), progress_text(history.steps.back(), place.steps));
+        const bool last = time >= end * (1 - 1e-9);
+        if (place.steps % scene.output.every == 0 || last) {
+            if (hooks.keep) hooks.keep(place.frames, time);
+            ++place.frames;
+        }
+        if (hooks.checkpoint && !last && scene.output.checkpoint_every > 0 && place.steps % scene.output.checkpoint_every == 0)
+            hooks.checkpoint(place);
     }
     return history;
 }
 
 }  // namespace
 
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
-                     const std::function<void(double)>& keep, const ProgressCallback& progress) {
-    return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, keep, progress)
-                                                               : run_dynamic(scene, body, constraints, keep, progress);
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks) {
+    return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, hooks)
+                                                               : run_dynamic(scene, body, constraints, hooks);
 }
 
 }  // namespace livetet

@@ -23,10 +23,24 @@ struct [[nodiscard]] RunHistory {
     std::string failure;  ///< one sentence where not converged
 };
 
+/// Where a dynamic run stands.
+struct RunPlace {
+    double time_s = 0;
+    double step_s = 0;       ///< the next step's length; 0: the scene's
+    std::size_t steps = 0;   ///< accepted so far
+    std::size_t frames = 0;  ///< kept so far
+};
+
+/// What a run tells, and where it begins. Empty functions are not called.
+struct RunHooks {
+    std::function<void(std::size_t frame, double time)> keep;  ///< each state that the scene keeps
+    std::function<void(const RunPlace&)> checkpoint;           ///< every `output.checkpoint_every` steps
+    ProgressCallback progress;
+    RunPlace start;  ///< dynamic
+};
+
 /// Runs a scene to its end. Static: load steps, each halved (up to five times) where it does not converge; where that
-/// does not help, the body is left at its last equilibrium. Dynamic: fixed steps, or adaptive ones. `keep(time)` is
-/// called with each state that the scene keeps, `progress` where it is not empty. Collective.
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
-                     const std::function<void(double time)>& keep, const ProgressCallback& progress);
+/// does not help, the body is left at its last equilibrium. Dynamic: fixed steps, or adaptive ones. Collective.
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks);
 
 }  // namespace livetet

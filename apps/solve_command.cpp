@@ -4,8 +4,11 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <tuple>
 
+#include "apps/checkpoint.hpp"
 #include "apps/commands.hpp"
+#include "apps/rank_usage.hpp"
 #include "apps/scene_run.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -23,6 +26,7 @@ using nlohmann::json;
 
 struct SolveArguments {
     std::filesystem::path scene, json;
+    bool restart = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -58,32 +62,34 @@ struct Probes {
     }
 };
 
-/// Adds the fields that the scene asks for to the frame last written; `writer` on the first rank only. Collective.
-void append_fields(const Scene& scene, DeformableBody& body, ResultWriter* writer) {
+/// The fields that the scene asks for, on the first rank. Collective.
+std::vector<ResultFrame::Field> fields_of(const Scene& scene, DeformableBody& body, bool first) {
     const auto& asked = scene.output.fields;
     const auto wanted = [&](const std::string& name) { return std::find(asked.begin(), asked.end(), name) != asked.end(); };
+    std::vector<ResultFrame::Field> fields;
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
-        if (writer)
-            writer->append_field("reactions", FieldPlace::node, 3, {reactions.front().data(), 3 * reactions.size()});
+        const double* numbers = reactions.front().data();
+        if (first) fields.push_back({"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
     }
-    if (std::all_of(asked.begin(), asked.end(), [](const std::string& name) { return name == "reactions"; })) return;
-    const std::vector<TetFields> fields = body.tet_fields();
-    if (!writer) return;
-    const auto append = [&](const std::string& name, int components, auto&& value_of) {
+    if (std::all_of(asked.begin(), asked.end(), [](const std::string& name) { return name == "reactions"; })) return fields;
+    const std::vector<TetFields> of_tets = body.tet_fields();
+    if (!first) return fields;
+    const auto add = [&](const std::string& name, int components, auto&& value_of) {
         if (!wanted(name)) return;
         std::vector<double> values;
-        for (const TetFields& f : fields) {
+        for (const TetFields& f : of_tets) {
             const auto v = value_of(f);
             values.insert(values.end(), v.data(), v.data() + v.size());
         }
-        writer->append_field(name, FieldPlace::tet, components, values);
+        fields.push_back({name, FieldPlace::tet, components, std::move(values)});
     };
     using One = Eigen::Matrix<double, 1, 1>;
-    append("stress", 9, [](const TetFields& f) { return f.cauchy_stress_Pa; });
-    append("von_mises", 1, [](const TetFields& f) { return One(von_mises(f.cauchy_stress_Pa)); });
-    append("strain_energy", 1, [](const TetFields& f) { return One(f.strain_energy_J_per_m3); });
-    append("volume_change", 1, [](const TetFields& f) { return One(f.volume_change); });
+    add("stress", 9, [](const TetFields& f) { return f.cauchy_stress_Pa; });
+    add("von_mises", 1, [](const TetFields& f) { return One(von_mises(f.cauchy_stress_Pa)); });
+    add("strain_energy", 1, [](const TetFields& f) { return One(f.strain_energy_J_per_m3); });
+    add("volume_change", 1, [](const TetFields& f) { return One(f.volume_change); });
+    return fields;
 }
 
 json history_json(const RunHistory& history) {
@@ -96,7 +102,7 @@ json history_json(const RunHistory& history) {
                          {"iterations", s.report.iterations},
                          {"imbalance", s.report.imbalance},
                          {"time_error_mm", 1e3 * s.report.time_error},
-                         {"seconds", s.report.forces_s + s.report.operator_s + s.report.solve_s}});
+                         {"seconds", s.report.seconds()}});
     return steps;
 }
 
@@ -121,44 +127,77 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (scene.probes) probes.emplace(*scene.probes, scene_body.mesh());
 
     // 3. steps, kept as the scene says
+    const bool dynamic = scene.time.scheme != TimeScheme::static_equilibrium;
+    const bool keeps_going = dynamic && (scene.output.checkpoint_every > 0 || arguments.restart);
+    if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
+    const CheckpointStore store(scene.output.file, fmt::format("{}{} nodes", to_yaml(scene), scene_body.mesh().nodes.size()));
+    RunHooks hooks{.progress = progress ? progress->callback() : ProgressCallback{}};
+    if (arguments.restart) {
+        BodyState state;
+        std::tie(hooks.start, state) = store.read();
+        scene_body.body->set_state(state);
+    } else if (keeps_going && first) {
+        store.begin();
+    }
     std::optional<ResultWriter> writer;
     if (first) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene));
-    std::vector<Vector3> last(scene_body.mesh().nodes.size(), Vector3::Zero());
-    const auto keep = [&](double time) {
+    std::vector<Vector3> last = scene_body.body->displacement();
+    std::size_t frames = hooks.start.frames;
+    double output_s = 0;
+    hooks.keep = [&](std::size_t number, double time) {
+        const auto began = std::chrono::steady_clock::now();
         last = scene_body.body->displacement();
-        if (writer) writer->append(time, last);
-        append_fields(scene, *scene_body.body, writer ? &*writer : nullptr);
+        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body, first)};
+        frames = number + 1;
+        if (first && keeps_going)
+            store.keep(number, frame);
+        else if (first)
+            append_frame(*writer, frame);
+        output_s += seconds_since(began);
     };
-    const RunHistory history =
-        run_scene(scene, scene_body, constraints, keep, progress ? progress->callback() : ProgressCallback{});
+    if (scene.output.checkpoint_every > 0)
+        hooks.checkpoint = [&](const RunPlace& place) {
+            const BodyState state = scene_body.body->gather_state();
+            if (first) store.write(place, state);
+        };
+    const RunHistory history = run_scene(scene, scene_body, constraints, hooks);
     progress.reset();
     const std::vector<Vector3> reactions = scene_body.body->reactions();
+    const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
     if (!first) return history.converged ? 0 : 3;
 
     // 4. results
+    const auto closing = std::chrono::steady_clock::now();
+    if (keeps_going)
+        for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
     writer->close();
+    if (keeps_going) store.remove();
     if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->displacements(last));
-    int iterations = 0, linearisations = 0;
-    double solve_s = 0;
+    output_s += seconds_since(closing);
+    StepReport sum;
     for (const StepRecord& step : history.steps) {
-        iterations += step.report.iterations;
-        linearisations += step.report.linearisations;
-        solve_s += step.report.forces_s + step.report.operator_s + step.report.solve_s;
+        const StepReport& r = step.report;
+        sum.iterations += r.iterations;
+        sum.linearisations += r.linearisations;
+        sum.forces_s += r.forces_s + r.finish_s;
+        sum.operator_s += r.operator_s;
+        sum.preconditioner_s += r.preconditioner_s;
+        sum.solve_s += r.solve_s;
     }
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
                scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last));
     fmt::print("solver           {}\n", scene_body.body->elastic_operator().name());
-    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), linearisations,
-               iterations, history.converged ? "converged" : "NOT converged");
+    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), sum.linearisations,
+               sum.iterations, history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
     json forces = json::object();
     for (const auto& [key, force] : constraints.forces(reactions, last)) {
         fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
         forces[key] = {force.x(), force.y(), force.z()};
     }
-    fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, solve_s);
+    fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
     fmt::print("written          {}{}\n", scene.output.file.string(),
                probes ? ", " + scene.probes->displacements.string() : "");
     if (!arguments.json.empty())
@@ -169,12 +208,25 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
                                              {"largest_displacement_mm", 1e3 * largest_norm(last)},
                                              {"converged", history.converged},
                                              {"share", history.share},
+                                             {"restarted_at_s", hooks.start.time_s},
                                              {"reactions_N", forces},
-                                             {"iterations", iterations},
-                                             {"linearisations", linearisations},
+                                             {"iterations", sum.iterations},
+                                             {"linearisations", sum.linearisations},
                                              {"mesh_s", mesh_s},
+                                             {"partition_s", scene_body.partition_s},
                                              {"setup_s", setup_s},
-                                             {"solve_s", solve_s},
+                                             {"solve_s", sum.seconds()},
+                                             {"forces_s", sum.forces_s},
+                                             {"assembly_s", sum.operator_s},
+                                             {"preconditioner_s", sum.preconditioner_s},
+                                             {"linear_s", sum.solve_s},
+                                             {"output_s", output_s},
+                                             {"solver", scene_body.body->elastic_operator().name()},
+                                             {"peak_bytes", usage.peak_bytes},
+                                             {"peak_bytes_most", usage.peak_bytes_most},
+                                             {"messages", usage.messages},
+                                             {"message_bytes", usage.message_bytes},
+                                             {"reductions", usage.reductions},
                                              {"steps", history_json(history)}}
                                                 .dump(2) +
                                             "\n");
@@ -192,6 +244,8 @@ void add_solve_command(CLI::App& app, ExitStatus& status) {
     auto arguments = std::make_shared<SolveArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
     command->add_option("--json", arguments->json, "write the figures to this file too");
+    command->add_flag("--restart", arguments->restart,
+                      "go on from the last checkpoint of a run that was ended (output.checkpoint_every), on any number of ranks");
     command->allow_extras();
     command->callback([command, arguments, &status] { status.value = solve(*arguments, petsc_arguments(*command)); });
 }

@@ -14,8 +14,13 @@ namespace {
 
 static_assert(std::is_same_v<hid_t, std::int64_t>, "HDF5 1.10 or later");
 
-/// HDF5 prints its errors unless told otherwise: ours say what is needed.
-void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// HDF5 prints its errors unless told otherwise: ours say what is needed. And when the program ends it would try once more
+/// to write a file that a full disk would not take, and crash.
+void begin() {
+    static const herr_t not_at_exit = H5dont_atexit();
+    (void)not_at_exit;
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 template <class T>
 hid_t memory_type() {
@@ -60,17 +65,25 @@ std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::strin
     return size[0];
 }
 
+/// Whether so many values are in the file, none of it compressed: bounds what a hostile size may allocate, and what HDF5
+/// would copy from beyond its own buffers.
+bool is_stored(const Handle& dataset, std::size_t values) {
+    const Handle type(H5Dget_type(dataset.id()), H5Tclose);
+    const std::size_t size = H5Tget_size(type.id());
+    return size > 0 && H5Dget_storage_size(dataset.id()) / size >= values;
+}
+
 }  // namespace
 
 File File::create(const std::filesystem::path& path, const std::string& shown) {
-    silence();
+    begin();
     Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    if (file.id() < 0) fail("{}: cannot be written as HDF5", shown);
+    if (file.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     return File(std::move(file), shown);
 }
 
 File File::open(const std::filesystem::path& path) {
-    silence();
+    begin();
     const std::string shown = path.string();
     if (!std::filesystem::is_regular_file(path)) fail("{}: no such file", shown);
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
@@ -100,9 +113,7 @@ Table<T> File::read(const std::string& name, std::size_t columns) const {
     const std::string where = fmt::format("{}: table {}", shown_, name);
     const Handle data = dataset(name);
     Table<T> table{rows_of(data, columns, where, std::is_integral_v<T>), {}};
-    // What is stored in the file bounds what a hostile size may allocate: our tables are never compressed.
-    if (H5Dget_storage_size(data.id()) < table.rows * columns)
-        fail("{}: its {} rows are not in the file: truncated", where, table.rows);
+    if (!is_stored(data, table.rows * columns)) fail("{}: its {} rows are not in the file: truncated", where, table.rows);
     table.values.resize(table.rows * columns);
     if (table.rows > 0 && H5Dread(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()) < 0)
         fail("{}: cannot be read: damaged or truncated", where);
@@ -141,6 +152,7 @@ template <class T>
 std::vector<T> File::read_row(const std::string& name, std::size_t row, std::size_t columns) const {
     const Handle data = dataset(name);
     const std::size_t found = rows(name, columns);
+    if (!is_stored(data, found * columns)) fail("{}: table {}: its {} rows are not in the file: truncated", shown_, name, found);
     if (row >= found) fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found, row);
     const hsize_t start[2] = {row, 0}, count[2] = {1, columns};
     const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, columns);
@@ -199,6 +211,7 @@ std::string File::read_text(const std::string& name) const {
     if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 || size > (1u << 28) ||
         H5Sget_simple_extent_npoints(space.id()) != 1)
         fail("{}: {} is no text, expected one", shown_, name);
+    if (!is_stored(data, 1)) fail("{}: the text {} is not in the file: truncated", shown_, name);
     std::string text(size, '\0');
     if (H5Dread(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0)
         fail("{}: the text {} cannot be read: damaged or truncated", shown_, name);

@@ -19,19 +19,6 @@ constexpr int format_version = 1;
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
 std::string field_table(const std::string& name, std::size_t k) { return fmt::format("fields/{}/{:06}", name, k); }
 
-std::string xml_text(const std::string& text) {
-    std::string escaped;
-    for (const char c : text)
-        escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
-    return escaped;
-}
-
-std::string data_item(const std::string& h5, const std::string& table, const char* type, int precision,
-                      const std::string& size) {
-    return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{}">{}:/{}</DataItem>)",
-                       type, precision, size, h5, table);
-}
-
 }  // namespace
 
 ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
@@ -116,42 +103,17 @@ void ResultWriter::close() {
     file_.reset();
     pending_->commit();
     fs::path xdmf = path_;
-    write_text_file(xdmf.replace_extension(".xdmf"),
-                    xdmf_text());
+    write_text_file(xdmf.replace_extension(".xdmf"), this->xdmf());
 }
 
-std::string ResultWriter::xdmf_text() const {
-    const std::string h5 = xml_text(path_.filename().string());
-    const auto attribute = [](const std::string& name, int components, FieldPlace place, const std::string& item) {
-        return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">{}</Attribute>\n", name,
-                           components == 1 ? "Scalar" : components == 3 ? "Vector" : "Tensor",
-                           place == FieldPlace::node ? "Node" : "Cell", item);
-    };
-    std::string text =
-        "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n"
-        "<Grid Name=\"result\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-    const int corners = quadratic_ ? 10 : 4;
+std::string ResultWriter::xdmf() const {
+    std::vector<XdmfFrame> frames;
     for (std::size_t k = 0; k < times_.size(); ++k) {
-        text += fmt::format("<Grid Name=\"frame{}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n", k, times_[k]);
-        text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
-                            quadratic_ ? "Tetrahedron_10" : "Tetrahedron", tets_,
-                            data_item(h5, quadratic_ ? "mesh/ten_node_tets" : "mesh/tets", "Int", 4,
-                                      fmt::format("{} {}", tets_, corners)));
-        text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
-                            data_item(h5, "mesh/nodes", "Float", 8, fmt::format("{} 3", nodes_)));
-        text += attribute("displacement", 3, FieldPlace::node,
-                          data_item(h5, frame_table(k), "Float", precision_ == Precision::full ? 8 : 4,
-                                    fmt::format("{} 3", nodes_)));
-        for (const Field& f : fields_)
-            text += attribute(f.name, f.components, f.place,
-                              data_item(h5, field_table(f.name, k), "Float", 8,
-                                        fmt::format("{} {}", f.place == FieldPlace::node ? nodes_ : tets_, f.components)));
-        if (regions_)
-            text += attribute("region", 1, FieldPlace::tet,
-                              data_item(h5, "mesh/regions", "Int", 4, fmt::format("{} 1", tets_)));
-        text += "</Grid>\n";
+        XdmfFrame& frame = frames.emplace_back(XdmfFrame{times_[k], "mesh", nodes_, tets_, quadratic_, regions_, {}});
+        frame.fields.push_back({"displacement", frame_table(k), FieldPlace::node, 3, precision_ == Precision::full ? 8 : 4});
+        for (const Field& f : fields_) frame.fields.push_back({f.name, field_table(f.name, k), f.place, f.components});
     }
-    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
+    return xdmf_text(path_.filename().string(), frames);
 }
 
 ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {

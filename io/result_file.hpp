@@ -9,14 +9,13 @@
 
 #include "base/file.hpp"
 #include "io/hdf5.hpp"
+#include "io/xdmf.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
 
 /// How displacements are kept: `full` (8 bytes a number) for solves that are compared, `single` (4) for many frames.
 enum class Precision { single, full };
-
-enum class FieldPlace { node, tet };
 
 /// Records a run: mesh and scene once, then a displacement (metres) for each frame, in HDF5; `close`
 /// moves the file to its place and writes an `.xdmf` of the same name beside it, which ParaView opens. Without `close`
@@ -52,7 +51,7 @@ class ResultWriter {
         FieldPlace place;
         int components;
     };
-    std::string xdmf_text() const;
+    std::string xdmf() const;
 
     std::size_t nodes_, tets_;
     bool regions_, quadratic_;

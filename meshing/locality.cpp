@@ -68,7 +68,7 @@ Tet canonical(Tet t) {
 
 }  // namespace
 
-void sort_for_locality(TetMesh& mesh) {
+std::vector<std::int32_t> sort_for_locality(TetMesh& mesh) {
     const std::vector<std::int32_t> order = order_of_nodes(mesh.nodes);
     std::vector<std::int32_t> number(order.size());
     std::vector<Vector3> nodes(order.size());
@@ -96,6 +96,7 @@ void sort_for_locality(TetMesh& mesh) {
     for (auto& [name, set] : mesh.triangle_sets)
         for (Triangle& t : set)
             for (std::int32_t& n : t) n = number[n];
+    return number;
 }
 
 }  // namespace livetet

@@ -151,7 +151,9 @@ class YamlReader {
             fail("{}{} = {} must be {} ({})", prefix_, key, text_of(node), type_text<T>(), place(node));
         }
     }
-    std::string place(const YAML::Node& node) const { return fmt::format("{}:{}", file_, node.Mark().line + 1); }
+    std::string place(const YAML::Node& node) const {
+        return node.Mark().is_null() ? file_ : fmt::format("{}:{}", file_, node.Mark().line + 1);
+    }
     static std::string text_of(const YAML::Node& node);
 
     YAML::Node node_;
@@ -160,7 +162,17 @@ class YamlReader {
     std::vector<std::string> known_;
 };
 
-/// Reads a scene file's text. Throws Error for broken YAML (with the line) and for everything YamlReader refuses.
+/// Reads a table. Throws Error for everything YamlReader refuses.
+template <class S>
+S read_yaml(const YAML::Node& node, const std::string& file) {
+    S value;
+    YamlReader reader(node, file);
+    visit_fields(reader, value);
+    reader.check_all_known();
+    return value;
+}
+
+/// Reads a scene file's text. Throws Error for broken YAML (with the line), too.
 template <class S>
 S read_yaml(const std::string& text, const std::string& file) {
     YAML::Node node;
@@ -169,11 +181,7 @@ S read_yaml(const std::string& text, const std::string& file) {
     } catch (const YAML::Exception& e) {
         fail("{}:{}: not YAML: {}", file, e.mark.line + 1, e.msg);
     }
-    S value;
-    YamlReader reader(node, file);
-    visit_fields(reader, value);
-    reader.check_all_known();
-    return value;
+    return read_yaml<S>(node, file);
 }
 
 /// Writes a table with every value it resolved to, as YAML that reads back to the same.

@@ -43,9 +43,7 @@ TetMesh quadratic_mesh(const TetMesh& linear) {
     return mesh;
 }
 
-MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
-    const TetMesh& linear = hierarchy.levels.front();
-    TetMesh quadratic = quadratic_mesh(linear);
+BarycentricMap map_into_linear(const TetMesh& quadratic) {
     BarycentricMap map;
     map.nodes.resize(quadratic.nodes.size());
     map.weights.resize(quadratic.nodes.size());
@@ -64,6 +62,12 @@ MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
             for (const int end : tet_edges[k]) map.weights[n][end] = 0.5;
         }
     }
+    return map;
+}
+
+MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
+    TetMesh quadratic = quadratic_mesh(hierarchy.levels.front());
+    BarycentricMap map = map_into_linear(quadratic);
     hierarchy.levels.insert(hierarchy.levels.begin(), std::move(quadratic));
     hierarchy.transfers.insert(hierarchy.transfers.begin(), std::move(map));
     return hierarchy;

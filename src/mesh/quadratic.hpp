@@ -13,6 +13,9 @@ namespace livetet {
 /// which, else of all edges between two of their nodes.
 TetMesh quadratic_mesh(const TetMesh& linear);
 
+/// The nodes of a quadratic mesh in the linear mesh that it was made from: itself a corner, halfway between two a middle.
+BarycentricMap map_into_linear(const TetMesh& quadratic);
+
 /// `hierarchy` with its finest level in quadratic form in front: the P1 mesh becomes the next level.
 MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy);
 

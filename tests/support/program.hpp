@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace livetet::test {
 
@@ -52,6 +55,22 @@ inline Outcome livetet(const Folder& folder, const std::string& arguments, const
     const int raw = std::system(command.c_str());
     return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(folder / "stdout.txt"),
             text_of(folder / "stderr.txt")};
+}
+
+/// The processes of the shipped program that work in `folder`, by rising number.
+inline std::vector<pid_t> programs_in(const Folder& folder) {
+    namespace fs = std::filesystem;
+    const fs::path program = fs::canonical(LIVETET_PROGRAM), place = fs::canonical(folder.path());
+    std::vector<pid_t> found;
+    for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
+        const std::string name = entry.path().filename().string();
+        if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+        std::error_code error;  // a process may end while it is looked at
+        if (fs::read_symlink(entry.path() / "exe", error) == program && fs::read_symlink(entry.path() / "cwd", error) == place)
+            found.push_back(static_cast<pid_t>(std::stol(name)));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
 }
 
 /// Bad input: exit status 2 and one line on stderr that begins with the program's name and holds each of `parts`.

@@ -1,0 +1,114 @@
+#include "apps/scaling_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/scene_body.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double tets_a_node = 5.75, coarsest_nodes = 50, neighbours = 12;
+constexpr double products_a_visit = 14;  // six steps before and after, two residuals
+constexpr double reductions_an_iteration = 3;
+
+ScalingPoint point_at(const ScalingModel& m, double ranks) {
+    ScalingPoint p{.ranks = ranks};
+    const double nodes = m.unknowns_a_rank * ranks / 3;
+    p.levels = 1 + std::max(0.0, std::floor(std::log(nodes / coarsest_nodes) / std::log(8.0)));
+    double here = nodes, visits = 1;
+    for (int l = 0; l < static_cast<int>(p.levels); ++l, here /= 8, visits *= 2) {
+        const double active = std::clamp(tets_a_node * here / least_tets_a_rank, 1.0, ranks);
+        const double each = here / active;
+        const double surface = 6 * std::pow(each, 2.0 / 3);
+        const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s + 24 * surface / m.bytes_a_second : 0;
+        // Work on all levels adds up to 4/3 of the finest one's, measured together.
+        const double compute = 0.75 * m.seconds_an_unknown * 3 * each;
+        if (active >= ranks) {
+            p.compute_s += visits * compute;
+            p.halo_s += visits * products_a_visit * exchange;
+        } else {
+            p.coarse_s += visits * (compute + products_a_visit * exchange);
+        }
+    }
+    p.reductions_s = reductions_an_iteration * 2 * std::log2(ranks) * m.latency_s;
+    p.replicated_bytes = m.replicated_bytes_an_unknown * m.unknowns_a_rank * ranks;
+    p.partition_s = ranks > 1 ? m.partition_s_an_unknown * m.unknowns_a_rank * ranks : 0;
+    return p;
+}
+
+}  // namespace
+
+ScalingModel::ScalingModel(const ScalingRun& r)
+    : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
+      partition_s_an_unknown(r.partition_s / r.unknowns),
+      // tets, nodes, places in the next level, PETSc's numbers; coarser levels an eighth each
+      replicated_bytes_an_unknown((tets_a_node * sizeof(Tet) + sizeof(Vector3) + sizeof(std::array<std::int32_t, 4>) +
+                                   sizeof(std::array<double, 4>) + sizeof(double) + sizeof(std::int32_t)) /
+                                  3 * 8 / 7) {
+    for (double ranks = 1; ranks <= 1e5; ranks *= 10) points.push_back(point_at(*this, ranks));
+}
+
+void print(const ScalingModel& m) {
+    fmt::print("\nmodel of weak scaling, {:.0e} unknowns a rank, {:.1f} us and {:.0f} GB/s a message; measured here: {:.2f} us an unknown and "
+               "iteration, METIS {:.2f} us an unknown\n",
+               m.unknowns_a_rank, 1e6 * m.latency_s, m.bytes_a_second / 1e9, 1e6 * m.seconds_an_unknown, 1e6 * m.partition_s_an_unknown);
+    fmt::print("{:>8} {:>6} | {:>10} {:>10} {:>13} {:>10} {:>10} {:>10} | {:>14} {:>10}\n", "ranks", "levels", "compute ms", "ghosts ms",
+               "coarse lev. ms", "dots ms", "iteration", "efficiency", "whole mesh, GB", "METIS, s");
+    for (const ScalingPoint& p : m.points)
+        fmt::print("{:>8.0f} {:>6.0f} | {:>10.1f} {:>10.2f} {:>14.2f} {:>10.3f} {:>10.1f} {:>9.0f}% | {:>14.2f} {:>10.1f}\n", p.ranks, p.levels,
+                   1e3 * p.compute_s, 1e3 * p.halo_s, 1e3 * p.coarse_s, 1e3 * p.reductions_s, 1e3 * p.iteration_s(),
+                   100 * m.points.front().iteration_s() / p.iteration_s(), p.replicated_bytes / 1e9, p.partition_s);
+    const auto first = std::find_if(m.points.begin(), m.points.end(), [](const ScalingPoint& p) { return p.replicated_bytes > 4e9; });
+    if (first != m.points.end())
+        fmt::print("What hurts first: every rank holds the whole mesh, {:.0f} bytes an unknown, over 4 GB a rank from {:.0e} unknowns on, and METIS runs "
+                   "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as that ({} tets each), visited ever more often.\n",
+                   m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, least_tets_a_rank);
+}
+
+nlohmann::json json_of(const ScalingModel& m) {
+    nlohmann::json points = nlohmann::json::array();
+    for (const ScalingPoint& p : m.points)
+        points.push_back({{"ranks", p.ranks},
+                          {"levels", p.levels},
+                          {"compute_s", p.compute_s},
+                          {"halo_s", p.halo_s},
+                          {"coarse_s", p.coarse_s},
+                          {"reductions_s", p.reductions_s},
+                          {"replicated_bytes", p.replicated_bytes},
+                          {"partition_s", p.partition_s}});
+    return {{"unknowns_a_rank", m.unknowns_a_rank},
+            {"latency_s", m.latency_s},
+            {"bytes_a_second", m.bytes_a_second},
+            {"seconds_an_unknown", m.seconds_an_unknown},
+            {"partition_s_an_unknown", m.partition_s_an_unknown},
+            {"replicated_bytes_an_unknown", m.replicated_bytes_an_unknown},
+            {"points", points}};
+}
+
+#ifdef LIVETET_IMAGES
+std::vector<WorkPrecisionLine> lines_of(const ScalingModel& m) {
+    std::vector<WorkPrecisionLine> lines;
+    const auto add = [&](const std::string& name, auto&& value) {
+        WorkPrecisionLine line{name, {}, {}};
+        for (const ScalingPoint& p : m.points)
+            if (const double s = value(p); s > 0) {
+                line.seconds.push_back(p.ranks);
+                line.error.push_back(s);
+            }
+        lines.push_back(std::move(line));
+    };
+    add("iteration", [](const ScalingPoint& p) { return p.iteration_s(); });
+    add("compute", [](const ScalingPoint& p) { return p.compute_s; });
+    add("ghosts' values", [](const ScalingPoint& p) { return p.halo_s; });
+    add("coarse levels", [](const ScalingPoint& p) { return p.coarse_s; });
+    add("dot products", [](const ScalingPoint& p) { return p.reductions_s; });
+    return lines;
+}
+#endif
+
+}  // namespace livetet

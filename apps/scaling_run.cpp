@@ -1,0 +1,77 @@
+#include "apps/scaling_run.hpp"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "base/child_process.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+
+namespace livetet {
+
+using nlohmann::json;
+
+ScalingRun run_scaled(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene) {
+    std::filesystem::path told = scene, log = scene;
+    told.replace_extension(fmt::format("{}.json", ranks));
+    log.replace_extension(fmt::format("{}.log", ranks));
+    std::filesystem::remove(told);
+    std::string start = launcher;
+    const std::size_t place = start.find("{}");
+    if (place == std::string::npos) fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
+    start.replace(place, 2, fmt::format("{}", ranks));
+    const std::string command =
+        fmt::format("{} '{}' solve '{}' --json '{}' >'{}' 2>&1 </dev/null", start,
+                    std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string(), log.string());
+    const int raw = std::system(command.c_str());
+    const int status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    if (!std::filesystem::exists(told)) fail("{}: ended with status {}: {}", command, status, last_words(read_text_file(log)));
+    const json j = json::parse(read_text_file(told));
+    ScalingRun run{.name = name, .solver = j.at("solver"), .ranks = j.at("ranks"), .converged = j.at("converged")};
+    run.unknowns = 3 * j.at("nodes").get<double>();
+    run.mesh_s = j.at("mesh_s");
+    run.partition_s = j.at("partition_s");
+    run.setup_s = j.at("setup_s").get<double>() - run.partition_s;
+    run.forces_s = j.at("forces_s");
+    run.assembly_s = j.at("assembly_s");
+    run.preconditioner_s = j.at("preconditioner_s");
+    run.linear_s = j.at("linear_s");
+    run.output_s = j.at("output_s");
+    run.linearisations = j.at("linearisations");
+    run.iterations = j.at("iterations");
+    run.largest_mm = j.at("largest_displacement_mm");
+    run.peak_bytes = j.at("peak_bytes");
+    run.messages = j.at("messages");
+    run.message_bytes = j.at("message_bytes");
+    run.reductions = j.at("reductions");
+    return run;
+}
+
+json json_of(const ScalingRun& r) {
+    return {{"name", r.name},
+            {"solver", r.solver},
+            {"ranks", r.ranks},
+            {"converged", r.converged},
+            {"unknowns", r.unknowns},
+            {"seconds", r.solution_s()},
+            {"mesh_s", r.mesh_s},
+            {"partition_s", r.partition_s},
+            {"setup_s", r.setup_s},
+            {"forces_s", r.forces_s},
+            {"assembly_s", r.assembly_s},
+            {"preconditioner_s", r.preconditioner_s},
+            {"linear_s", r.linear_s},
+            {"output_s", r.output_s},
+            {"linearisations", r.linearisations},
+            {"iterations", r.iterations},
+            {"largest_displacement_mm", r.largest_mm},
+            {"peak_bytes", r.peak_bytes},
+            {"messages", r.messages},
+            {"message_bytes", r.message_bytes},
+            {"reductions", r.reductions}};
+}
+
+}  // namespace livetet

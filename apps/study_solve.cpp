@@ -1,0 +1,104 @@
+#include "apps/study_solve.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "config/yaml.hpp"
+#include "mechanics/stress.hpp"
+
+namespace livetet {
+
+namespace {
+
+using std::chrono::duration;
+using std::chrono::steady_clock;
+
+double seconds_since(steady_clock::time_point start) { return duration<double>(steady_clock::now() - start).count(); }
+
+void add_vector(StudyRow& row, const std::string& name, const char* unit, const Vector3& v) {
+    for (int c = 0; c < 3; ++c) row.outputs.emplace_back(fmt::format("{}_{}_{}", name, "xyz"[c], unit), v[c]);
+    row.outputs.emplace_back(fmt::format("{}_{}", name, unit), v.norm());
+}
+
+}  // namespace
+
+std::vector<double> history_values(const StudyRow& row) {
+    std::vector<double> values;
+    for (const StepRecord& s : row.steps)
+        for (const double x : {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0, static_cast<double>(s.report.linearisations),
+                               static_cast<double>(s.report.iterations), s.report.imbalance,
+                               s.report.seconds()})
+            values.push_back(x);
+    return values;
+}
+
+void StudySolver::take_mesh(const Scene& scene) {
+    if (!is_tet_mesh_name(scene.mesh.file))
+        fail("mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes them", scene.mesh.file.string());
+    if (mesh_key_ == to_yaml(scene.mesh)) return;
+    mesh_key_.clear();
+    hierarchy_ = load_mesh(scene.mesh, {});
+    mesh_key_ = to_yaml(scene.mesh);
+}
+
+void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback& progress) {
+    // 1. mesh, body
+    const auto start = steady_clock::now();
+    take_mesh(scene);
+    row.mesh_s = seconds_since(start);
+    std::vector<NamedPoint> probes;
+    if (scene.probes) probes = read_points_csv(scene.probes->points);
+    SceneBody body = make_body(group_, scene, hierarchy_);
+    const TetMesh& mesh = body.mesh();
+    SceneConstraints constraints(scene, mesh);
+    check_held(scene, mesh, constraints);
+    row.setup_s = seconds_since(start) - row.mesh_s;
+
+    // 2. the run
+    const RunHistory history = run_scene(scene, body, constraints, {.progress = progress});
+    row.converged = history.converged;
+    row.failure = history.failure;
+    row.steps = history.steps;
+    for (const StepRecord& s : history.steps) {
+        row.iterations += s.report.iterations;
+        row.linearisations += s.report.linearisations;
+        row.solve_s += s.report.seconds();
+    }
+
+    // 3. what it came to
+    row.displacement = body.body->displacement();
+    double largest = 0;
+    for (const Vector3& u : row.displacement) largest = std::max(largest, u.norm());
+    row.outputs.emplace_back("largest_displacement_mm", 1e3 * largest);
+    row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
+    double stress = 0;
+    for (const TetFields& f : body.body->tet_fields()) stress = std::max(stress, von_mises(f.cauchy_stress_Pa));
+    row.outputs.emplace_back("largest_von_mises_Pa", stress);
+    if (scene.time.scheme == TimeScheme::static_equilibrium) row.outputs.emplace_back("share_of_load", history.share);
+    for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
+        add_vector(row, key + "_force", "N", force);
+    std::vector<Vector3> places;
+    for (const NamedPoint& p : probes) places.push_back(p.position);
+    const BarycentricMap map = map_into(mesh, places);
+    const EdgeNodes edges(mesh);
+    for (std::size_t i = 0; i < probes.size(); ++i)
+        add_vector(row, probes[i].name, "mm", 1e3 * interpolate(map, edges, i, row.displacement));
+}
+
+StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress) {
+    int ranks = 1;
+    MPI_Comm_size(group_, &ranks);
+    StudyRow row;
+    try {
+        run(scene, row, progress);
+    } catch (const Error& e) {  // the same on every rank
+        row.failure = e.what();
+    } catch (const PetscFailure& e) {
+        if (ranks > 1) throw;  // the others wait for this one
+        row.failure = e.what();
+    }
+    if (row.outputs.empty()) row.converged = false;
+    return row;
+}
+
+}  // namespace livetet

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "io/hierarchy_file.hpp"
+#include "io/result_file.hpp"
+#include "mesh/hierarchy.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::write_text;
+
+/// Generalized-alpha in the mixed form: all that a body's state can hold.
+const std::string swing = R"(
+mesh: {file: block.h5}
+materials: [{young_Pa: 50000, poisson: 0.495}]
+fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
+gravity_m_per_s2: [0, 0, -9.81]
+time: {scheme: generalized_alpha, step_s: 0.01, duration_s: 0.4}
+solver: {newton_tolerance: 1e-9, relative_tolerance: 1e-4}
+)";
+
+void prepare(const Folder& folder) {
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_text(folder / "whole.yaml", swing + "output: {file: whole.h5, every: 2, fields: [von_mises]}\n");
+    write_text(folder / "swing.yaml", swing + "output: {file: swing.h5, every: 2, fields: [von_mises], checkpoint_every: 5}\n");
+}
+
+/// Starts the run, and kills it as soon as it has left a checkpoint.
+void kill_after_checkpoint(const Folder& folder, const std::string& before) {
+    auto run = std::async(std::launch::async, [&] { return livetet(folder, "solve swing.yaml", before); });
+    while (!std::filesystem::exists(folder / "swing.h5.parts/checkpoint.h5") &&
+           run.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
+    }
+    for (const pid_t p : test::programs_in(folder)) ::kill(p, SIGKILL);
+    EXPECT_NE(run.get().status, 0);
+}
+
+TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
+    const Folder folder;
+    prepare(folder);
+    ASSERT_EQ(livetet(folder, "solve whole.yaml").status, 0);
+    const ResultReader whole(folder / "whole.h5");
+    ASSERT_EQ(whole.frame_count(), 20u);
+    for (const int ranks : {2, 1}) {
+        const std::string two = "mpirun --oversubscribe -n 2";
+        kill_after_checkpoint(folder, ranks == 2 ? "" : two);
+        ASSERT_FALSE(std::filesystem::exists(folder / "swing.h5"));
+        const auto outcome = livetet(folder, "solve swing.yaml --restart", ranks == 2 ? two : "");
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        {
+            const ResultReader result(folder / "swing.h5");
+            ASSERT_EQ(result.times_s(), whole.times_s());
+            double largest = 0, apart = 0, stress = 0, stress_apart = 0;
+            for (std::size_t k = 0; k < result.frame_count(); ++k) {
+                const auto a = whole.displacement(k), b = result.displacement(k);
+                for (std::size_t n = 0; n < a.size(); ++n) {
+                    largest = std::max(largest, a[n].norm());
+                    apart = std::max(apart, (a[n] - b[n]).norm());
+                }
+                const auto s = whole.field("von_mises", k, 1), t = result.field("von_mises", k, 1);
+                for (std::size_t e = 0; e < s.size(); ++e) {
+                    stress = std::max(stress, s[e]);
+                    stress_apart = std::max(stress_apart, std::abs(s[e] - t[e]));
+                }
+            }
+            EXPECT_GT(largest, 0.01);
+            EXPECT_LT(apart, 1e-6 * largest);
+            EXPECT_LT(stress_apart, 1e-4 * stress);
+        }
+        EXPECT_FALSE(std::filesystem::exists(folder / "swing.h5.parts"));
+        std::filesystem::remove(folder / "swing.h5");
+    }
+}
+
+TEST(Restart, WhatCannotGoOnIsRefusedAndNothingIsLost) {
+    const Folder folder;
+    prepare(folder);
+    expect_refused(livetet(folder, "solve swing.yaml --restart"), {"swing.h5.parts", "no checkpoint"});
+    kill_after_checkpoint(folder, "");
+    const auto checkpoint = folder / "swing.h5.parts/checkpoint.h5";
+    const std::string bytes = test::text_of(checkpoint);
+    expect_refused(livetet(folder, "solve swing.yaml"), {"swing.h5.parts", "--restart"});
+    std::string other = test::text_of(folder / "swing.yaml");
+    other.replace(other.find("50000"), 5, "60000");
+    write_text(folder / "swing.yaml", other);
+    expect_refused(livetet(folder, "solve swing.yaml --restart"), {"checkpoint.h5", "another scene"});
+    EXPECT_EQ(test::text_of(checkpoint), bytes);
+    write_text(folder / "static.yaml", "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
+    expect_refused(livetet(folder, "solve static.yaml --restart"), {"static"});
+}
+
+}  // namespace
+}  // namespace livetet

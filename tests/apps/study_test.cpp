@@ -1,0 +1,344 @@
+#include "apps/study.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <functional>
+#include <future>
+#include <random>
+
+#include "apps/study_store.hpp"
+#include "base/error.hpp"
+#include "io/hierarchy_file.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+const std::string press = R"(
+mesh: {file: block.h5}
+materials: [{young_Pa: 5000, poisson: 0.45}]
+fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
+drive: [{sphere_mm: [100, 50, 100, 25], where: surface, displacement_mm: [0, 0, -8]}]
+loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, -0.5]}]
+solver: {newton_tolerance: 1e-8, relative_tolerance: 1e-3}
+probes: {points: points.csv, displacements: moved.csv}
+)";
+
+const std::string grid = R"(
+scene: scene.yaml
+vary:
+  - {key: "materials[0].young_Pa", from: 2000, to: 8000, count: 3, spacing: log}
+  - {key: "drive[0].displacement_mm[2]", values: [-4, -8]}
+)";
+
+void prepare(const Folder& folder, const std::string& study = grid) {
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
+    write_text(folder / "scene.yaml", press);
+    write_text(folder / "study.yaml", study);
+}
+
+std::string mpirun(int ranks) { return "timeout 300 mpirun --oversubscribe -n " + std::to_string(ranks); }
+
+std::size_t column_of(const StudyTable& table, const std::string& name) {
+    const auto found = std::find(table.outputs.begin(), table.outputs.end(), name);
+    EXPECT_NE(found, table.outputs.end()) << name;
+    return static_cast<std::size_t>(found - table.outputs.begin());
+}
+
+/// All that does not depend on who computed it when.
+void expect_same(const StudyTable& a, const StudyTable& b, double relative = 0) {
+    EXPECT_EQ(a.inputs, b.inputs);
+    EXPECT_EQ(a.outputs, b.outputs);
+    EXPECT_EQ(a.values, b.values);
+    EXPECT_EQ(a.failures, b.failures);
+    ASSERT_EQ(a.results.size(), b.results.size());
+    for (std::size_t k = 0; k < a.results.size(); ++k)
+        for (std::size_t i = 0; i < a.results[k].size(); ++i) {
+            if (std::isnan(a.results[k][i]) && std::isnan(b.results[k][i])) continue;
+            EXPECT_NEAR(a.results[k][i], b.results[k][i], relative * std::abs(a.results[k][i]) + (relative > 0 ? 1e-7 : 0))
+                << "solve " << k << ", " << a.outputs[i];
+        }
+}
+
+TEST(StudyDesign, AGridHasEveryValueWithEveryOther) {
+    const Folder folder;
+    prepare(folder);
+    const Study study = load_study(folder / "study.yaml");
+    ASSERT_EQ(study.samples.size(), 6u);
+    EXPECT_EQ(study.samples[0], (std::vector<std::string>{"2000", "-4"}));
+    EXPECT_EQ(study.samples[1], (std::vector<std::string>{"2000", "-8"}));
+    EXPECT_NEAR(std::stod(study.samples[2][0]), 4000, 1e-9);
+    EXPECT_EQ(study.samples[5], (std::vector<std::string>{"8000", "-8"}));
+    const Scene scene = study.scene(4);
+    EXPECT_EQ(scene.materials[0].young_Pa, 8000);
+    EXPECT_EQ(scene.materials[0].poisson, 0.45);
+    EXPECT_EQ(scene.drive[0].displacement_mm, Eigen::Vector3d(0, 0, -4));
+    EXPECT_EQ(scene.mesh.file, folder / "block.h5");
+}
+
+TEST(StudyDesign, AListTakesThemTogetherAndAKeyThatTheSceneLeavesOutMayVary) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: strain, values: [linear, green]}\n"
+                    "  - {key: \"drive[0].stiffness_N_per_m\", values: [10, 20]}\n");
+    const Study study = load_study(folder / "study.yaml");
+    ASSERT_EQ(study.samples.size(), 2u);
+    EXPECT_EQ(study.scene(1).strain, StrainModel::green);
+    EXPECT_EQ(study.scene(1).drive[0].stiffness_N_per_m, 20);
+}
+
+TEST(StudyDesign, ALatinHypercubeHasOnePointInEachStratumOfEachDimension) {
+    const auto points = latin_hypercube(50, 3, 7);
+    for (std::size_t d = 0; d < 3; ++d) {
+        std::vector<int> strata(50, 0);
+        for (const auto& p : points) ++strata[static_cast<std::size_t>(p[d] * 50)];
+        EXPECT_EQ(strata, std::vector<int>(50, 1)) << d;
+    }
+    EXPECT_EQ(points, latin_hypercube(50, 3, 7));
+    EXPECT_NE(points, latin_hypercube(50, 3, 8));
+    EXPECT_NE(points[0][0], points[0][1]);
+}
+
+TEST(StudyDesign, WhatIsWrongIsOneLineThatNamesIt) {
+    const Folder folder;
+    const auto refused = [&](const std::string& vary, std::initializer_list<std::string> parts) {
+        prepare(folder, "scene: scene.yaml\nvary:\n  - {" + vary + "}\n");
+        expect_refused(livetet(folder, "study study.yaml"), parts);
+    };
+    refused("key: \"materials[0].yung_Pa\", values: [1]", {"materials[0].yung_Pa", "young_Pa"});
+    refused("key: \"materials[3].young_Pa\", values: [1]", {"materials", "1 entries"});
+    refused("key: \"matreials[0].young_Pa\", values: [1]", {"no matreials", "did you mean materials"});
+    refused("key: materials, values: [1]", {"materials", "list", "single value"});
+    refused("key: \"materials[0\", values: [1]", {"materials[0", "expected a key"});
+    refused("key: \"materials[0].young_Pa\", values: [100, -3]", {"solve 1", "young_Pa = -3", "greater than 0"});
+    refused("key: \"materials[0].young_Pa\"", {"vary[0]", "empty grid"});
+    refused("key: \"materials[0].young_Pa\", values: []", {"vary[0]", "empty grid"});
+    refused("key: \"materials[0].young_Pa\", from: 1, to: 2", {"count = 0", "empty grid"});
+    refused("key: \"materials[0].young_Pa\", from: -1, to: 2, count: 3, spacing: log", {"log", "above 0"});
+    refused("key: \"materials[0].young_Pa\", kount: 3", {"kount", "count"});
+    refused("key: output.file, values: [a.h5]", {"output.file"});
+    refused("key: mesh.file, values: [none.h5]", {"none.h5", "no such file"});
+    prepare(folder, "scene: scene.yaml\n");
+    expect_refused(livetet(folder, "study study.yaml"), {"vary", "empty grid"});
+    prepare(folder, "scene: scene.yaml\ndesign: latin-hypercube\nvary: [{key: \"materials[0].poisson\", from: 0.3, to: 0.4}]\n");
+    expect_refused(livetet(folder, "study study.yaml"), {"samples = 0"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5.parts"));
+}
+
+TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
+    const Folder folder;
+    prepare(folder);
+    const auto one = livetet(folder, "study study.yaml");
+    ASSERT_EQ(one.status, 0) << one.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    ASSERT_EQ(table.values.size(), 6u);
+    EXPECT_EQ(table.failures, std::vector<std::string>(6, ""));
+    const std::size_t tip = column_of(table, "tip_z_mm"), pull = column_of(table, "drive[0]_force_z_N");
+    // Twice as deep a press, and a load that moves a body of four times the stiffness by a quarter.
+    EXPECT_LT(table.results[0][tip], table.results[4][tip]);
+    EXPECT_LT(table.results[5][pull], table.results[4][pull]);
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5.parts"));
+    const std::string xdmf = text_of(folder / "study.xdmf");
+    for (const char* part : {"study.h5:/displacement/000005", "study.h5:/meshes/0/tets"})
+        EXPECT_NE(xdmf.find(part), std::string::npos) << part;
+    const std::string csv = text_of(folder / "study.csv");
+    EXPECT_EQ(csv.find("solve,materials[0].young_Pa,drive[0].displacement_mm[2],converged,largest_displacement_mm"), 0u) << csv;
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+
+    for (const int ranks : {2, 4}) {
+        std::filesystem::remove(folder / "study.h5");
+        const auto more = livetet(folder, "study study.yaml", mpirun(ranks));
+        ASSERT_EQ(more.status, 0) << more.err;
+        expect_same(read_study(folder / "study.h5"), table);
+    }
+    write_text(folder / "study.yaml", grid + "ranks_per_solve: 2\n");
+    std::filesystem::remove(folder / "study.h5");
+    const auto pairs = livetet(folder, "study study.yaml", mpirun(4));
+    ASSERT_EQ(pairs.status, 0) << pairs.err;
+    expect_same(read_study(folder / "study.h5"), table, 1e-5);
+}
+
+TEST(Study, AFailedSolveIsARowWithItsReason) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: \"drive[0].sphere_mm[2]\", values: [100, 500]}]\n");
+    const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    EXPECT_EQ(table.failures[0], "");
+    EXPECT_NE(table.failures[1].find("drive[0]"), std::string::npos) << table.failures[1];
+    EXPECT_TRUE(std::isnan(table.results[1][0]));
+    EXPECT_NE(outcome.out.find(table.failures[1]), std::string::npos) << outcome.out;
+    EXPECT_NE(text_of(folder / "study.csv").find("drive[0]"), std::string::npos);
+}
+
+TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
+    const Folder folder;
+    prepare(folder);
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    const std::string bytes = text_of(folder / "study.h5");
+    const auto again = livetet(folder, "study study.yaml", mpirun(2));
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_NE(again.out.find("is complete"), std::string::npos) << again.out;
+    EXPECT_EQ(text_of(folder / "study.h5"), bytes);
+
+    std::string other = grid;
+    other.replace(other.find("[-4, -8]"), 8, "[-4, -9]");
+    write_text(folder / "study.yaml", other);
+    expect_refused(livetet(folder, "study study.yaml"), {"study.yaml", "changed", "-8", "-9"});
+    write_text(folder / "study.yaml", grid);
+    write_text(folder / "scene.yaml", press + "gravity_m_per_s2: [0, 0, -1]\n");
+    expect_refused(livetet(folder, "study study.yaml"), {"changed", "gravity"});
+    write_text(folder / "scene.yaml", press);
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
+    expect_refused(livetet(folder, "study study.yaml"), {"changed", "points.csv"});
+    EXPECT_EQ(text_of(folder / "study.h5"), bytes);
+}
+
+TEST(Study, MoreRanksThanCanBeUsedAndMeshesOfAnotherVersionAreRefused) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3]}]\n");
+    const auto many = livetet(folder, "study study.yaml", mpirun(2));
+    EXPECT_EQ(many.status, 2);
+    EXPECT_NE(many.err.find("more ranks than can be used"), std::string::npos) << many.err;
+    write_text(folder / "study.yaml", grid + "ranks_per_solve: 2\n");
+    const auto odd = livetet(folder, "study study.yaml", mpirun(3));
+    EXPECT_EQ(odd.status, 2);
+    EXPECT_NE(odd.err.find("ranks_per_solve"), std::string::npos) << odd.err;
+
+    prepare(folder);
+    {
+        hdf5::File file = hdf5::File::create(folder / "block.h5", "block.h5");
+        hdf5::write_format(file, "livetet hierarchy", 99);
+    }
+    const auto old = livetet(folder, "study study.yaml", mpirun(2));
+    EXPECT_EQ(old.status, 2);
+    EXPECT_NE(old.err.find("block.h5"), std::string::npos) << old.err;
+    EXPECT_EQ(old.err.find("livetet:"), old.err.rfind("livetet:")) << "more than one rank spoke: " << old.err;
+}
+
+TEST(Study, KilledAtRandomMomentsItGoesOnToTheSameFile) {
+    const Folder folder;
+    const std::string many = "scene: scene.yaml\nvary:\n  - {key: \"materials[0].young_Pa\", from: 2000, to: 8000, count: 6}\n"
+                             "  - {key: \"drive[0].displacement_mm[2]\", values: [-4, -8, -12]}\n";
+    prepare(folder, many);
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    const StudyTable whole = read_study(folder / "study.h5");
+    const std::string csv = text_of(folder / "study.csv");
+    std::filesystem::remove(folder / "study.h5");
+
+    std::mt19937 random(std::random_device{}());
+    int killed = 0;
+    for (int attempt = 0; attempt < 10; ++attempt) {
+        auto run = std::async(std::launch::async, [&] { return livetet(folder, "study study.yaml", mpirun(2)); });
+        const auto moment = std::chrono::milliseconds(std::uniform_int_distribution<int>(200, 2000)(random));
+        if (run.wait_for(moment) != std::future_status::ready) {
+            const std::vector<pid_t> ranks = test::programs_in(folder);
+            if (!ranks.empty()) ::kill(ranks[random() % ranks.size()], SIGKILL);
+        }
+        killed += run.get().status != 0;
+        if (std::filesystem::exists(folder / "study.h5")) {  // it had been done before the moment came
+            expect_same(read_study(folder / "study.h5"), whole);
+            std::filesystem::remove(folder / "study.h5");
+        }
+    }
+    EXPECT_GE(killed, 5);
+    const auto last = livetet(folder, "study study.yaml", mpirun(2));
+    ASSERT_EQ(last.status, 0) << last.err;
+    expect_same(read_study(folder / "study.h5"), whole);
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5.parts"));
+}
+
+/// While this lives, no file may grow beyond so many bytes.
+class SmallDisk {
+  public:
+    explicit SmallDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit small{bytes, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &small);
+    }
+    ~SmallDisk() {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    SmallDisk(const SmallDisk&) = delete;
+    SmallDisk& operator=(const SmallDisk&) = delete;
+
+  private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+std::string words_of(const std::function<void()>& work) {
+    try {
+        work();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n");
+    const Study study = load_study(folder / "study.yaml");
+    StudyStore store(study);
+    store.open();
+    StudyRow row;
+    row.converged = true;
+    row.outputs = {{"x_mm", 1.5}};
+    row.displacement.assign(5000, Vector3(1, 2, 3));
+    {
+        const SmallDisk disk(20000);
+        const std::string words = words_of([&] { store.keep(0, row); });
+        EXPECT_NE(words.find("is the disk full?"), std::string::npos) << words;
+        EXPECT_NE(words.find("goes on"), std::string::npos) << words;
+    }
+    EXPECT_EQ(store.count_done(), 0u);
+    store.keep(0, row);
+    store.keep(1, row);
+    EXPECT_EQ(store.row(1).displacement, row.displacement);
+    {
+        const SmallDisk disk(150000);
+        EXPECT_NE(words_of([&] { write_study(study, store, {}); }).find("is the disk full?"), std::string::npos);
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
+    write_study(study, store, {});
+    EXPECT_EQ(read_study(folder / "study.h5").results, (std::vector<std::vector<double>>{{1.5}, {1.5}}));
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+}
+
+TEST(Study, ARowThatDidNotReachTheDiskIsSolvedAgainAndASecondRunIsRefused) {
+    const Folder folder;
+    prepare(folder);
+    const Study study = load_study(folder / "study.yaml");
+    StudyRow row;
+    row.converged = true;
+    {
+        StudyStore first(study);
+        first.open();
+        first.keep(0, row);
+        write_text(folder / "study.h5.parts/000001.h5", "");
+        StudyStore second(study);
+        EXPECT_NE(words_of([&] { second.open(); }).find("another run"), std::string::npos);
+    }
+    StudyStore store(study);
+    store.open();
+    EXPECT_EQ(store.done(), (std::vector<bool>{true, false, false, false, false, false}));
+    EXPECT_TRUE(store.claim(1));
+    EXPECT_FALSE(store.claim(1));
+}
+
+}  // namespace
+}  // namespace livetet
