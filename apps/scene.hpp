@@ -57,6 +57,8 @@ struct DriveOptions : SelectionOptions {
     std::string components = "xyz";
     std::optional<double> stiffness_N_per_m;
     double ramp_s = 0;
+    double noise_mm = 0;
+    int noise_seed = 1;
 };
 
 struct LoadOptions : SelectionOptions {
@@ -228,6 +230,11 @@ void visit_fields(Visitor& v, DriveOptions& d) {
     v.field("stiffness_N_per_m", d.stiffness_N_per_m, "N/m",
             "driven softly, by springs of this stiffness in all, shared evenly by the nodes", greater_than<0>());
     v.field("ramp_s", d.ramp_s, "s", "dynamic schemes: reached after this time", at_least<0>());
+    v.field("noise_mm", d.noise_mm, "mm",
+            "RMS length of an error of the displacement, one for all of the nodes, normal on each axis: as of the tracked sensor "
+            "that drives them",
+            at_least<0>());
+    v.field("noise_seed", d.noise_seed, "", "the same seed, the same error", at_least<0, int>());
 }
 
 template <class Visitor>

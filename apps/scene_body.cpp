@@ -18,6 +18,7 @@
 #include "meshing/partition.hpp"
 #include "meshing/refine.hpp"
 #include "io/text.hpp"
+#include "tracking/simulated_tracker.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
 #include "io/vtu_file.hpp"
@@ -146,7 +147,9 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
         Vector3 centre = Vector3::Zero();
         for (const std::int32_t n : nodes) centre += mesh.nodes[n] / static_cast<double>(nodes.size());
         if (d.centre_mm) centre = *d.centre_mm / 1e3;
-        driven_.push_back({key, nodes, d.displacement_mm / 1e3, d.rotation_deg * (std::numbers::pi / 180), centre,
+        TrackerNoise noise(d.noise_mm / 1e3, 0, static_cast<std::uint64_t>(d.noise_seed));
+        const Vector3 error = noise(TrackedPose{}).translation;
+        driven_.push_back({key, nodes, d.displacement_mm / 1e3 + error, d.rotation_deg * (std::numbers::pi / 180), centre,
                            component_bits(d.components), d.stiffness_N_per_m, d.ramp_s});
     }
     for (std::size_t i = 0; i < scene.fix.size(); ++i) {

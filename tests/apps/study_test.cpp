@@ -169,6 +169,19 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
     expect_same(read_study(folder / "study.h5"), table, 1e-5);
 }
 
+TEST(Study, ASensorsNoiseVariesByItsSeed) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: \"drive[0].noise_seed\", values: [1, 2, 1]}\n"
+                    "  - {key: \"drive[0].noise_mm\", values: [1.4, 1.4, 1.4]}\n");
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    const StudyTable table = read_study(folder / "study.h5");
+    const std::size_t pull = column_of(table, "drive[0]_force_z_N");
+    EXPECT_EQ(table.results[0], table.results[2]);
+    EXPECT_GT(std::abs(table.results[0][pull] - table.results[1][pull]), 1e-3 * std::abs(table.results[0][pull]));
+    // About 8 mm of press, and 1.4 mm of noise.
+    EXPECT_LT(std::abs(table.results[0][pull] - table.results[1][pull]), std::abs(table.results[0][pull]));
+}
+
 TEST(Study, AFailedSolveIsARowWithItsReason) {
     const Folder folder;
     prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: \"drive[0].sphere_mm[2]\", values: [100, 500]}]\n");
