@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/vector_table.hpp"
 
 namespace livetet {
 
@@ -16,18 +17,6 @@ constexpr const char* state_format = "livetet checkpoint";
 constexpr const char* frame_format = "livetet frame";
 constexpr int version = 1;
 constexpr const char* state_file = "checkpoint.h5";
-
-std::span<const double> flat(const std::vector<Vector3>& values) {
-    return {values.empty() ? nullptr : values.front().data(), 3 * values.size()};
-}
-
-std::vector<Vector3> read_vectors(const hdf5::File& file, const std::string& name) {
-    const auto table = file.read<double>(name, 3);
-    std::vector<Vector3> values;
-    values.reserve(table.rows);
-    for (std::size_t i = 0; i < table.rows; ++i) values.emplace_back(Eigen::Map<const Vector3>(table.values.data() + 3 * i));
-    return values;
-}
 
 /// A file that `fill(file)` writes, whole or not at all.
 template <class Fill>

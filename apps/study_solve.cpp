@@ -33,8 +33,6 @@ std::vector<double> history_values(const StudyRow& row) {
 }
 
 void StudySolver::take_mesh(const Scene& scene) {
-    if (!is_tet_mesh_name(scene.mesh.file))
-        fail("mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes them", scene.mesh.file.string());
     if (mesh_key_ == to_yaml(scene.mesh)) return;
     mesh_key_.clear();
     hierarchy_ = load_mesh(scene.mesh, {});

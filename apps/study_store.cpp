@@ -14,6 +14,7 @@
 #include "io/hdf5.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/text.hpp"
+#include "io/vector_table.hpp"
 #include "io/xdmf.hpp"
 
 namespace livetet {
@@ -29,10 +30,6 @@ constexpr int version = 1;
 constexpr const char* fingerprint_file = "study.yaml";
 
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
-
-std::span<const double> flat(const std::vector<Vector3>& values) {
-    return {values.empty() ? nullptr : values.front().data(), 3 * values.size()};
-}
 
 /// Where two texts part: the line of each.
 std::string first_difference(const std::string& was, const std::string& is) {
@@ -198,9 +195,7 @@ StudyRow StudyStore::row(std::size_t k) const {
             step.report.solve_s = x[6];
         }
         if (!study_.options.keep_displacements) return row;
-        const auto displacement = file.read<double>("displacement", 3);
-        for (std::size_t i = 0; i < displacement.rows; ++i)
-            row.displacement.emplace_back(Eigen::Map<const Vector3>(displacement.values.data() + 3 * i));
+        row.displacement = read_vectors(file, "displacement");
     } catch (const json::exception&) {
         fail("{}: does not say what it is of", file.shown());
     }
