@@ -75,7 +75,7 @@ std::pair<RunPlace, BodyState> CheckpointStore::read() const {
     BodyState state;
     const RunPlace place = read_about(file, [&](const json& about) {
         state.started = about.at("started");
-        return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"), about.at("frames")};
+        return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"), about.at("frames"), about.at("failure")};
     });
     for (const std::string& name : file.names("state")) state.nodal.push_back(read_vectors(file, "state/" + name));
     if (file.has("pressure")) state.pressure = file.read<double>("pressure", 1).values;
@@ -113,7 +113,7 @@ void CheckpointStore::write(const RunPlace& place, const BodyState& state) const
     write_whole(folder_ / state_file, state_format, [&](hdf5::File& file) {
         file.write_text("run", about_);
         file.write_text("about", json{{"time_s", place.time_s}, {"step_s", place.step_s}, {"steps", place.steps},
-                                      {"frames", place.frames}, {"started", state.started}}
+                                      {"frames", place.frames}, {"failure", place.failure}, {"started", state.started}}
                                      .dump());
         for (std::size_t i = 0; i < state.nodal.size(); ++i) file.write<double>(fmt::format("state/{}", i), flat(state.nodal[i]), 3);
         if (!state.pressure.empty()) file.write<double>("pressure", state.pressure, 1);

@@ -50,7 +50,7 @@ void explain(const std::filesystem::path& path) {
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
     const SolverKind kind = resolved_kind(
-        solver_options(scene, hierarchy.levels.size(), scene.track.has_value()).kind, hierarchy.levels.size());
+        solver_options(scene, hierarchy, scene.track.has_value()).kind, hierarchy.levels.size());
     const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 

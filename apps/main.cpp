@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include "apps/commands.hpp"
 #include "base/error.hpp"
@@ -21,6 +22,10 @@ int give_up(const std::string& message, int status) {
     if (running) {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    } else {  // what Open MPI's, MPICH's and Slurm's launchers tell
+        for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"})
+            if (const char* told = std::getenv(name)) rank = std::atoi(told);
+        if (rank > 0) return status;
     }
     if (rank > 0) ::usleep(500'000);
     fmt::print(stderr, "livetet: {}\n", message);

@@ -194,7 +194,7 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
             const auto allocations = allocations_of_this_thread();
             const long blocked = times_blocked();
             const Measured m = follower.frame(samples[k], {}, budget);
-            taken.push_back({{}, std::max(1, m.step.iterations), m.step.half_renewed});
+            taken.push_back({{}, std::max(1, m.step.solves[0].iterations), m.step.half_renewed});  // not of a solve that was done again
             if (k < first) continue;
             result.allocations += allocations_of_this_thread() - allocations;
             result.blocked += times_blocked() - blocked;

@@ -43,9 +43,13 @@ struct RealtimeResult {
     double rate() const { return 1 / seconds.p99; }
     /// Rates are asked for at the 99th percentile; of a beam's step, which no tracker waits for, the median.
     bool in_time() const { return 1 / (is_beam ? seconds.median : seconds.p99) >= rate_asked; }
+    /// After a jump within a frame: all frames finite, and within the worst bound by the tenth. A beam does not jump.
+    bool settles() const {
+        return jump.is_null() || (jump.at("finite").get<bool>() && jump.at("error").back().get<double>() <= worst_allowed);
+    }
     bool held() const {
         return in_time() && error_mean <= mean_allowed && error_worst <= worst_allowed && allocations == 0 &&
-               blocked == 0;
+               blocked == 0 && settles();
     }
 };
 

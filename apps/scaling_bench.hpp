@@ -11,7 +11,7 @@ struct ScalingArguments {
     std::vector<int> ranks{1, 2, 4};       ///< strong scaling; those beyond the machine's cores for iterations alone
     double unknowns = 3e6;
     int refine = 2;                        ///< levels by cutting tets into eight
-    std::string launcher = "mpirun -n {}";  ///< in front of the program, {} the number of ranks
+    std::string launcher = "mpirun --oversubscribe -n {}";  ///< in front of the program, {} the number of ranks
     std::vector<std::string> others{"gamg", "boomeramg"};
     std::filesystem::path folder;          ///< where meshes, scenes and results are kept; empty: nowhere
     std::filesystem::path json, figure;

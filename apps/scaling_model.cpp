@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/scene_body.hpp"
+#include "solvers/partition.hpp"
 
 namespace livetet {
 

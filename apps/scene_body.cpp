@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <numbers>
+#include <set>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -15,7 +16,7 @@
 #include "mechanics/rigid_motions.hpp"
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
-#include "meshing/partition.hpp"
+#include "solvers/partition.hpp"
 #include "meshing/refine.hpp"
 #include "io/text.hpp"
 #include "tracking/simulated_tracker.hpp"
@@ -270,10 +271,11 @@ ElasticModel elastic_model(const Scene& scene, bool live) {
     return model;
 }
 
-SolverOptions solver_options(const Scene& scene, std::size_t levels, bool live) {
+SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live) {
     SolverOptions options = scene.solver;
     const bool strain = scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
-    if (live && options.kind == SolverKind::automatic && levels > 1 && strain && scene.elements == Elements::p1 &&
+    const bool levels = hierarchy.levels.size() > 1 && hierarchy.levels.back().nodes.size() <= FloatMultigrid::most_coarsest_nodes;
+    if (live && options.kind == SolverKind::automatic && levels && strain && scene.elements == Elements::p1 &&
         elastic_model(scene, live).formulation == Formulation::displacement)
         options.kind = SolverKind::live;
     return options;
@@ -310,22 +312,22 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
             fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
     }
+    // Here, where every rank has the whole mesh: none alone may find a tet without.
+    const std::vector<std::int32_t>& regions = hierarchy.levels.front().regions;
+    for (const int region : regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end())) (void)material_of(scene.materials, region);
     SceneBody scene_body{std::move(hierarchy), {}, nullptr};
     if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
-    const SolverOptions options = solver_options(scene, scene_body.hierarchy.levels.size(), live);
+    const SolverOptions options = solver_options(scene, scene_body.hierarchy, live);
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
         scene_body.hierarchy.levels.resize(1);  // the others are not solved on
         scene_body.hierarchy.transfers.clear();
+        scene_body.hierarchy.parents.clear();
     }
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     const auto start = std::chrono::steady_clock::now();
-    if (ranks > 1)
-        for (const TetMesh& level : scene_body.hierarchy.levels) {
-            const std::size_t worthwhile = std::clamp<std::size_t>(level.tets.size() / least_tets_a_rank, 1, ranks);
-            scene_body.parts.push_back(partition_tets(level.tets, static_cast<int>(worthwhile)));
-        }
+    if (ranks > 1) scene_body.parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
     scene_body.partition_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts,
                                                        elastic_model(scene, live), scene.time, options);

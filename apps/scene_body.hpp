@@ -62,8 +62,8 @@ StepEffort batch_effort(const Scene& scene);
 /// What a body's operators need of a scene. `live`: `automatic` means no pressures.
 ElasticModel elastic_model(const Scene& scene, bool live);
 
-/// The scene's solver; `live`: `automatic` means the live one where that can be, on a mesh of so many levels.
-SolverOptions solver_options(const Scene& scene, std::size_t levels, bool live);
+/// The scene's solver; `live`: `automatic` means the live one where that can be on this mesh.
+SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live);
 
 /// Throws Error where rigid motions of the body are free in a static scene: which, and how many.
 void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
@@ -73,13 +73,10 @@ struct SceneBody {
     MeshHierarchy hierarchy;
     std::vector<std::vector<std::int32_t>> parts;
     std::unique_ptr<DeformableBody> body;
-    double partition_s = 0;  ///< what METIS took
+    double partition_s = 0;  ///< what METIS or PTScotch took
 
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
-
-/// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth every rank's messages.
-constexpr std::size_t least_tets_a_rank = 200;
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live = false);
 

@@ -71,8 +71,8 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
     const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
     const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
-    RunHistory history;
     RunPlace place = hooks.start;
+    RunHistory history{.converged = place.failure.empty(), .failure = place.failure};
     double& time = place.time_s;
     double& dt = place.step_s;
     if (dt == 0) dt = scene.time.step_s;
@@ -114,8 +114,9 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             if (hooks.keep) hooks.keep(place.frames, time);
             ++place.frames;
         }
-        if (hooks.checkpoint && !last && scene.output.checkpoint_every > 0 && place.steps % scene.output.checkpoint_every == 0)
-            hooks.checkpoint(place);
+        if (!hooks.checkpoint || last || scene.output.checkpoint_every == 0 || place.steps % scene.output.checkpoint_every != 0) continue;
+        place.failure = history.failure;
+        hooks.checkpoint(place);
     }
     return history;
 }

@@ -29,14 +29,15 @@ struct RunPlace {
     double step_s = 0;       ///< the next step's length; 0: the scene's
     std::size_t steps = 0;   ///< accepted so far
     std::size_t frames = 0;  ///< kept so far
+    std::string failure;     ///< one sentence where a step so far did not converge
 };
 
 /// What a run tells, and where it begins. Empty functions are not called.
 struct RunHooks {
-    std::function<void(std::size_t frame, double time)> keep;  ///< each state that the scene keeps
-    std::function<void(const RunPlace&)> checkpoint;           ///< every `output.checkpoint_every` steps
-    ProgressCallback progress;
-    RunPlace start;  ///< dynamic
+    std::function<void(std::size_t frame, double time)> keep{};  ///< each state that the scene keeps
+    std::function<void(const RunPlace&)> checkpoint{};           ///< every `output.checkpoint_every` steps
+    ProgressCallback progress{};
+    RunPlace start{};  ///< dynamic
 };
 
 /// Runs a scene to its end. Static: load steps, each halved (up to five times) where it does not converge; where that

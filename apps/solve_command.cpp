@@ -62,19 +62,18 @@ struct Probes {
     }
 };
 
-/// The fields that the scene asks for, on the first rank. Collective.
-std::vector<ResultFrame::Field> fields_of(const Scene& scene, DeformableBody& body, bool first) {
+/// The fields that the scene asks for. Collective.
+std::vector<ResultFrame::Field> fields_of(const Scene& scene, DeformableBody& body) {
     const auto& asked = scene.output.fields;
     const auto wanted = [&](const std::string& name) { return std::find(asked.begin(), asked.end(), name) != asked.end(); };
     std::vector<ResultFrame::Field> fields;
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
         const double* numbers = reactions.front().data();
-        if (first) fields.push_back({"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
+        fields.push_back({"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
     }
     if (std::all_of(asked.begin(), asked.end(), [](const std::string& name) { return name == "reactions"; })) return fields;
     const std::vector<TetFields> of_tets = body.tet_fields();
-    if (!first) return fields;
     const auto add = [&](const std::string& name, int components, auto&& value_of) {
         if (!wanted(name)) return;
         std::vector<double> values;
@@ -108,8 +107,8 @@ json history_json(const RunHistory& history) {
 
 int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked
-    Scene scene = load_scene(arguments.scene);
-    PetscSession session("livetet", petsc);
+    PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
+    const Scene scene = load_scene(arguments.scene);
     session.add_options(scene.solver.petsc_options);
     const bool first = session.rank() == 0;
     std::optional<ProgressLine> progress;
@@ -139,20 +138,19 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     } else if (keeps_going && first) {
         store.begin();
     }
-    std::optional<ResultWriter> writer;
-    if (first) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene));
+    ResultWriter writer(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
     std::vector<Vector3> last = scene_body.body->displacement();
     std::size_t frames = hooks.start.frames;
     double output_s = 0;
     hooks.keep = [&](std::size_t number, double time) {
         const auto began = std::chrono::steady_clock::now();
         last = scene_body.body->displacement();
-        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body, first)};
+        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body)};
         frames = number + 1;
-        if (first && keeps_going)
-            store.keep(number, frame);
+        if (!keeps_going)
+            append_frame(writer, frame);
         else if (first)
-            append_frame(*writer, frame);
+            store.keep(number, frame);
         output_s += seconds_since(began);
     };
     if (scene.output.checkpoint_every > 0)
@@ -164,13 +162,14 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     progress.reset();
     const std::vector<Vector3> reactions = scene_body.body->reactions();
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
-    if (!first) return history.converged ? 0 : 3;
 
     // 4. results
     const auto closing = std::chrono::steady_clock::now();
+    MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
     if (keeps_going)
-        for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
-    writer->close();
+        for (std::size_t k = 0; k < frames; ++k) append_frame(writer, store.frame(k));
+    writer.close();
+    if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
     if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->displacements(last));
     output_s += seconds_since(closing);

@@ -80,18 +80,20 @@ void set_value(const YAML::Node& scene, const std::string& key, const std::strin
 }
 
 /// A share of the range from 0 to 1 as a value.
-double at_share(const VaryOptions& v, double share) {
-    if (v.spacing == Spacing::linear) return *v.from + share * (*v.to - *v.from);
-    return *v.from * std::pow(*v.to / *v.from, share);
+std::string at_share(const VaryOptions& v, double share) {
+    const double value = share == 1                        ? *v.to
+                         : v.spacing == Spacing::linear ? *v.from + share * (*v.to - *v.from)
+                                                        : *v.from * std::pow(*v.to / *v.from, share);
+    const double near = std::round(value);  // 1 to 100 by 1 must not give 14.000000000000002
+    return fmt::format("{}", v.whole || std::abs(value - near) < 1e-12 * std::abs(near) ? near : value);
 }
-
-std::string text_of(double value) { return fmt::format("{}", value); }
 
 void check_vary(const VaryOptions& v, Design design, const std::string& where) {
     const bool range = v.from || v.to;
     if (range == !v.values.empty())
         fail("{} ({}) has {}, expected either values or from and to", where, v.key,
              range ? "values and a range" : "no values and no range: an empty grid");
+    if (v.whole && !range) fail("{} ({}): whole is of a range, found values", where, v.key);
     if (!range) return;
     if (!v.from || !v.to) fail("{} ({}) has only {} of its range, expected from and to", where, v.key, v.from ? "from" : "to");
     if (v.spacing == Spacing::logarithmic && !(*v.from * *v.to > 0))
@@ -104,7 +106,7 @@ std::vector<std::string> values_of(const VaryOptions& v) {
     if (!v.values.empty()) return v.values;
     std::vector<std::string> values;
     for (int i = 0; i < v.count; ++i)
-        values.push_back(text_of(i + 1 == v.count && i > 0 ? *v.to : at_share(v, v.count > 1 ? i / (v.count - 1.0) : 0)));
+        values.push_back(at_share(v, v.count > 1 ? i / (v.count - 1.0) : 0));
     return values;
 }
 
@@ -147,7 +149,7 @@ std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const 
         for (std::size_t i = 0; i < point.size(); ++i) {
             const VaryOptions& v = o.vary[i];
             const auto place = static_cast<std::size_t>(point[i] * static_cast<double>(v.values.size()));
-            sample.push_back(v.values.empty() ? text_of(at_share(v, point[i])) : v.values[place]);
+            sample.push_back(v.values.empty() ? at_share(v, point[i]) : v.values[place]);
         }
     }
     return samples;
@@ -204,7 +206,8 @@ std::string Study::fingerprint() const {
 Study load_study(const std::filesystem::path& path) {
     Study study;
     study.file = path.string();
-    study.options = read_yaml<StudyOptions>(read_text_file(path), study.file);
+    study.text = read_text_file(path);
+    study.options = read_yaml<StudyOptions>(study.text, study.file);
     StudyOptions& o = study.options;
     if (o.scene.empty()) fail("scene is missing, expected the scene that every solve begins with ({})", study.file);
     if (o.vary.empty()) fail("vary is missing, an empty grid, expected at least one key that varies ({})", study.file);

@@ -21,6 +21,7 @@ struct VaryOptions {
     std::optional<double> from, to;
     int count = 0;
     Spacing spacing = Spacing::linear;
+    bool whole = false;
 };
 
 /// A study file: a scene, and what varies. Paths are relative to it until `load_study` has made them absolute.
@@ -45,6 +46,7 @@ void visit_fields(Visitor& v, VaryOptions& o) {
     v.field("count", o.count, "", "as many of them, in `grid` and `list`", at_least<0, int>());
     v.choice("spacing", o.spacing, "of a range",
              {{Spacing::linear, "linear", "equal steps"}, {Spacing::logarithmic, "log", "equal ratios"}});
+    v.field("whole", o.whole, "", "whole numbers only, rounded from the range: for seeds and counts");
 }
 
 template <class Visitor>
@@ -70,6 +72,7 @@ void visit_fields(Visitor& v, StudyOptions& o) {
 struct Study {
     StudyOptions options;
     std::string file;                               ///< its name, as messages give it
+    std::string text;                               ///< as it was read
     std::string scene_text;                         ///< the scene with every value it resolved to
     std::filesystem::path scene_folder;             ///< what a relative path among the values starts from
     std::vector<std::vector<std::string>> samples;  ///< for each solve, a value for each key

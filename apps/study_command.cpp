@@ -122,7 +122,8 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group, 
     StudySolver solver(group.comm);
     const std::vector<bool> done = store.done();
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
-        if (done[k] || !group.agree(group.leader && store.claim(k))) continue;
+        // The leader's word alone: between two ranks' looks at the folder another group may have finished.
+        if (!group.agree(group.leader && !done[k] && store.claim(k))) continue;
         ProgressCallback told;
         if (progress)
             told = [&](double, std::string_view what) { progress->update(fmt::format("solve {}, {}", k, what)); };
@@ -227,12 +228,12 @@ void draw(const StudyTable& table, const Study& study) {
 
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked
+    PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
     const Study study = load_study(arguments.study);
     if (arguments.list) {
-        print_list(study);
+        if (session.rank() == 0) print_list(study);
         return 0;
     }
-    PetscSession session("livetet", petsc);
     check_ranks(study, session.ranks());
     session.add_options(load_scene(study.options.scene).solver.petsc_options);
     const bool first = session.rank() == 0;

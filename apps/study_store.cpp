@@ -66,7 +66,11 @@ std::string whole_fingerprint(const Study& study) {
 StudyStore::Lock::Lock(const fs::path& file) : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
     if (descriptor_ < 0) fail("{}: cannot be written", file.string());
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+        const int reason = errno;
         ::close(std::exchange(descriptor_, -1));
+        if (reason != EWOULDBLOCK)
+            fail("{}: cannot be locked ({}); a study wants a file system with flock, Lustre one that is mounted with it",
+                 file.string(), std::generic_category().message(reason));
         fail("{}: another run of this study is at work there, expected one at a time", file.parent_path().string());
     }
 }
@@ -75,15 +79,22 @@ StudyStore::Lock::~Lock() {
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-StudyStore::StudyStore(const Study& study) : study_(study), folder_(study.options.output.string() + ".parts") {}
+StudyStore::StudyStore(const Study& study)
+    : study_(study), folder_(study.options.output.string() + ".parts"), fingerprint_(whole_fingerprint(study)) {}
+
+std::string StudyStore::checked_fingerprint() const {
+    if (const std::string now = whole_fingerprint(study_); now != fingerprint_)
+        fail("{}: a file that it reads changed while it ran ({}): its solves are not all of one; remove {} and start it again",
+             study_.file, first_difference(fingerprint_, now), folder_.string());
+    return fingerprint_;
+}
 
 bool StudyStore::is_complete() const {
     const fs::path& output = study_.options.output;
     if (!fs::exists(output)) return false;
     const hdf5::File file = hdf5::File::open(output);
     hdf5::check_format(file, study_format, version);
-    const std::string was = file.read_text("fingerprint"), is = whole_fingerprint(study_);
-    if (was != is) refuse_other(study_, output, was, is);
+    if (const std::string was = file.read_text("fingerprint"); was != fingerprint_) refuse_other(study_, output, was, fingerprint_);
     return true;
 }
 
@@ -95,12 +106,11 @@ void StudyStore::open() {
     fs::create_directory(folder_, error);
     if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
     lock_ = Lock(folder_ / "lock");
-    const std::string is = whole_fingerprint(study_);
     const fs::path fingerprint = folder_ / fingerprint_file;
     if (fs::exists(fingerprint)) {
-        if (const std::string was = read_text_file(fingerprint); was != is) refuse_other(study_, folder_, was, is);
+        if (const std::string was = read_text_file(fingerprint); was != fingerprint_) refuse_other(study_, folder_, was, fingerprint_);
     } else {
-        write_text_file(fingerprint, is);
+        write_text_file(fingerprint, fingerprint_);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
         if (entry.path().extension() == ".claim" || entry.path().filename().string().starts_with(".")) fs::remove(entry.path());
@@ -263,6 +273,7 @@ std::string csv_of(const StudyTable& table) {
 void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress) {
     const fs::path& output = study.options.output;
     const std::size_t count = study.samples.size();
+    const std::string fingerprint = store.checked_fingerprint();
     PendingFile pending(output);
     std::vector<XdmfFrame> frames;
     StudyTable table;
@@ -320,10 +331,10 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
         file.write_text("texts/inputs", json(table.values).dump());
         file.write_text("texts/failures", json(table.failures).dump());
         file.write_text("texts/history_names", json(history_columns).dump());
-        file.write_text("texts/study", read_text_file(study.file));
+        file.write_text("texts/study", study.text);
         file.write_text("texts/scene", study.scene_text);
         file.write_text("texts/versions", versions());
-        file.write_text("fingerprint", whole_fingerprint(study));
+        file.write_text("fingerprint", fingerprint);
         file.flush();
     }
     fs::path beside = output;

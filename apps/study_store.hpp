@@ -30,6 +30,8 @@ class StudyStore {
     /// Throws Error where the row cannot be written.
     void keep(std::size_t k, const StudyRow& row) const;
     StudyRow row(std::size_t k) const;
+    /// Study and input files as they were when this was made. Throws Error where they are not the same any more.
+    std::string checked_fingerprint() const;
 
     /// The first rank, at the end: the folder is not needed any more.
     void remove();
@@ -54,6 +56,7 @@ class StudyStore {
 
     const Study& study_;
     std::filesystem::path folder_;
+    std::string fingerprint_;
     Lock lock_;
 };
 

@@ -75,11 +75,22 @@ bool is_stored(const Handle& dataset, std::size_t values) {
 
 }  // namespace
 
-File File::create(const std::filesystem::path& path, const std::string& shown) {
+File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
-    Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    if (file.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
-    return File(std::move(file), shown);
+    int initialised = 0, rank = 0, ranks = 1;
+    MPI_Initialized(&initialised);
+    if (initialised) {
+        MPI_Comm_rank(comm, &rank);
+        MPI_Comm_size(comm, &ranks);
+    }
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (ranks > 1) H5Pset_fapl_mpio(access.id(), comm, MPI_INFO_NULL);
+    Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
+    if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
+    File file(std::move(handle), shown);
+    file.rank_ = static_cast<std::size_t>(rank);
+    file.ranks_ = static_cast<std::size_t>(ranks);
+    return file;
 }
 
 File File::open(const std::filesystem::path& path) {
@@ -103,8 +114,13 @@ void File::write(const std::string& name, std::span<const T> values, std::size_t
     const Handle data(
         H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
         H5Dclose);
-    const bool bad = data.id() < 0 || (!values.empty() && H5Dwrite(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL,
-                                                                   H5P_DEFAULT, values.data()) < 0);
+    const auto [first, end] = share_of(values.size() / columns);
+    const Handle mine = space_of(values.size() / columns, columns), memory = space_of(end - first, columns);
+    const hsize_t start[2] = {first, 0}, count[2] = {end - first, columns};
+    const bool bad = data.id() < 0 ||
+                     (end > first && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
+                                      H5Dwrite(data.id(), memory_type<T>(), memory.id(), mine.id(), H5P_DEFAULT,
+                                               values.data() + first * columns) < 0));
     if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
 }
 
@@ -140,7 +156,7 @@ void File::append(const std::string& name, std::span<const T> row) {
     bool bad = H5Dset_extent(data.id(), size) < 0;
     const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, row.size());
     bad = bad || H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
-          H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, row.data()) < 0;
+          (rank_ == 0 && H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, row.data()) < 0);
     if (bad) fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, before, name);
 }
 
@@ -161,13 +177,6 @@ std::vector<T> File::read_row(const std::string& name, std::size_t row, std::siz
         H5Dread(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) < 0)
         fail("{}: row {} of table {} cannot be read: damaged or truncated", shown_, row, name);
     return values;
-}
-
-void File::make_group(const std::string& name) {
-    if (has(name)) return;
-    const Handle links = with_groups();
-    const Handle group(H5Gcreate2(file_.id(), name.c_str(), links.id(), H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
-    if (group.id() < 0) fail("{}: the group {} cannot be made", shown_, name);
 }
 
 bool File::has(const std::string& name) const {
@@ -200,7 +209,7 @@ void File::write_text(const std::string& name, const std::string& text) {
     H5Tset_cset(type.id(), H5T_CSET_UTF8);
     const Handle data(H5Dcreate2(file_.id(), name.c_str(), type.id(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
                       H5Dclose);
-    if (data.id() < 0 || H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()) < 0)
+    if (data.id() < 0 || (rank_ == 0 && H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()) < 0))
         fail("{}: the text {} cannot be written (is the disk full?)", shown_, name);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -43,8 +45,10 @@ struct Table {
 /// into it. T is double, float or std::int32_t. Every failure is an Error that names the file and the table.
 class File {
   public:
-    /// Makes a new file, or opens one to read. `shown` is the name that messages give it.
-    static File create(const std::filesystem::path& path, const std::string& shown);
+    /// Makes a new file, or opens one to read. `shown` is the name that messages give it. With a communicator of several
+    /// ranks they write one file together (MPI-IO): each calls all of what follows alike and has all of the values; each
+    /// writes a share of the rows.
+    static File create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm = MPI_COMM_SELF);
     static File open(const std::filesystem::path& path);
 
     /// Writes rows x columns values by rows.
@@ -64,7 +68,6 @@ class File {
     template <class T>
     std::vector<T> read_row(const std::string& name, std::size_t row, std::size_t columns) const;
 
-    void make_group(const std::string& name);
     bool has(const std::string& name) const;
     /// The names in a group, sorted; none where there is no such group.
     std::vector<std::string> names(const std::string& group) const;
@@ -80,8 +83,11 @@ class File {
   private:
     File(Handle file, std::string shown) : file_(std::move(file)), shown_(std::move(shown)) {}
     Handle dataset(const std::string& name) const;
+    /// This rank's share of so many rows: from the first to before the last.
+    std::pair<std::size_t, std::size_t> share_of(std::size_t rows) const { return {rows * rank_ / ranks_, rows * (rank_ + 1) / ranks_}; }
     Handle file_;
     std::string shown_;
+    std::size_t rank_ = 0, ranks_ = 1;
 };
 
 /// Writes and checks the marks that say what a file is: "livetet_format" and "livetet_version".

@@ -22,7 +22,7 @@ std::string field_table(const std::string& name, std::size_t k) { return fmt::fo
 }  // namespace
 
 ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
-                           Precision precision)
+                           Precision precision, MPI_Comm comm)
     : path_(path),
       nodes_(mesh.nodes.size()),
       tets_(mesh.tets.size()),
@@ -32,8 +32,18 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
-    pending_ = std::make_unique<PendingFile>(path);
-    file_ = std::make_unique<hdf5::File>(hdf5::File::create(pending_->path(), path.string()));
+    int initialised = 0, rank = 0;
+    MPI_Initialized(&initialised);
+    if (initialised) MPI_Comm_rank(comm, &rank);
+    if (rank == 0) pending_ = std::make_unique<PendingFile>(path);
+    std::string temporary = pending_ ? pending_->path().string() : "";
+    if (initialised) {
+        auto length = static_cast<int>(temporary.size());
+        MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+        temporary.resize(static_cast<std::size_t>(length));
+        MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
+    }
+    file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
     hdf5::write_format(*file_, format_name, format_version);
     file_->write_text("scene", scene_text);
     write_mesh(*file_, "mesh", mesh);
@@ -101,6 +111,7 @@ void ResultWriter::close() {
     if (!file_) return;
     file_->flush();
     file_.reset();
+    if (!pending_) return;
     pending_->commit();
     fs::path xdmf = path_;
     write_text_file(xdmf.replace_extension(".xdmf"), this->xdmf());

@@ -22,9 +22,10 @@ enum class Precision { single, full };
 /// nothing is left behind.
 class ResultWriter {
   public:
-    /// Throws Error where the name does not end in .h5 or the file cannot be written.
+    /// Throws Error where the name does not end in .h5 or the file cannot be written. The ranks of a communicator write
+    /// together: each calls all of what follows alike, with the same values.
     ResultWriter(const std::filesystem::path& path, const TetMesh& mesh, const std::string& scene_text,
-                 Precision precision = Precision::full);
+                 Precision precision = Precision::full, MPI_Comm comm = MPI_COMM_SELF);
 
     /// One frame more: a displacement for each node. Throws Error where they are not as many as the nodes or not
     /// finite, or time goes backwards.
@@ -44,7 +45,7 @@ class ResultWriter {
 
   private:
     std::filesystem::path path_;
-    std::unique_ptr<PendingFile> pending_;
+    std::unique_ptr<PendingFile> pending_;  // the first rank's
     std::unique_ptr<hdf5::File> file_;  // after pending_: closed before a file without `close` is removed
     struct Field {
         std::string name;

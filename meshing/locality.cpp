@@ -68,9 +68,10 @@ Tet canonical(Tet t) {
 
 }  // namespace
 
-std::vector<std::int32_t> sort_for_locality(TetMesh& mesh) {
+Renumbering sort_for_locality(TetMesh& mesh) {
     const std::vector<std::int32_t> order = order_of_nodes(mesh.nodes);
-    std::vector<std::int32_t> number(order.size());
+    Renumbering result{std::vector<std::int32_t>(order.size()), {}};
+    std::vector<std::int32_t>& number = result.number_of_node;
     std::vector<Vector3> nodes(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
         number[order[i]] = static_cast<std::int32_t>(i);
@@ -82,12 +83,15 @@ std::vector<std::int32_t> sort_for_locality(TetMesh& mesh) {
     for (std::size_t e = 0; e < tets.size(); ++e) {
         Tet t = mesh.tets[e];
         for (std::int32_t& n : t) n = number[n];
-        tets[e] = {canonical(t), mesh.regions.empty() ? 0 : mesh.regions[e]};
+        tets[e] = {canonical(t), static_cast<std::int32_t>(e)};
     }
     std::sort(tets.begin(), tets.end());
+    const std::vector<std::int32_t> regions = mesh.regions;
+    result.tets.reserve(tets.size());
     for (std::size_t e = 0; e < tets.size(); ++e) {
         mesh.tets[e] = tets[e].first;
-        if (!mesh.regions.empty()) mesh.regions[e] = tets[e].second;
+        if (!regions.empty()) mesh.regions[e] = regions[tets[e].second];
+        result.tets.push_back(tets[e].second);
     }
     for (auto& [name, set] : mesh.node_sets) {
         for (std::int32_t& n : set) n = number[n];
@@ -96,7 +100,7 @@ std::vector<std::int32_t> sort_for_locality(TetMesh& mesh) {
     for (auto& [name, set] : mesh.triangle_sets)
         for (Triangle& t : set)
             for (std::int32_t& n : t) n = number[n];
-    return number;
+    return result;
 }
 
 }  // namespace livetet

@@ -62,7 +62,10 @@ MeshHierarchy with_refined_levels(MeshHierarchy hierarchy, int times) {
         const TetMesh quadratic = quadratic_mesh(linear);
         const BarycentricMap places = map_into_linear(quadratic);
         TetMesh mesh = refined_mesh(quadratic);
-        const std::vector<std::int32_t> number = sort_for_locality(mesh);
+        const Renumbering order = sort_for_locality(mesh);
+        const std::vector<std::int32_t>& number = order.number_of_node;
+        std::vector<std::int32_t> parents;
+        for (const std::int32_t e : order.tets) parents.push_back(e / 8);
         BarycentricMap map = places;
         for (std::size_t n = 0; n < number.size(); ++n) {
             map.nodes[number[n]] = places.nodes[n];
@@ -70,6 +73,8 @@ MeshHierarchy with_refined_levels(MeshHierarchy hierarchy, int times) {
         }
         hierarchy.levels.insert(hierarchy.levels.begin(), std::move(mesh));
         hierarchy.transfers.insert(hierarchy.transfers.begin(), std::move(map));
+        hierarchy.parents.resize(hierarchy.transfers.size() - 1);
+        hierarchy.parents.insert(hierarchy.parents.begin(), std::move(parents));
     }
     return hierarchy;
 }

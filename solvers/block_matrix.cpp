@@ -3,6 +3,7 @@
 #include <petscmat.h>
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 
 namespace livetet {
@@ -29,32 +30,44 @@ BlockMatrix::Arrays::~Arrays() {
                                             : MatSeqAIJRestoreArray(parts_[p], &data[p]);
 }
 
-BlockMatrix::BlockMatrix(const MeshShare& share, std::span<const Vector3> positions, MatrixLayout layout)
+BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
     : owned_(share.owned), layout_(layout) {
     make_pattern(share);
-    make_matrix(share, positions);
+    make_matrix(share);
     check_pattern();
 }
 
 void BlockMatrix::make_pattern(const MeshShare& share) {
     const int n = share.nodes_per_tet();
-    std::vector<std::vector<std::int32_t>> neighbours(owned_);
-    for (std::size_t e = 0; e < share.tets.size(); ++e)
-        for (int i = 0; i < n; ++i)
-            if (const std::int32_t row = share.node(e, i); row < owned_)
-                for (int j = 0; j < n; ++j) neighbours[row].push_back(share.node(e, j));
+    // The tets at each owned node, then row by row the nodes of those.
+    std::vector<std::int32_t> start(owned_ + 1, 0);
+    const auto visit_rows = [&](auto&& visit) {
+        for (std::size_t e = 0; e < share.tets.size(); ++e)
+            for (int i = 0; i < n; ++i)
+                if (const std::int32_t row = share.node(e, i); row < owned_) visit(row, static_cast<std::int32_t>(e));
+    };
+    visit_rows([&](std::int32_t row, std::int32_t) { ++start[row + 1]; });
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    std::vector<std::int32_t> tets(start.back()), next(start.begin(), start.end() - 1);
+    visit_rows([&](std::int32_t row, std::int32_t e) { tets[next[row]++] = e; });
+    diagonal_.reserve(owned_);
+    std::vector<std::int32_t> row;
     for (std::int32_t i = 0; i < owned_; ++i) {
-        auto& row = neighbours[i];
+        row.clear();
+        for (std::int32_t k = start[i]; k < start[i + 1]; ++k)
+            for (int j = 0; j < n; ++j) row.push_back(share.node(tets[k], j));
         std::sort(row.begin(), row.end());
         row.erase(std::unique(row.begin(), row.end()), row.end());
-        diagonal_.push_back(static_cast<std::int32_t>(std::lower_bound(row.begin(), row.end(), i) - row.begin()));
-        for (const std::int32_t j : row) rows_[j >= owned_].columns.push_back(j < owned_ ? j : j - owned_);
+        for (const std::int32_t j : row) {
+            if (j == i) diagonal_.push_back(static_cast<std::int32_t>(rows_[0].columns.size()));
+            rows_[j >= owned_].columns.push_back(j < owned_ ? j : j - owned_);
+        }
         for (BlockRows& part : rows_) part.start.push_back(static_cast<std::int32_t>(part.columns.size()));
-        std::vector<std::int32_t>().swap(row);
     }
+    for (BlockRows& part : rows_) part.columns.shrink_to_fit();
 }
 
-void BlockMatrix::make_matrix(const MeshShare& share, std::span<const Vector3> positions) {
+void BlockMatrix::make_matrix(const MeshShare& share) {
     int ranks = 1;
     MPI_Comm_size(share.comm, &ranks);
     const bool blocks = layout_ == MatrixLayout::blocks;
@@ -91,18 +104,19 @@ void BlockMatrix::make_matrix(const MeshShare& share, std::span<const Vector3> p
         LIVETET_PETSC(MatSetOption(A, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
     }
     LIVETET_PETSC(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+}
 
-    // Algebraic multigrid wants the six rigid motions.
+void BlockMatrix::set_rigid_motions(const MeshShare& share, std::span<const Vector3> positions) {
     const PetscHandle<Vec> x = make_vector(share);
     {
         WriteArray values(x.get());
         for (std::int32_t i = 0; i < owned_; ++i)
-            for (int c = 0; c < 3; ++c) values[3 * i + c] = positions[share.nodes[i]][c];
+            for (int c = 0; c < 3; ++c) values[3 * i + c] = positions[i][c];
     }
     LIVETET_PETSC(VecSetBlockSize(x.get(), 3));
     PetscHandle<MatNullSpace> rigid;
     LIVETET_PETSC(MatNullSpaceCreateRigidBody(x.get(), rigid.out()));
-    LIVETET_PETSC(MatSetNearNullSpace(A, rigid.get()));
+    LIVETET_PETSC(MatSetNearNullSpace(matrix_.get(), rigid.get()));
 }
 
 void BlockMatrix::check_pattern() const {
@@ -117,13 +131,13 @@ void BlockMatrix::check_pattern() const {
     }
 }
 
-BlockMatrix::Slot BlockMatrix::slot(std::int32_t row_node, std::int32_t column_node) const {
-    if (row_node >= owned_) return {};
+std::int32_t BlockMatrix::slot(std::int32_t row_node, std::int32_t column_node) const {
+    if (row_node >= owned_) return -1;
     const int p = column_node >= owned_;
     const auto begin = rows_[p].columns.begin() + rows_[p].start[row_node],
                end = rows_[p].columns.begin() + rows_[p].start[row_node + 1];
-    const auto k = static_cast<std::int32_t>(std::lower_bound(begin, end, column_node - p * owned_) - begin);
-    return {row_node, p ? -1 - k : k};
+    const auto k = std::lower_bound(begin, end, column_node - p * owned_) - rows_[p].columns.begin();
+    return place_in_part(p, static_cast<std::int32_t>(k));
 }
 
 void BlockMatrix::set_constrained(std::span<const std::uint8_t> components) {
@@ -131,9 +145,9 @@ void BlockMatrix::set_constrained(std::span<const std::uint8_t> components) {
     for (std::int32_t i = 0; i < owned_; ++i)
         for (int p = 0; p < 2; ++p)
             for (std::int32_t k = rows_[p].start[i]; k < rows_[p].start[i + 1]; ++k) {
-                const std::int32_t j = p * owned_ + rows_[p].columns[k], block = k - rows_[p].start[i];
+                const std::int32_t j = p * owned_ + rows_[p].columns[k];
                 if (components[i] | components[j])
-                    masked_.push_back({{i, p ? -1 - block : block}, components[i], components[j], i == j});
+                    masked_.push_back({i, place_in_part(p, k), components[i], components[j], i == j});
             }
 }
 
@@ -147,14 +161,14 @@ void BlockMatrix::Filling::finish() {
     if (matrix_.owned_) {
         double sum = 0;
         for (std::int32_t i = 0; i < matrix_.owned_; ++i)
-            for (int a = 0; a < 3; ++a) sum += at({i, matrix_.diagonal_[i]}, a, a);
+            for (int a = 0; a < 3; ++a) sum += at(i, matrix_.diagonal_[i], a, a);
         identity = sum / (3 * matrix_.owned_);
     }
     for (const MaskedBlock& b : matrix_.masked_)
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 if ((b.row_components >> i & 1) || (b.column_components >> j & 1))
-                    at(b.slot, i, j) = b.on_diagonal && i == j ? identity : 0;
+                    at(b.row, b.slot, i, j) = b.on_diagonal && i == j ? identity : 0;
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
 }

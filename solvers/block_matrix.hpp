@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "mechanics/batch_kernels.hpp"
 #include "solvers/mesh_share.hpp"
 
 namespace livetet {
@@ -15,23 +16,17 @@ enum class MatrixLayout { blocks, scalars };
 /// columns of constrained components are those of the identity.
 class BlockMatrix {
   public:
-    /// Collective. `positions` of the local nodes (metres) give algebraic multigrid the rigid motions.
-    BlockMatrix(const MeshShare& share, std::span<const Vector3> positions, MatrixLayout layout);
+    /// Collective.
+    BlockMatrix(const MeshShare& share, MatrixLayout layout);
+
+    /// The six rigid motions, which algebraic multigrid wants; `positions` of the local nodes, m. Collective.
+    void set_rigid_motions(const MeshShare& share, std::span<const Vector3> positions);
 
     Mat get() const { return matrix_.get(); }
 
-    /// Where a block stands: the row of an owned node, and the k-th block in it (in the off-diagonal part: -1 - k).
-    struct Slot {
-        std::int32_t row = -1, block = 0;
-    };
-    /// The slot between two local nodes of one tet; row -1 where `row_node` is not owned.
-    Slot slot(std::int32_t row_node, std::int32_t column_node) const;
-
-    /// Where a block begins in PETSc's array of the part that `slot` names, in blocks; `blocks` layout only.
-    std::int32_t block_index(Slot slot) const {
-        const int p = slot.block < 0;
-        return rows_[p].start[slot.row] + (p ? -1 - slot.block : slot.block);
-    }
+    /// Where the block between two local nodes of one tet stands, counted in blocks, as place_in_part reads it; -1 where
+    /// `row_node` is not owned.
+    std::int32_t slot(std::int32_t row_node, std::int32_t column_node) const;
     MatrixLayout layout() const { return layout_; }
 
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
@@ -47,7 +42,7 @@ class BlockMatrix {
         std::vector<std::int32_t> columns;
     };
     struct MaskedBlock {
-        Slot slot;
+        std::int32_t row, slot;
         std::uint8_t row_components, column_components;
         bool on_diagonal;
     };
@@ -55,13 +50,13 @@ class BlockMatrix {
     class Arrays;
 
     void make_pattern(const MeshShare& share);
-    void make_matrix(const MeshShare& share, std::span<const Vector3> positions);
+    void make_matrix(const MeshShare& share);
     void check_pattern() const;
 
     std::int32_t owned_;
     MatrixLayout layout_;
     BlockRows rows_[2];                   ///< diagonal part: local nodes; off-diagonal: local nodes less owned
-    std::vector<std::int32_t> diagonal_;  ///< which block of an owned row stands on the diagonal
+    std::vector<std::int32_t> diagonal_;  ///< the slot on the diagonal of each owned row
     std::vector<MaskedBlock> masked_;
     PetscHandle<Mat> matrix_;
 };
@@ -85,22 +80,16 @@ class BlockMatrix::Filling {
   public:
     explicit Filling(BlockMatrix& matrix);
 
-    void add(Slot slot, const Eigen::Matrix3d& K) {
-        const int p = slot.block < 0;
-        const std::int32_t block = p ? -1 - slot.block : slot.block;
-        if (matrix_.layout_ == MatrixLayout::blocks) {
-            const std::size_t first = matrix_.rows_[p].start[slot.row];
-            Eigen::Map<Eigen::Matrix3d>(arrays_.data[p] + 9 * (first + static_cast<std::size_t>(block))) += K;
-            return;
-        }
-        for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b) at(slot, a, b) += K(a, b);
+    /// Adds to the block at `slot`, which is in the row of owned node `row`.
+    void add(std::int32_t row, std::int32_t slot, const Eigen::Matrix3d& K) {
+        for (int b = 0; b < 3; ++b)
+            for (int a = 0; a < 3; ++a) at(row, slot, a, b) += K(a, b);
     }
     /// PETSc's array of the diagonal (0) or off-diagonal (1) part, `blocks` layout: 9 numbers a block, column-major.
     std::span<double> blocks(int part) { return {arrays_.data[part], 9 * matrix_.rows_[part].columns.size()}; }
     /// Adds to the three diagonal entries of an owned node.
     void add_diagonal(std::int32_t node, double value) {
-        for (int a = 0; a < 3; ++a) at({node, matrix_.diagonal_[node]}, a, a) += value;
+        for (int a = 0; a < 3; ++a) at(node, matrix_.diagonal_[node], a, a) += value;
     }
     /// Puts the identity, at the size of the mean of the diagonal, into constrained rows and columns. Collective.
     void finish();
@@ -109,14 +98,13 @@ class BlockMatrix::Filling {
     /// Where entry (a, b) of a block stands. Both layouts hold the same rows of blocks. `blocks`: block k of row i
     /// starts at 9 (start_i + k), column-major. `scalars`: scalar row a of node i starts at 9 start_i + 3 a (blocks in
     /// the row), and block k is at + 3 k.
-    PetscScalar& at(Slot slot, int a, int b) {
-        const int p = slot.block < 0;
-        const std::int32_t block = p ? -1 - slot.block : slot.block;
+    PetscScalar& at(std::int32_t row, std::int32_t slot, int a, int b) {
+        const int p = slot < 0;
+        const auto block = static_cast<std::size_t>(place_in_part(p, slot));
+        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[p][9 * block + 3 * b + a];
         const BlockRows& rows = matrix_.rows_[p];
-        const std::size_t start = rows.start[slot.row];
-        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[p][9 * (start + block) + 3 * b + a];
-        const std::size_t length = rows.start[slot.row + 1] - start;
-        return arrays_.data[p][9 * start + a * 3 * length + 3 * block + b];
+        const std::size_t start = rows.start[row], length = rows.start[row + 1] - start;
+        return arrays_.data[p][9 * start + a * 3 * length + 3 * (block - start) + b];
     }
 
     BlockMatrix& matrix_;

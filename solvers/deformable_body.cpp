@@ -7,6 +7,8 @@
 #include <optional>
 #include <thread>
 
+#include "mechanics/stress.hpp"
+
 namespace livetet {
 
 namespace {
@@ -42,6 +44,12 @@ class Stopwatch {
     Clock::time_point last_ = Clock::now();
 };
 
+/// largest = max(largest, value), from any thread; what is not a number stays.
+void raise_to(std::atomic<double>& largest, double value) {
+    for (double seen = largest.load(); !(value <= seen) && !std::isnan(seen) && !largest.compare_exchange_weak(seen, value);) {
+    }
+}
+
 double norm(Vec v) {
     PetscReal n = 0;
     LIVETET_PETSC(VecNorm(v, NORM_2, &n));
@@ -65,7 +73,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
       team_(team_size(options)),
       operator_(comm, hierarchy, parts, model, options, team_),
       constraints_(hierarchy.levels.front().nodes.size()) {
-    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_, &previous_[0], &previous_[1]})
+    for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_})
         *v = vector();
     if (operator_.fine().holds_rotations()) at_ = vector();
     if (is_dynamic())
@@ -209,7 +217,7 @@ double DeformableBody::find_prescribed() {
         for (const std::int32_t i : held_nodes_)
             for (int c = 0; c < 3; ++c) {
                 if (constrained[i] >> c & 1) way[3 * i + c] = constraints_.values[share.nodes[i]][c] - u[3 * i + c];
-                if (const double d = std::abs(way[3 * i + c]); !(d <= largest)) largest = d;  // what is not finite stays
+                if (const double d = std::abs(way[3 * i + c]); !(d <= largest) && !std::isnan(largest)) largest = d;
             }
     }
     if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, share.comm);
@@ -389,8 +397,16 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
 }
 
 bool DeformableBody::leads_astray(const LinearReport& linear) const {
-    PetscReal reach = 0;
-    LIVETET_PETSC(VecNorm(du_.get(), NORM_INFINITY, &reach));
+    // Not by VecNorm: the first time it makes room for what it remembers, and a frame allocates nothing.
+    const ReadArray du(du_.get());
+    std::atomic<double> largest{0};
+    over_components([&](std::size_t begin, std::size_t end) {
+        double of_piece = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            if (const double d = std::abs(du[i]); !(d <= of_piece) && !std::isnan(of_piece)) of_piece = d;
+        raise_to(largest, of_piece);
+    });
+    const double reach = largest.load();
     return (usual_way_ > 0 && !(reach <= astray * std::max(way_, usual_way_))) || !(linear.residual <= residual_norm());
 }
 
@@ -423,7 +439,9 @@ StepReport DeformableBody::step(double dt, const StepEffort& effort) {
         report.converged = report.converged && (linear.converged || (linear.cut_short && (effort.deadline || effort.iterations > 0 || effort.as_done)));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.linearisations;
-        if (k == 0) {
+        if (k == 0 && (live || is_dynamic())) {
+            for (PetscHandle<Vec>& v : previous_)
+                if (!v) v = vector();
             std::swap(previous_[0], previous_[1]);
             LIVETET_PETSC(VecCopy(du_.get(), previous_[0].get()));
             guesses_ = std::min(guesses_ + 1, 2);
@@ -522,8 +540,7 @@ void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepRepor
                 (*net)[i] = (mass[i / 3] * ((1 - c.alpha_m) * a[i] + c.alpha_m * a0) - c.alpha_f * (*net)[i]) /
                             (1 - c.alpha_f);
         }
-        for (double seen = largest.load(); error > seen && !largest.compare_exchange_weak(seen, error);) {
-        }
+        raise_to(largest, error);
     });
     report.time_error = c.error * largest.load();
     const MeshShare& share = operator_.fine().share();
@@ -567,7 +584,7 @@ std::vector<Vector3> DeformableBody::reactions() {
     return gather(fine.share(), force_.get());
 }
 
-std::vector<TetFields> DeformableBody::tet_fields() {
+std::vector<TetFields> DeformableBody::local_tet_fields() {
     take_rotations();
     const ElasticLevel& fine = operator_.fine();
     const MeshShare& share = fine.share();
@@ -577,6 +594,19 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     fine.visit_stress(state(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
         local[e].cauchy_stress_Pa += stress / points;
     });
+    return local;
+}
+
+double DeformableBody::largest_von_mises() {
+    double largest = 0;
+    for (const TetFields& f : local_tet_fields()) largest = std::max(largest, von_mises(f.cauchy_stress_Pa));
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
+    return largest;
+}
+
+std::vector<TetFields> DeformableBody::tet_fields() {
+    const MeshShare& share = operator_.fine().share();
+    const std::vector<TetFields> local = local_tet_fields();
     // Each tet from the rank that owns its first corner.
     constexpr int numbers = 11;
     std::vector<double> packed(numbers * operator_.tet_count(), 0.0);
@@ -589,6 +619,7 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     }
     MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
     std::vector<TetFields> fields;
+    fields.reserve(operator_.tet_count());
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
     return fields;
@@ -615,7 +646,7 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
         at[9] += volume;
     };
     for (std::size_t e = 0; e < corners.size(); ++e) {
-        const double volume = fine.elements()[e].volume;
+        const double volume = fine.element(e).volume;
         for (int i = 0; i < 4; ++i) add(share.tets[e][i], volume, corners[e][i]);
         for (int k = 0; quadratic && k < 6; ++k)
             add(share.edge_nodes[e][k], volume, (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);

@@ -110,6 +110,8 @@ class DeformableBody {
     std::vector<Vector3> reactions();
     /// Of every tet of the finest mesh, on every rank.
     std::vector<TetFields> tet_fields();
+    /// The largest mean von Mises stress of a tet, Pa; collective.
+    double largest_von_mises();
     /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its quadrature points, where it is
     /// most accurate, and averaged over the tets at a node by their volume.
     std::vector<Eigen::Matrix3d> nodal_stress();
@@ -126,6 +128,7 @@ class DeformableBody {
     bool is_dynamic() const { return time_.scheme != TimeScheme::static_equilibrium; }
     ElasticState state() const { return {u_.get(), p_.get()}; }
     std::vector<Vec> state_vectors() const;
+    std::vector<TetFields> local_tet_fields();
     /// Ghosts of the state, and the rotations there.
     void take_rotations();
     void start_acceleration();

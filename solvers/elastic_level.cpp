@@ -36,34 +36,52 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const
                            StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
                            ThreadTeam& team, std::span<const double> volumes)
     : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
-    if (layout) matrix_.emplace(share_, mesh.nodes, *layout);
-    if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
-    make_elements(mesh, materials, volumes);
-    if (matrix_) find_slots();
+    rest_.reserve(share_.nodes.size());
+    for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
+    find_moduli(mesh, materials, volumes);
     const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
-    if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches();
+    if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
+    if (rotates && !is_mixed() && share_.edge_nodes.empty())
+        make_batches(layout.has_value());
+    else if (strain == StrainModel::corotated)
+        rotations_.assign(share_.tets.size() * (share_.edge_nodes.empty() ? 1 : TetShape<10>::points), Eigen::Matrix3d::Identity());
+    if (!layout) return;
+    matrix_.emplace(share_, *layout);
+    find_slots();
 }
 
-void ElasticLevel::make_elements(const TetMesh& mesh, std::span<const Material> materials,
-                                 std::span<const double> volumes) {
-    elements_.reserve(share_.tets.size());
+void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes) {
     node_mass_.assign(share_.owned, 0);
+    for (const Material& m : materials) moduli_.push_back({m.lambda(), m.mu()});
+    for (const std::int32_t whole : share_.tet_ids) {
+        const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[whole]);
+        if (materials.size() > 1) moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
+        if (!volumes.empty()) volumes_.push_back(volumes[whole]);
+    }
     with_shape([&](auto count) {
-        using Shape = TetShape<decltype(count)::value>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const Tet& whole = mesh.tets[share_.tet_ids[e]];
-            const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[share_.tet_ids[e]]);
-            elements_.push_back(
-                make_element({mesh.nodes[whole[0]], mesh.nodes[whole[1]], mesh.nodes[whole[2]], mesh.nodes[whole[3]]},
-                             m.lambda(), m.mu()));
-            if (!volumes.empty()) elements_.back().volume = volumes[share_.tet_ids[e]];
+            const Material& m = materials[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
+            const double mass = m.density_kg_per_m3 * element(e).volume;
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                    node_mass_[n] += m.density_kg_per_m3 * elements_.back().volume * Shape::mass_share(i);
+                    node_mass_[n] += mass * TetShape<decltype(count)::value>::mass_share(i);
         }
-        if (strain_ == StrainModel::corotated)  // of P1, batches keep them
-            rotations_.assign(elements_.size() * Shape::points, Eigen::Matrix3d::Identity());
     });
+}
+
+TetElement ElasticLevel::element(std::size_t e) const {
+    const Tet& t = share_.tets[e];
+    const Moduli& m = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
+    TetElement element = make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
+    if (!volumes_.empty()) element.volume = volumes_[e];
+    return element;
+}
+
+std::vector<TetElement> ElasticLevel::elements() const {
+    std::vector<TetElement> all;
+    all.reserve(share_.tets.size());
+    for (std::size_t e = 0; e < share_.tets.size(); ++e) all.push_back(element(e));
+    return all;
 }
 
 void ElasticLevel::find_slots() {
@@ -74,25 +92,20 @@ void ElasticLevel::find_slots() {
             for (int j = 0; j < n; ++j) slots_.push_back(matrix_->slot(share_.node(e, i), share_.node(e, j)));
 }
 
-void ElasticLevel::make_batches() {
-    parts_ = part_batches(share_.tets, team_.size(), matrix_ ? batch_width<double> : batch_width<float>);
-    if (matrix_) {
-        batches_.emplace(elements_, share_.tets, parts_);
+void ElasticLevel::make_batches(bool in_double) {
+    parts_ = part_batches(share_.tets, team_.size(), in_double ? batch_width<double> : batch_width<float>);
+    if (in_double) {
+        batches_.emplace(elements(), share_.tets, parts_);
         batch_rotations_ = batches_->make_rotations();
     } else {
-        TetBatches<float> batches(elements_, share_.tets, parts_);
+        TetBatches<float> batches(elements(), share_.tets, parts_);
         auto rotations = batches.make_rotations();
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
         live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros, zeros, zeros);
     }
-    lane_of_tet_.resize(elements_.size());
+    lane_of_tet_.resize(share_.tets.size());
     for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
         if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
-    std::vector<Eigen::Matrix3d>().swap(rotations_);
-    if (!matrix_ || matrix_->layout() != MatrixLayout::blocks) return;
-    for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
-        for (const BlockMatrix::Slot& slot : slots_)
-            block_slots_[part].push_back(slot.row >= 0 && (slot.block < 0) == part ? matrix_->block_index(slot) : -1);
 }
 
 void ElasticLevel::set_constrained(std::span<const std::uint8_t> components) {
@@ -125,11 +138,12 @@ void ElasticLevel::update_rotations(Vec u) {
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
         using Shape = TetShape<nodes>;
-        for (std::size_t e = 0; e < elements_.size(); ++e) {
+        for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+            const TetElement element = this->element(e);
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point)
-                rotations_[e * Shape::points + point] = rotation_of(
-                    Eigen::Matrix3d::Identity() + nodal * Shape::gradients(elements_[e], point).transpose());
+                rotations_[e * Shape::points + point] =
+                    rotation_of(Eigen::Matrix3d::Identity() + nodal * Shape::gradients(element, point).transpose());
         }
     });
 }
@@ -144,19 +158,25 @@ void ElasticLevel::update_live_rotations() {
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
     BlockMatrix::Filling matrix(*matrix_);
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
-    if (held && !block_slots_[0].empty()) {
-        for (int part = 0; part < (block_slots_[1].empty() ? 1 : 2); ++part)
+    if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
+        const LocalValues u(at.u);
+        for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
             over_batches([&](BatchRange range) {
-                livetet::assemble<double>(*batches_, range, batch_rotations_, s, block_slots_[part], matrix.blocks(part));
+                if (held)
+                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, slots_, matrix.blocks(part), part);
+                else
+                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_), tangent, s, slots_,
+                                        matrix.blocks(part), part);
             });
     } else {
-        visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g,
+        visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
                              const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
             constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-            const BlockMatrix::Slot* slots = slots_.data() + e * nodes * nodes;
-            visit_stiffness(energy, tangent, s * weight, elements_[e].mu, is_mixed() ? 0 : elements_[e].lambda, p, H, R,
-                            g, [&](int i, int j, const Eigen::Matrix3d& K) {
-                                if (const auto& slot = slots[nodes * i + j]; slot.row >= 0) matrix.add(slot, K);
+            const std::int32_t* slots = slots_.data() + e * nodes * nodes;
+            visit_stiffness(energy, tangent, s * element.volume / shape.points, element.mu, is_mixed() ? 0 : element.lambda,
+                            p, H, R, g, [&](int i, int j, const Eigen::Matrix3d& K) {
+                                const std::int32_t slot = slots[nodes * i + j];
+                                if (slot != -1) matrix.add(share_.node(e, i), slot, K);
                             });
         });
     }
@@ -218,9 +238,10 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
     }
     LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        const auto nodal = (weight * decltype(energy)::stress(elements_[e].mu, p, H, R) * g).eval();
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+        const double weight = element.volume / shape.points;
+        const auto nodal = (weight * decltype(energy)::stress(element.mu, p, H, R) * g).eval();
         for (int i = 0; i < nodal.cols(); ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                 Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
@@ -237,17 +258,17 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
     }
     const LocalValues direction(v);
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto, std::size_t e, int, double weight, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
         constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
         const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
-        Eigen::Matrix3d dP = Energy::shear_stress_increment(elements_[e].mu, p, H, R, dF);
+        Eigen::Matrix3d dP = Energy::shear_stress_increment(element.mu, p, H, R, dF);
         if (!is_mixed()) {
             const Eigen::Matrix3d N = Energy::volume_strain_gradient(H, R);
-            dP += elements_[e].lambda * N.cwiseProduct(dF).sum() * N;
+            dP += element.lambda * N.cwiseProduct(dF).sum() * N;
         }
-        const auto nodal = (factor * weight * dP * g).eval();
+        const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
         for (int i = 0; i < nodes; ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                 Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
@@ -256,12 +277,12 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
 
 double ElasticLevel::force_at_unit_strain() const {
     std::vector<double> force(share_.owned, 0.0);
-    for (std::size_t e = 0; e < elements_.size(); ++e)
+    for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+        const TetElement t = element(e);
         for (int i = 0; i < share_.nodes_per_tet(); ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned) {
-                const TetElement& t = elements_[e];
+            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                 force[n] += ((is_mixed() ? 0 : std::abs(t.lambda)) + 2 * t.mu) * t.volume * t.gradients.col(i % 4).norm();
-            }
+    }
     double sum = 0;
     for (const double f : force) sum += f * f;
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, share_.comm);
@@ -274,7 +295,7 @@ double ElasticLevel::strain_energy(const ElasticState& at) const {
         // Shared by the ranks that own its corners, so that each tet counts once.
         const Tet& t = share_.tets[e];
         const auto owned = std::count_if(t.begin(), t.end(), [&](std::int32_t n) { return n < share_.owned; });
-        energy += 0.25 * static_cast<double>(owned) * elements_[e].volume * fields.strain_energy_J_per_m3;
+        energy += 0.25 * static_cast<double>(owned) * element(e).volume * fields.strain_energy_J_per_m3;
     });
     MPI_Allreduce(MPI_IN_PLACE, &energy, 1, MPI_DOUBLE, MPI_SUM, share_.comm);
     return energy;

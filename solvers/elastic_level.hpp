@@ -50,8 +50,13 @@ class ElasticLevel {
 
     const MeshShare& share() const { return share_; }
     StrainModel strain() const { return strain_; }
-    std::span<const TetElement> elements() const { return elements_; }
+    /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would take a quarter of all
+    /// that a level keeps.
+    TetElement element(std::size_t e) const;
+    std::vector<TetElement> elements() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
+    /// Tells the matrix of the six rigid motions, for algebraic multigrid. Collective.
+    void set_rigid_motions() { matrix_->set_rigid_motions(share_, rest_); }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
     /// Lumped mass of each owned node, kg.
@@ -113,14 +118,17 @@ class ElasticLevel {
     void visit_volume_strain(Vec u, Visit&& visit) const;
 
   private:
+    struct Moduli {
+        double lambda, mu;  ///< Pa
+    };
     static double away_from_zero(double J) { return std::abs(J) > 1e-12 ? J : 1e-12; }
 
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-    void make_elements(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes);
+    void find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes);
     void find_slots();
-    void make_batches();
+    void make_batches(bool in_double);
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
     void over_batches(Work&& work) const {
@@ -154,21 +162,24 @@ class ElasticLevel {
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
-    double pressure_at(const Energy&, const Shape&, std::size_t e, int point, const double* pressures,
+    double pressure_at(const Energy&, const Shape&, std::size_t e, double lambda, int point, const double* pressures,
                        const Eigen::Matrix3d& H, const Eigen::Matrix3d& R) const {
-        if (!is_mixed()) return elements_[e].lambda * Energy::volume_strain(H, R);
+        if (!is_mixed()) return lambda * Energy::volume_strain(H, R);
         double p = 0;
         const Eigen::Vector4d L = Shape::coordinates(point);
         for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
         return p;
     }
-    /// visit(energy, shape, e, point, weight, gradients, H = F - I, R, p) at every quadrature point of every local tet.
+    /// visit(energy, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature point of every local tet.
     template <class Visit>
     void visit_points(const ElasticState& at, Visit&& visit) const;
 
     MeshShare share_;
     StrainModel strain_;
-    std::vector<TetElement> elements_;
+    std::vector<Vector3> rest_;    ///< of each local node, m
+    std::vector<Moduli> moduli_;   ///< those that there are
+    std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
+    std::vector<double> volumes_;  ///< of each tet, m^3, where they are not those of its shape
     std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
     // P1, linear and corotated strain in the displacement form, which is what moves live: kernels over batches of tets.
     ThreadTeam& team_;
@@ -177,11 +188,10 @@ class ElasticLevel {
     std::vector<std::int32_t> lane_of_tet_;
     std::vector<RotationBatch<double>> batch_rotations_;
     std::unique_ptr<LiveBatches> live_;  ///< without a matrix: instead of batches_ and their rotations
-    std::vector<std::int32_t> block_slots_[2];  ///< for `assemble`: of the diagonal and the off-diagonal part
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::optional<BlockMatrix> matrix_;
-    std::vector<BlockMatrix::Slot> slots_;  ///< of local tet e: nodes x nodes, row by row
+    std::vector<std::int32_t> slots_;  ///< of BlockMatrix, for local tet e: nodes x nodes, row by row
     std::optional<PressureSpace> pressure_;
 };
 
@@ -195,15 +205,16 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
             using Energy = decltype(energy);
             constexpr int nodes = decltype(count)::value;
             using Shape = TetShape<nodes>;
-            for (std::size_t e = 0; e < elements_.size(); ++e) {
+            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+                const TetElement element = this->element(e);
                 const Nodal<nodes> values = values_at<nodes>(e, u.data());
                 for (int point = 0; point < Shape::points; ++point) {
-                    const auto g = Shape::gradients(elements_[e], point);
+                    const auto g = Shape::gradients(element, point);
                     const Eigen::Matrix3d H = values * g.transpose();
                     const Eigen::Matrix3d R = rotation(e, point, Shape::points);
-                    const double p = pressure_at(Energy{}, Shape{}, e, point, pressures ? pressures->data() : nullptr,
-                                                 H, R);
-                    visit(energy, Shape{}, e, point, elements_[e].volume / Shape::points, g, H, R, p);
+                    const double p = pressure_at(Energy{}, Shape{}, e, element.lambda, point,
+                                                 pressures ? pressures->data() : nullptr, H, R);
+                    visit(energy, Shape{}, e, element, point, g, H, R, p);
                 }
             }
         });
@@ -212,10 +223,10 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
 
 template <class Visit>
 void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
-    visit_points(at, [&](auto energy, auto, std::size_t e, int point, double, const auto&, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
+    visit_points(at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
-        const Eigen::Matrix3d P = Energy::stress(elements_[e].mu, p, H, R);
+        const Eigen::Matrix3d P = Energy::stress(element.mu, p, H, R);
         // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
         visit(e, point,
               strain_ == StrainModel::linear
@@ -228,15 +239,15 @@ void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
 template <class Visit>
 void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
     TetFields fields;
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, int point, double, const auto&,
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int point, const auto&,
                          const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
         using Energy = decltype(energy);
         constexpr int points = decltype(shape)::points;
         if (point == 0) fields = {};
-        const double lambda = elements_[e].lambda;
+        const double lambda = element.lambda;
         fields.volume_change += (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
         fields.strain_energy_J_per_m3 +=
-            (Energy::shear_energy(elements_[e].mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
+            (Energy::shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
         if (point + 1 == points) visit(e, fields);
     });
 }
@@ -249,13 +260,14 @@ void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
             using Energy = decltype(energy);
             constexpr int nodes = decltype(count)::value;
             using Shape = TetShape<nodes>;
-            for (std::size_t e = 0; e < elements_.size(); ++e) {
+            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+                const TetElement element = this->element(e);
                 const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
                 for (int point = 0; point < Shape::points; ++point) {
-                    const auto g = Shape::gradients(elements_[e], point);
+                    const auto g = Shape::gradients(element, point);
                     const Eigen::Matrix3d H = nodal * g.transpose();
                     const Eigen::Matrix3d R = rotation(e, point, Shape::points);
-                    visit(e, Shape::coordinates(point), elements_[e].volume / Shape::points,
+                    visit(e, Shape::coordinates(point), element.volume / Shape::points,
                           Energy::volume_strain(H, R), Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
                 }
             }

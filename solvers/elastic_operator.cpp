@@ -112,7 +112,7 @@ struct ElasticOperator::Stopping {
         effort = e;
         allowed = allowed_residual;
         steps[0] = steps[1] = 0;
-        if (!previous && owner.live_) LIVETET_PETSC(VecDuplicate(owner.rest_.get(), previous.out()));
+        if (!previous && owner.live_) previous = make_vector(owner.fine().share());
         if (previous) LIVETET_PETSC(VecSet(previous.get(), 0));
         last = Clock::now();
     }
@@ -250,7 +250,20 @@ void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticMod
                                        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
 }
 
+void ElasticOperator::read_asked_tolerances() {
+    const auto number = [](const char* name) {
+        PetscReal value = 0;
+        PetscBool given = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsGetReal(nullptr, nullptr, name, &value, &given));
+        return given ? std::optional(value) : std::nullopt;
+    };
+    asked_tolerance_ = number("-ksp_rtol");
+    asked_residual_ = number("-ksp_atol").value_or(asked_residual_);
+    if (const auto most = number("-ksp_max_it")) asked_iterations_ = static_cast<int>(*most);
+}
+
 void ElasticOperator::make_krylov(MPI_Comm comm) {
+    read_asked_tolerances();
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
     if (coupling_) {
@@ -260,8 +273,9 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
         LIVETET_PETSC(KSPSetType(ksp, KSPCG));
         LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
         stopping_ = std::make_unique<Stopping>(*this);
-        LIVETET_PETSC(KSPSetConvergenceTest(ksp, Stopping::test, stopping_.get(), nullptr));
-        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]}) *v = make_vector(fine().share());
+        PetscBool other = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, "-ksp_convergence_test", &other));
+        if (!other) LIVETET_PETSC(KSPSetConvergenceTest(ksp, Stopping::test, stopping_.get(), nullptr));
     }
     LIVETET_PETSC(KSPSetOperators(ksp, displacement_matrix(), displacement_matrix()));
     PC pc = nullptr;
@@ -294,6 +308,7 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             break;
     }
     LIVETET_PETSC(KSPSetFromOptions(ksp));
+    if (fine().matrix() && !cycles()) fine().set_rigid_motions();
 }
 
 void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
@@ -422,6 +437,7 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
         assemble_levels(at, s, 0, tangent);
         set_bounds();
+        if (m == 0 && !coupling_) return false;
     }
     assemble_levels(at, s, m, tangent);
     if (coupling_) {
@@ -496,7 +512,9 @@ void ElasticOperator::set_bounds() {
     }
 }
 
-bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {
+bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {
+    if (!rest_)
+        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]}) *v = make_vector(fine().share());
     // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in energy.
     const std::size_t count = std::min<std::size_t>(guesses.size(), most_guesses);
     for (std::size_t i = 0; i < count; ++i)
@@ -518,7 +536,7 @@ bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {
     const auto array = [&](std::span<const Vec> vectors, std::size_t i) { return i < count ? vectors[i] : b; };
     const Vec images[] = {images_[0].get(), images_[1].get()};
     const ReadArray from(b), g0(array(guesses, 0)), g1(array(guesses, 1)), i0(array(images, 0)), i1(array(images, 1));
-    WriteArray start(x), rest(rest_.get());
+    WriteArray start(start_.get()), rest(rest_.get());
     team_.run_pieces(rest.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             start[i] = c[0] * g0[i] + c[1] * g1[i];
@@ -531,7 +549,10 @@ bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b, Vec x) {
 LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const LinearEffort& effort,
                                     std::span<const Vec> guesses) {
     KSP ksp = coupling_ ? saddle_.get() : krylov_.get();
-    LIVETET_PETSC(KSPSetTolerances(ksp, effort.relative_tolerance, 1e-50, PETSC_DEFAULT, effort.max_iterations));
+    // What PETSc's options say goes before what the step asks for.
+    const double tolerance = asked_tolerance_.value_or(effort.relative_tolerance);
+    const int most = asked_iterations_.value_or(effort.max_iterations);
+    LIVETET_PETSC(KSPSetTolerances(ksp, tolerance, asked_residual_, PETSC_DEFAULT, most));
     LinearReport report;
     if (coupling_) {
         MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(ksp));
@@ -547,9 +568,9 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const Li
     } else {
         PetscReal size = 0;
         LIVETET_PETSC(VecNorm(b_u, NORM_2, &size));
-        const bool started = start_from(guesses, b_u, start_.get());
-        stopping_->begin(effort, effort.relative_tolerance * size);
-        LIVETET_PETSC(KSPSolve(ksp, rest_.get(), x_u));
+        const bool started = !guesses.empty() && start_from(guesses, b_u);
+        stopping_->begin({tolerance, most, effort.deadline}, std::max(tolerance * size, asked_residual_));
+        LIVETET_PETSC(KSPSolve(ksp, started ? rest_.get() : b_u, x_u));
         if (started) LIVETET_PETSC(VecAXPY(x_u, 1, start_.get()));
         report.error = stopping_->error();
     }

@@ -106,6 +106,8 @@ class ElasticOperator {
   private:
     void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
                      const ElasticModel& model);
+    /// What the options of the outermost KSP say about when it stops.
+    void read_asked_tolerances();
     void make_krylov(MPI_Comm comm);
     void make_saddle_krylov(MPI_Comm comm);
     void make_live(const MeshHierarchy& hierarchy, const ElasticModel& model);
@@ -121,8 +123,8 @@ class ElasticOperator {
     void set_level_operators();
     void set_bounds();
     Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
-    /// x = the best combination of guesses, rest_ = b - A x. True where x is not zero.
-    bool start_from(std::span<const Vec> guesses, Vec b, Vec x);
+    /// start_ = the best combination x of guesses, rest_ = b - A x. True where x is not zero.
+    bool start_from(std::span<const Vec> guesses, Vec b);
     /// What PETSc asks after each iteration of the displacement form's solve.
     struct Stopping;
 
@@ -140,7 +142,7 @@ class ElasticOperator {
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
     std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     std::unique_ptr<Stopping> stopping_;
-    PetscHandle<Vec> rest_, start_;            ///< displacement form: what is left of b, and x, before Krylov
+    PetscHandle<Vec> rest_, start_;            ///< with guesses: what is left of b, and x, before Krylov
     PetscHandle<Vec> images_[most_guesses];    ///< A times the guesses
     std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows
     PetscHandle<Mat> b_transposed_, saddle_matrix_;
@@ -148,6 +150,9 @@ class ElasticOperator {
     PetscHandle<Vec> saddle_work_;
     std::size_t tet_count_;
     bool bounds_known_ = false;
+    std::optional<double> asked_tolerance_;
+    std::optional<int> asked_iterations_;
+    double asked_residual_ = 1e-50;  ///< N
 };
 
 }  // namespace livetet

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/error.hpp"
 #include "mechanics/scaled_stiffness.hpp"
 
 namespace livetet {
@@ -206,6 +207,9 @@ struct FloatMultigrid::Level {
 FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
                                int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
+    if (const std::size_t nodes = levels.back()->share().nodes.size(); levels.size() < 2 || nodes > most_coarsest_nodes)
+        fail("solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the coarsest of at most {} nodes",
+             levels.size(), nodes, most_coarsest_nodes);
     for (ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l)
         levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
@@ -266,6 +270,7 @@ void FloatMultigrid::find_bounds(Level& level) {
             });
         });
         for (const float v : level.next) after += v * v;
+        if (!(before > 0 && after > 0)) return;  // nothing of the level is free
         level.bound = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];

@@ -20,7 +20,11 @@ namespace livetet {
 /// anew when constraints or coefficients change. After `set_constrained` and the first `update`, nothing allocates.
 class FloatMultigrid {
   public:
-    /// `levels` (without matrices), finest first, the maps between them and the team must outlive this.
+    /// The coarsest level's inverse is dense: 150 MB at so many nodes.
+    static constexpr std::size_t most_coarsest_nodes = 2000;
+
+    /// `levels` (without matrices), finest first, the maps between them and the team must outlive this. Throws Error where
+    /// there is but one, or the coarsest is too large.
     FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps,
                    ThreadTeam& team);
     ~FloatMultigrid();

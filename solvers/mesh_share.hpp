@@ -29,8 +29,8 @@ struct MeshShare {
     std::int32_t node(std::size_t e, int i) const { return i < 4 ? tets[e][i] : edge_nodes[e][i - 4]; }
 };
 
-/// Distributes `mesh`, which every rank holds, by DMPlex with the tets' parts as given (METIS's, one part for each rank
-/// of `comm`); with one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the
+/// Distributes `mesh`, which every rank holds, by DMPlex with the tets' parts as given on the first rank (see
+/// partition_levels); with one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the
 /// owner of the first of its two corners.
 MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts);
 

@@ -6,6 +6,7 @@ namespace livetet {
 
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
 enum class CoarseOperator { galerkin, rediscretised };
+enum class Partitioner { metis, ptscotch };
 enum class TangentChoice { automatic, held_rotation, exact };
 
 /// What `automatic` means for a mesh of so many levels.
@@ -25,6 +26,7 @@ struct SolverOptions {
     double newton_tolerance = 1e-8;
     int max_newton = 50;
     TangentChoice tangent = TangentChoice::automatic;
+    Partitioner partitioner = Partitioner::metis;
     std::string petsc_options{};
 };
 
@@ -62,6 +64,9 @@ void visit_fields(Visitor& v, SolverOptions& s) {
                "R K R^T: cheap, always positive; the other models take their positive part"},
               {TangentChoice::exact, "exact",
                "with the rotation's derivative; its positive part wherever the whole is not positive"}});
+    v.choice("partitioner", s.partitioner, "what gives each rank its part of the mesh",
+             {{Partitioner::metis, "metis", "METIS, on one rank"},
+              {Partitioner::ptscotch, "ptscotch", "PTScotch, on all ranks: for meshes that METIS takes too long for"}});
     v.field("petsc_options", s.petsc_options, "", "PETSc options as on its command line, which wins over them");
 }
 

@@ -58,7 +58,7 @@ void PressureCoupling::make_c() {
     {
         WriteArray schur(schur_.get());
         for (std::size_t e = 0; e < space.tets.size(); ++e) {
-            const TetElement& t = level_.elements()[e];
+            const TetElement t = level_.element(e);
             for (int i = 0; i < 4; ++i) {
                 const std::int32_t row = space.tets[e][i];
                 for (int j = 0; j < 4; ++j) {

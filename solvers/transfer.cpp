@@ -1,5 +1,7 @@
 #include "solvers/transfer.hpp"
 
+#include <algorithm>
+
 namespace livetet {
 
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
@@ -58,12 +60,22 @@ std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double>
 
 namespace {
 
-PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt per_row_diagonal,
-                             PetscInt per_row_off) {
+/// Rows and columns of single numbers, owned as the shares' nodes are; `columns_of(row, visit)` visits the PETSc numbers of
+/// the nodes that owned row number `row` has entries for, each once. `width` numbers a node.
+template <class ColumnsOf>
+PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt width, ColumnsOf&& columns_of) {
+    const PetscInt first = columns.owned ? columns.numbers.front() : 0, end = first + columns.owned;
+    std::vector<PetscInt> own, others;
+    for (std::int32_t i = 0; i < rows.owned; ++i) {
+        PetscInt counts[2] = {0, 0};
+        columns_of(i, [&](PetscInt n) { ++counts[n < first || n >= end]; });
+        own.insert(own.end(), width, counts[0]);
+        others.insert(others.end(), width, counts[1]);
+    }
     PetscHandle<Mat> A;
-    LIVETET_PETSC(MatCreateAIJ(rows.comm, 3 * rows.owned, 3 * columns.owned, PETSC_DETERMINE, PETSC_DETERMINE,
-                               per_row_diagonal, nullptr, per_row_off, nullptr, A.out()));
-    LIVETET_PETSC(MatSetBlockSizes(A.get(), 3, 3));
+    LIVETET_PETSC(MatCreateAIJ(rows.comm, width * rows.owned, width * columns.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0,
+                               own.data(), 0, others.data(), A.out()));
+    LIVETET_PETSC(MatSetBlockSizes(A.get(), width, width));
     return A;
 }
 
@@ -76,34 +88,42 @@ void finish(Mat A) {
 
 Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse, const BarycentricMap& fine_in_coarse)
     : map_(fine_in_coarse) {
-    int ranks = 1;
-    MPI_Comm_size(fine.comm, &ranks);
-    interpolation_ = make_matrix(fine, coarse, 4, ranks > 1 ? 4 : 0);
+    interpolation_ = make_matrix(fine, coarse, 3, [&](std::int32_t i, auto&& visit) {
+        for (int k = 0; k < 4; ++k)
+            if (map_.weights[fine.nodes[i]][k] != 0) visit(coarse.number_of_node[map_.nodes[fine.nodes[i]][k]]);
+    });
     const std::vector<std::uint8_t> free_fine(map_.size(), 0), free_coarse(coarse.number_of_node.size(), 0);
     set_constrained(fine, coarse, free_fine, free_coarse);
+    make_mean(fine, coarse);
+}
 
-    // The mean: columns of the map, normalised. Every rank has the whole map, so each fills its own rows.
-    std::vector<double> total(coarse.number_of_node.size(), 0);
-    std::vector<PetscInt> lent(coarse.number_of_node.size(), 0);
-    for (std::size_t i = 0; i < map_.size(); ++i)
-        for (int k = 0; k < 4; ++k) {
-            total[map_.nodes[i][k]] += map_.mean_weight(i, k);
-            ++lent[map_.nodes[i][k]];
-        }
-    PetscInt most = 1;
-    for (std::int32_t i = 0; i < coarse.owned; ++i) most = std::max(most, lent[coarse.nodes[i]]);
-    mean_ = make_matrix(coarse, fine, most, ranks > 1 ? most : 0);
+void Transfer::make_mean(const MeshShare& fine, const MeshShare& coarse) {
+    // Columns of the map, normalised. Every rank has the whole map, so each fills its own rows.
+    struct Lent {
+        std::int32_t row;  ///< owned node of the coarse mesh
+        std::int32_t node;
+        double weight;
+    };
     std::vector<std::int32_t> owned_row(coarse.number_of_node.size(), -1);
     for (std::int32_t i = 0; i < coarse.owned; ++i) owned_row[coarse.nodes[i]] = i;
+    std::vector<double> total(coarse.owned, 0);
+    std::vector<Lent> lent;
     for (std::size_t i = 0; i < map_.size(); ++i)
-        for (int k = 0; k < 4; ++k) {
-            const std::int32_t n = map_.nodes[i][k];
-            if (owned_row[n] < 0 || map_.mean_weight(i, k) == 0) continue;
-            for (PetscInt c = 0; c < 3; ++c)
-                LIVETET_PETSC(MatSetValue(mean_.get(), 3 * coarse.number_of_node[n] + c, 3 * fine.number_of_node[i] + c,
-                                          map_.mean_weight(i, k) / total[n], ADD_VALUES));
-        }
-    finish(mean_.get());
+        for (int k = 0; k < 4; ++k)
+            if (const std::int32_t row = owned_row[map_.nodes[i][k]]; row >= 0 && map_.mean_weight(i, k) != 0) {
+                lent.push_back({row, static_cast<std::int32_t>(i), map_.mean_weight(i, k)});
+                total[row] += lent.back().weight;
+            }
+    std::stable_sort(lent.begin(), lent.end(), [](const Lent& a, const Lent& b) { return a.row < b.row; });
+    auto next = lent.begin();
+    mean_of_one_ = make_matrix(coarse, fine, 1, [&](std::int32_t i, auto&& visit) {
+        for (; next != lent.end() && next->row == i; ++next) visit(fine.number_of_node[next->node]);
+    });
+    for (const Lent& l : lent)
+        LIVETET_PETSC(MatSetValue(mean_of_one_.get(), coarse.numbers[l.row], fine.number_of_node[l.node],
+                                  l.weight / total[l.row], ADD_VALUES));
+    finish(mean_of_one_.get());
+    LIVETET_PETSC(MatCreateMAIJ(mean_of_one_.get(), 3, mean_.out()));
 }
 
 void Transfer::restrict_displacement(Vec fine, Vec coarse) const { LIVETET_PETSC(MatMult(mean_.get(), fine, coarse)); }
@@ -115,15 +135,16 @@ void Transfer::set_constrained(const MeshShare& fine, const MeshShare& coarse,
         const std::int32_t node = fine.nodes[i];
         for (PetscInt c = 0; c < 3; ++c) {
             const PetscInt row = 3 * fine.numbers[i] + c;
-            PetscInt columns[4];
+            PetscInt columns[4], count = 0;
             PetscScalar values[4];
             for (int k = 0; k < 4; ++k) {
+                if (map_.weights[node][k] == 0) continue;
                 const std::int32_t n = map_.nodes[node][k];
-                columns[k] = 3 * coarse.number_of_node[n] + c;
                 const bool held = (fine_components[node] >> c & 1) || (coarse_components[n] >> c & 1);
-                values[k] = held ? 0 : map_.weights[node][k];
+                columns[count] = 3 * coarse.number_of_node[n] + c;
+                values[count++] = held ? 0 : map_.weights[node][k];
             }
-            LIVETET_PETSC(MatSetValues(interpolation_.get(), 1, &row, 4, columns, values, INSERT_VALUES));
+            LIVETET_PETSC(MatSetValues(interpolation_.get(), 1, &row, count, columns, values, INSERT_VALUES));
         }
     }
     finish(interpolation_.get());

@@ -43,9 +43,11 @@ class Transfer {
                          std::span<const std::uint8_t> coarse_components);
 
   private:
+    void make_mean(const MeshShare& fine, const MeshShare& coarse);
+
     const BarycentricMap& map_;
     PetscHandle<Mat> interpolation_;
-    PetscHandle<Mat> mean_;
+    PetscHandle<Mat> mean_of_one_, mean_;  ///< of a number a node, and the same for three
 };
 
 }  // namespace livetet

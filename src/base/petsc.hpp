@@ -31,17 +31,13 @@ class PetscFailure : public std::runtime_error {
             ::livetet::throw_petsc_failure(livetet_code_, #call, __FILE__, __LINE__); \
     } while (false)
 
-/// Owns one reference to a PETSc object. `adopt` takes over the reference that a Create call gave; `share` adds one.
+/// Owns one reference to a PETSc object. `adopt` takes over the reference that a Create call gave.
 /// A moved-from handle is empty.
 template <class T>
 class PetscHandle {
   public:
     PetscHandle() = default;
     static PetscHandle adopt(T object) { return PetscHandle(object); }
-    static PetscHandle share(T object) {
-        LIVETET_PETSC(PetscObjectReference(reinterpret_cast<PetscObject>(object)));
-        return PetscHandle(object);
-    }
     PetscHandle(PetscHandle&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
     PetscHandle& operator=(PetscHandle&& other) noexcept {
         std::swap(object_, other.object_);

@@ -389,7 +389,7 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
 /// exchanged.
 template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              Real scale, std::span<const std::int32_t> slots, std::span<Real> values) {
+              Real scale, std::span<const std::int32_t> slots, std::span<Real> values, int part) {
     constexpr int width = batch_width<Real>, parts = block_parts<Real>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
@@ -425,7 +425,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
             for (int i = 0; i < 4; ++i)
 #pragma GCC unroll 4
                 for (int j = 0; j < 4; ++j) {
-                    const std::int32_t slot = at[4 * i + j];
+                    const std::int32_t slot = place_in_part(part, at[4 * i + j]);
                     if (slot < 0) continue;
                     Real* value = values.data() + 9 * static_cast<std::size_t>(slot);
                     const int low = std::min(i, j), high = std::max(i, j);
@@ -433,6 +433,93 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
                     for (int n = 0; n < parts; ++n)
                         add_to(value + n * width, lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
                     value[8] += last[low][high][l];
+                }
+        }
+    }
+}
+
+namespace {
+
+/// The blocks of one tet of a batch by StrainEnergy, whatever its state; F - I = `H`.
+void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation, const Eigen::Matrix3d& H,
+                  Tangent tangent, double scale, const std::int32_t* slots, std::span<double> values, int part) {
+    using Energy = StrainEnergy<StrainModel::corotated>;
+    Eigen::Matrix<double, 3, 4> g;
+    Eigen::Matrix3d R;
+    for (int m = 0; m < 9; ++m) {
+        g(m % 3, 1 + m / 3) = b.gradients[m][lane];
+        R(m % 3, m / 3) = rotation.R[m][lane];
+    }
+    g.col(0) = -g.col(1) - g.col(2) - g.col(3);
+    const double p = b.lambda[lane] * Energy::volume_strain(H, R);
+    visit_stiffness(Energy{}, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g, [&](int i, int j, const Eigen::Matrix3d& K) {
+        if (const std::int32_t slot = place_in_part(part, slots[4 * i + j]); slot >= 0)
+            Eigen::Map<Eigen::Matrix3d>(values.data() + 9 * static_cast<std::size_t>(slot)) += K;
+    });
+}
+
+}  // namespace
+
+void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, std::span<const RotationBatch<double>> rotations,
+                         std::span<const double> u, Tangent tangent, double scale, std::span<const std::int32_t> slots,
+                         std::span<double> values, int part) {
+    using Lane = Lanes<double>;
+    constexpr int width = batch_width<double>;
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<double>& b = batches[k];
+        const Mat3<double> g = load_matrix<double>(b.gradients), R = load_matrix<double>(rotations[k].R);
+        const Mat3<double> H = gradient_of(b, u.data()), F = plus_identity(H);
+        const Lane lambda = scale * load<double>(b.lambda), mu = scale * load<double>(b.mu);
+        // R G R^T = tr(S) I - F R^T, symmetric: (xx, yy, zz, xy, yz, zx)
+        const Lane trace = dot(R, F), p = lambda * (trace - 3);
+        const Lane xx = trace - (F.x.x * R.x.x + F.y.x * R.y.x + F.z.x * R.z.x),
+                   yy = trace - (F.x.y * R.x.y + F.y.y * R.y.y + F.z.y * R.z.y),
+                   zz = trace - (F.x.z * R.x.z + F.y.z * R.y.z + F.z.z * R.z.z),
+                   xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y), yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
+                   zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
+        // Its eigenvalues, sums of two stretches, are above `least` where its leading minors less `least` are positive.
+        const Lane cut = all_lanes(least_turned_stretch), zero_below = 2 - p / mu;
+        const Lane least = tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
+        const Lane ax = xx - least, ay = yy - least, az = zz - least, minor = ax * ay - xy * xy;
+        const auto usual = ax > 0 && minor > 0 &&
+                           az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
+        const Vec3<double> c0{yy * zz - yz * yz, yz * zx - xy * zz, xy * yz - yy * zx};
+        const Lane factor = (p - 2 * mu) / (xx * c0.x + xy * c0.y + zx * c0.z);
+        const Lane nxx = factor * c0.x, nxy = factor * c0.y, nzx = factor * c0.z, nyy = factor * (xx * zz - zx * zx),
+                   nyz = factor * (xy * zx - xx * yz), nzz = factor * (xx * yy - xy * xy);
+        const Mat3<double> N{{nxx, nxy, nzx}, {nxy, nyy, nyz}, {nzx, nyz, nzz}};
+        Vec3<double> h[4] = {{}, R * g.x, R * g.y, R * g.z};
+        h[0] = -(h[1] + h[2] + h[3]);
+        alignas(32) double blocks[4][4][9][width];
+        for (int j = 0; j < 4; ++j) {
+            const Vec3<double> &w = h[j], wx = w.z * N.y - w.y * N.z, wy = w.x * N.z - w.z * N.x, wz = w.y * N.x - w.x * N.y;
+            for (int i = 0; i <= j; ++i) {
+                const Lane d = 2 * mu * dot(h[i], w);
+                Vec3<double> x = cross(wx, h[i]) + (lambda * w.x) * h[i], y = cross(wy, h[i]) + (lambda * w.y) * h[i],
+                             z = cross(wz, h[i]) + (lambda * w.z) * h[i];
+                x.x += d, y.y += d, z.z += d;
+                store3<double>(x, blocks[i][j]);
+                store3<double>(y, blocks[i][j] + 3);
+                store3<double>(z, blocks[i][j] + 6);
+            }
+        }
+        for (int l = 0; l < width; ++l) {
+            const std::int32_t e = batches.tet_at(k, l);
+            if (e < 0) continue;
+            const std::int32_t* at = slots.data() + 16 * static_cast<std::size_t>(e);
+            if (!usual[l]) {
+                Eigen::Matrix3d of_lane;
+                of_lane << H.x.x[l], H.y.x[l], H.z.x[l], H.x.y[l], H.y.y[l], H.z.y[l], H.x.z[l], H.y.z[l], H.z.z[l];
+                assemble_one(b, l, rotations[k], of_lane, tangent, scale, at, values, part);
+                continue;
+            }
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j < 4; ++j) {
+                    const std::int32_t slot = place_in_part(part, at[4 * i + j]);
+                    if (slot < 0) continue;
+                    double* value = values.data() + 9 * static_cast<std::size_t>(slot);
+                    const auto& block = blocks[std::min(i, j)][std::max(i, j)];
+                    for (int m = 0; m < 9; ++m) value[m] += block[i <= j ? m : m % 3 * 3 + m / 3][l];
                 }
         }
     }
@@ -464,7 +551,7 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::s
     template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
                                       std::span<const Real>, std::span<Real>);                                         \
     template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
-                           std::span<const std::int32_t>, std::span<Real>);
+                           std::span<const std::int32_t>, std::span<Real>, int);
 LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
 #undef LIVETET_INSTANTIATE

@@ -22,8 +22,8 @@ Modes modes_of(double mu, double p, const Eigen::Vector3d& s) {
         m.flip.setConstant(2 * mu);
         for (int k = 0; k < 3; ++k) {
             const double sum = s.sum() - s[k];
-            // psi_i + psi_j over sigma_i + sigma_j, and no more than the elements of a tangent that is of use
-            m.twist[k] = sum > 0.05 ? (2 * mu * (sum - 2) + 2 * p) / sum : 0;
+            // psi_i + psi_j over sigma_i + sigma_j
+            m.twist[k] = sum > least_turned_stretch ? (2 * mu * (sum - 2) + 2 * p) / sum : 0;
         }
     } else if constexpr (model == StrainModel::green) {
         m.stretch = (3 * mu * s.cwiseAbs2().array() - mu + p).matrix().asDiagonal();

@@ -9,6 +9,10 @@ namespace livetet {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
+/// Sum of two of F's singular values (signed: negative in an inverted element) below which a corotated tangent leaves out
+/// their turn against each other, which has no end to it there.
+constexpr double least_turned_stretch = 0.05;
+
 /// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive semi-definite
 /// (corotated; the other models have none and take `positive`). `exact`: the second derivative of the energy.
 /// `positive`: the exact one with its negative eigenvalues, of each quadrature point, set to zero.

@@ -14,6 +14,9 @@ struct MeshHierarchy {
     std::vector<TetMesh> levels;
     std::vector<BarycentricMap> transfers;
     std::string provenance;  ///< how it was made: input, options, versions
+    /// Empty, or for each transfer: of every tet of level l the one of level l + 1 that it was cut from; empty where the two
+    /// were meshed each on its own.
+    std::vector<std::vector<std::int32_t>> parents{};
 };
 
 /// A hierarchy of these levels (finest first), with its transfers built.

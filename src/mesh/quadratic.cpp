@@ -1,6 +1,7 @@
 #include "mesh/quadratic.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace livetet {
 
@@ -68,6 +69,10 @@ BarycentricMap map_into_linear(const TetMesh& quadratic) {
 MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
     TetMesh quadratic = quadratic_mesh(hierarchy.levels.front());
     BarycentricMap map = map_into_linear(quadratic);
+    std::vector<std::int32_t> parents(quadratic.tets.size());
+    std::iota(parents.begin(), parents.end(), 0);
+    hierarchy.parents.resize(hierarchy.transfers.size());
+    hierarchy.parents.insert(hierarchy.parents.begin(), std::move(parents));
     hierarchy.levels.insert(hierarchy.levels.begin(), std::move(quadratic));
     hierarchy.transfers.insert(hierarchy.transfers.begin(), std::move(map));
     return hierarchy;

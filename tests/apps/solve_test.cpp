@@ -42,26 +42,45 @@ std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
     return result.displacement(result.times_s().size() - 1);
 }
 
-TEST(Solve, OneAndTwoRanksAgreeTo1em8) {
+/// On other numbers of ranks, by another partitioner, the same; and of a refined mesh, with as many iterations.
+TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
     const Folder folder;
     prepare(folder);
-    const auto one = livetet(folder, "solve scene.yaml");
-    ASSERT_EQ(one.status, 0) << one.err;
-    const auto u1 = last_displacement(folder / "result.h5");
-    const auto probes1 = text_of(folder / "moved.csv");
-    const auto two = livetet(folder, "solve scene.yaml --json two.json", "mpirun --oversubscribe -n 2");
-    ASSERT_EQ(two.status, 0) << two.err;
-    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "two.json"))["ranks"], 2);
-    const auto u2 = last_displacement(folder / "result.h5");
-    double difference = 0, largest = 0;
-    for (std::size_t i = 0; i < u1.size(); ++i) {
-        difference = std::max(difference, (u1[i] - u2[i]).norm());
-        largest = std::max(largest, u1[i].norm());
+    for (const int refine : {0, 1}) {
+        std::vector<Vector3> first;
+        std::string probes;
+        int iterations = 0;
+        for (const int ranks : {1, 2, 4}) {
+            std::string scene = press;
+            scene.replace(scene.find("block.h5"), 8, "block.h5, refine: " + std::to_string(refine));
+            scene.replace(scene.find("solver: {"), 9, ranks == 4 ? "solver: {partitioner: ptscotch, " : "solver: {");
+            if (refine) scene.replace(scene.find("1e-6"), 4, "1e-7");
+            write_text(folder / "scene.yaml", scene);
+            const auto outcome = livetet(folder, "solve scene.yaml --json told.json",
+                                         ranks > 1 ? "mpirun --oversubscribe -n " + std::to_string(ranks) : "");
+            ASSERT_EQ(outcome.status, 0) << outcome.err;
+            const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+            EXPECT_EQ(told["ranks"], ranks);
+            EXPECT_EQ(told["levels"], 3 + refine);
+            const auto u = last_displacement(folder / "result.h5");
+            if (ranks == 1) {
+                first = u;
+                probes = text_of(folder / "moved.csv");
+                iterations = told["iterations"].get<int>() / told["linearisations"].get<int>();
+                continue;
+            }
+            double difference = 0, largest = 0;
+            for (std::size_t i = 0; i < u.size(); ++i) {
+                difference = std::max(difference, (u[i] - first[i]).norm());
+                largest = std::max(largest, u[i].norm());
+            }
+            EXPECT_GE(largest, std::hypot(0.012, 0.002) - 1e-12);
+            EXPECT_LT(largest, 0.02);
+            EXPECT_LT(difference, 1e-8 * largest) << ranks << " ranks, refined " << refine;
+            EXPECT_EQ(probes.substr(0, 40), text_of(folder / "moved.csv").substr(0, 40));
+            EXPECT_NEAR(told["iterations"].get<int>() / told["linearisations"].get<int>(), iterations, 2);
+        }
     }
-    EXPECT_GE(largest, std::hypot(0.012, 0.002) - 1e-12);
-    EXPECT_LT(largest, 0.02);
-    EXPECT_LT(difference, 1e-8 * largest);
-    EXPECT_EQ(probes1.substr(0, 40), text_of(folder / "moved.csv").substr(0, 40));
 }
 
 TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
@@ -82,6 +101,34 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
         for (std::size_t i = 0; i < u.size(); ++i) ASSERT_LT((u[i] - reference[i]).norm(), 1e-7) << solver;
     }
     EXPECT_NE(livetet(folder, "solve scene.yaml -ksp_view").out.find("KSP Object"), std::string::npos);
+}
+
+TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
+    const Folder folder;
+    prepare(folder);
+    const auto iterations = [&](const std::string& options) {
+        const auto outcome = livetet(folder, "solve scene.yaml --json told.json " + options);
+        EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+        const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+        return told["iterations"].get<double>() / told["linearisations"].get<double>();
+    };
+    const double of_scene = iterations("");
+    EXPECT_LT(iterations("-ksp_rtol 1e-2"), 0.7 * of_scene);
+    EXPECT_LE(iterations("-ksp_max_it 1"), 2);  // where it is not met, once more with the positive tangent
+    EXPECT_LT(iterations("-ksp_atol 1e3"), 1);
+}
+
+TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
+    const Folder folder;
+    prepare(folder);
+    std::string wrong = press;
+    write_text(folder / "scene.yaml", wrong.replace(wrong.find("young_Pa"), 8, "yung_Pa"));
+    for (const std::string command : {"solve scene.yaml", "solve none.yaml", "solve --whatever"}) {
+        const auto outcome = livetet(folder, command, "timeout 60 mpirun --oversubscribe -n 2");
+        EXPECT_EQ(outcome.status, 2) << command << outcome.err;
+        EXPECT_NE(outcome.err.find("livetet:"), std::string::npos) << command;
+        EXPECT_EQ(outcome.err.find("livetet:"), outcome.err.rfind("livetet:")) << command << "\n" << outcome.err;
+    }
 }
 
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {

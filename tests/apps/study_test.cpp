@@ -109,6 +109,15 @@ TEST(StudyDesign, ALatinHypercubeHasOnePointInEachStratumOfEachDimension) {
     EXPECT_NE(points[0][0], points[0][1]);
 }
 
+TEST(StudyDesign, WholeNumbersStayWhole) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 100, count: 100}]\n");
+    const Study seeds = load_study(folder / "study.yaml");
+    for (int k = 0; k < 100; ++k) EXPECT_EQ(seeds.samples[k][0], std::to_string(k + 1));
+    prepare(folder, "scene: scene.yaml\ndesign: latin-hypercube\nsamples: 7\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 1000, whole: true}]\n");
+    for (const auto& sample : load_study(folder / "study.yaml").samples) EXPECT_EQ(sample[0].find('.'), std::string::npos) << sample[0];
+}
+
 TEST(StudyDesign, WhatIsWrongIsOneLineThatNamesIt) {
     const Folder folder;
     const auto refused = [&](const std::string& vary, std::initializer_list<std::string> parts) {
@@ -193,6 +202,31 @@ TEST(Study, AFailedSolveIsARowWithItsReason) {
     EXPECT_TRUE(std::isnan(table.results[1][0]));
     EXPECT_NE(outcome.out.find(table.failures[1]), std::string::npos) << outcome.out;
     EXPECT_NE(text_of(folder / "study.csv").find("drive[0]"), std::string::npos);
+}
+
+/// A region that no material is for is found by every rank, not by the one whose tets are of it: none waits for the others.
+TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nranks_per_solve: 2\nvary: [{key: \"materials[0].region\", values: [0, 1]}]\n");
+    MeshHierarchy hierarchy = read_hierarchy(folder / "block.h5");
+    for (TetMesh& level : hierarchy.levels)
+        for (const Tet& t : level.tets) level.regions.push_back(level.nodes[t[0]].x() < 0.05 ? 2 : 1);
+    write_hierarchy(folder / "block.h5", hierarchy);
+    const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    EXPECT_EQ(table.failures[0], "");
+    EXPECT_NE(table.failures[1].find("region 2"), std::string::npos) << table.failures[1];
+}
+
+TEST(Study, AFileThatChangesWhileItRunsIsSaid) {
+    const Folder folder;
+    prepare(folder);
+    const Study study = load_study(folder / "study.yaml");
+    const StudyStore store(study);
+    EXPECT_EQ(store.checked_fingerprint(), store.checked_fingerprint());
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
+    EXPECT_THROW(store.checked_fingerprint(), Error);
 }
 
 TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "mesh/quadratic.hpp"
-#include "meshing/partition.hpp"
+#include "solvers/partition.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {

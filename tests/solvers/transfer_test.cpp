@@ -4,7 +4,8 @@
 
 #include <numeric>
 
-#include "mesh/hierarchy.hpp"
+#include "meshing/refine.hpp"
+#include "solvers/partition.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -42,6 +43,29 @@ TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
     }
     EXPECT_LT(inside, 1.3);
     EXPECT_GT(outside, 2);
+}
+
+/// On every number of ranks, between levels that were meshed each on its own and between one and what it was cut from.
+TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
+    const MeshHierarchy h = with_refined_levels(
+        make_hierarchy({test::block({8, 4, 4}, size), test::block({5, 3, 3}, size)}, ""), 1);
+    const auto parts = partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis);
+    std::vector<MeshShare> shares;
+    for (std::size_t l = 0; l < h.levels.size(); ++l) shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
+    const auto linear = [](const Vector3& x) { return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum()); };
+    for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
+        const Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
+        const PetscHandle<Vec> fine = make_vector(shares[l]), coarse = make_vector(shares[l + 1]);
+        std::vector<Vector3> values;
+        for (const Vector3& x : h.levels[l + 1].nodes) values.push_back(linear(x));
+        fill(shares[l + 1], values, coarse.get());
+        LIVETET_PETSC(MatMult(transfer.interpolation(), coarse.get(), fine.get()));
+        const std::vector<Vector3> found = gather(shares[l], fine.get());
+        for (std::size_t n = 0; n < found.size(); ++n) EXPECT_LT((found[n] - linear(h.levels[l].nodes[n])).norm(), 1e-12) << n;
+        fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)), fine.get());
+        transfer.restrict_displacement(fine.get(), coarse.get());
+        for (const Vector3& u : gather(shares[l + 1], coarse.get())) EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
+    }
 }
 
 }  // namespace

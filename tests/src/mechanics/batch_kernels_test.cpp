@@ -249,6 +249,56 @@ TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
     }
 }
 
+/// Ordinary tets by lanes, those that are flat, inverted or (positive) pressed together one by one: all as StrainEnergy has
+/// them. Every block in one of two arrays, as on several ranks.
+TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
+    using Energy = StrainEnergy<StrainModel::corotated>;
+    for (const int count : counts) {
+        Soup s;
+        for (int e = 0; e < count; ++e) s.add_stretched(Vector3d(0.9, 1, 1) + 0.2 * s.random_vector());
+        if (count > 8) {
+            s.add_stretched({1, 1, 0});
+            s.add_stretched({1, 0.9, -0.8});
+            s.add_stretched({0.02, 1, 0.02});
+        }
+        if (count % 2) s.share_nodes();
+        const TetBatches<double> batches = in_parts<double>(s);
+        const auto r = BatchKernels<double>::rotations(s, batches);
+        const auto nodes = static_cast<std::int32_t>(s.u.size() / 3);
+        for (const Tangent tangent : {Tangent::exact, Tangent::positive}) {
+            std::vector<std::int32_t> slots;
+            std::vector<double> expected[2], values[2];
+            for (int part = 0; part < 2; ++part) {
+                expected[part].assign(9 * static_cast<std::size_t>(nodes) * nodes, 2.0);
+                values[part] = expected[part];
+            }
+            for (std::size_t e = 0; e < s.tets.size(); ++e) {
+                const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
+                const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
+                const TetElement& t = s.elements[e];
+                const auto first = slots.size();
+                for (int k = 0; k < 16; ++k) {
+                    const std::int32_t row = s.tets[e][k / 4], column = s.tets[e][k % 4];
+                    slots.push_back(row % 5 == 0 ? -1 : place_in_part(column % 2, row * nodes + column));
+                }
+                visit_stiffness(Energy{}, tangent, 0.7 * t.volume, t.mu, t.lambda, t.lambda * Energy::volume_strain(H, R), H, R,
+                                t.gradients, [&](int i, int j, const Matrix3d& K) {
+                                    const std::int32_t slot = slots[first + 4 * i + j];
+                                    if (slot == -1) return;
+                                    const int part = slot < 0;
+                                    Eigen::Map<Matrix3d>(&expected[part][9 * static_cast<std::size_t>(place_in_part(part, slot))]) += K;
+                                });
+            }
+            for (int part = 0; part < 2; ++part) {
+                assemble_with_turns(batches, batches.all(), r, s.u, tangent, 0.7, slots, values[part], part);
+                const double tolerance = 1e-11 * BatchKernels<double>::largest(expected[part]);
+                for (std::size_t k = 0; k < values[part].size(); ++k)
+                    ASSERT_NEAR(values[part][k], expected[part][k], tolerance) << count << ' ' << k;
+            }
+        }
+    }
+}
+
 TYPED_TEST(BatchKernels, RangesAddUpToTheWhole) {
     const Soup s = shared_soup(261);
     const TetBatches<TypeParam> batches(s.elements, s.tets);
