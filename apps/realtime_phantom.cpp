@@ -98,7 +98,7 @@ class Follower {
         if (!reference_) {  // the same kernels: they agree with the plain path (LiveSolver tests) and are twenty times as fast
             SolverOptions converged = scene_.solver;
             converged.kind = SolverKind::live;
-            reference_ = std::make_unique<DeformableBody>(PETSC_COMM_SELF, body_.hierarchy, body_.parts,
+            reference_ = std::make_unique<DeformableBody>(PETSC_COMM_SELF, body_.hierarchy, std::span<const std::vector<std::int32_t>>{},
                                                           elastic_model(scene_, true), scene_.time, converged);
         }
         const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;

@@ -315,7 +315,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     // Here, where every rank has the whole mesh: none alone may find a tet without.
     const std::vector<std::int32_t>& regions = hierarchy.levels.front().regions;
     for (const int region : regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end())) (void)material_of(scene.materials, region);
-    SceneBody scene_body{std::move(hierarchy), {}, nullptr};
+    SceneBody scene_body{std::move(hierarchy), nullptr};
     if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
     const SolverOptions options = solver_options(scene, scene_body.hierarchy, live);
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
@@ -327,9 +327,10 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     const auto start = std::chrono::steady_clock::now();
-    if (ranks > 1) scene_body.parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
+    std::vector<std::vector<std::int32_t>> parts;
+    if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
     scene_body.partition_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, scene_body.parts,
+    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, parts,
                                                        elastic_model(scene, live), scene.time, options);
     return scene_body;
 }

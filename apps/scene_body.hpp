@@ -71,7 +71,6 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
 /// A scene's hierarchy and the body on it. Collective.
 struct SceneBody {
     MeshHierarchy hierarchy;
-    std::vector<std::vector<std::int32_t>> parts;
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< what METIS or PTScotch took
 

@@ -14,13 +14,11 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
-    std::vector<Vector3> scaled = force;
     const auto load_to = [&](double share) {
         constraints.move_to_share(share);
-        for (std::size_t n = 0; n < force.size(); ++n) scaled[n] = share * force[n];
         body.set_constraints(constraints.constraints());
         body.set_springs(constraints.springs());
-        body.set_external_force(scaled);
+        body.set_external_force(force, share);
     };
     double kept = -1;
     std::size_t frames = 0;

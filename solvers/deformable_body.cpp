@@ -116,8 +116,9 @@ void DeformableBody::set_springs(const Springs& springs) {
     if (!same) operator_.set_springs(springs_.stiffness);
 }
 
-void DeformableBody::set_external_force(std::span<const Vector3> force) {
+void DeformableBody::set_external_force(std::span<const Vector3> force, double share) {
     fill(operator_.fine().share(), force, external_.get());
+    if (share != 1) LIVETET_PETSC(VecScale(external_.get(), share));
     external_size_ = norm(external_.get());
 }
 

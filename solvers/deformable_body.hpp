@@ -81,8 +81,8 @@ class DeformableBody {
     void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
     /// Soft constraints; new targets alone cost nothing.
     void set_springs(const Springs& springs);
-    /// External force at each node of the finest mesh, N.
-    void set_external_force(std::span<const Vector3> force);
+    /// External force at each node of the finest mesh, N: `share` times what is given.
+    void set_external_force(std::span<const Vector3> force, double share = 1);
 
     /// One step of `dt` seconds (static: to equilibrium, dt unused). Always leaves a finite state: where the new one is
     /// not, the old one is kept and the report says converged = false.

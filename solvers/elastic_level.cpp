@@ -103,6 +103,10 @@ void ElasticLevel::make_batches(bool in_double) {
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
         live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros, zeros, zeros);
     }
+    if (in_double && parts_.parts.size() == 1) {  // tet after tet: no table is needed
+        std::vector<std::int32_t>().swap(parts_.tet_of_lane);
+        return;
+    }
     lane_of_tet_.resize(share_.tets.size());
     for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
         if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);

@@ -158,7 +158,7 @@ class ElasticLevel {
     Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
         if (live_) return rotation_at<float>(live_->rotations, lane_of_tet_[e]);
-        return batches_ ? rotation_at<double>(batch_rotations_, lane_of_tet_[e]) : rotations_[e * points + point];
+        return batches_ ? rotation_at<double>(batch_rotations_, lane_of_tet_.empty() ? e : lane_of_tet_[e]) : rotations_[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
@@ -185,7 +185,7 @@ class ElasticLevel {
     ThreadTeam& team_;
     BatchParts parts_;
     std::optional<TetBatches<double>> batches_;
-    std::vector<std::int32_t> lane_of_tet_;
+    std::vector<std::int32_t> lane_of_tet_;  ///< empty: its own number
     std::vector<RotationBatch<double>> batch_rotations_;
     std::unique_ptr<LiveBatches> live_;  ///< without a matrix: instead of batches_ and their rotations
     std::vector<double> node_mass_, springs_;

@@ -11,7 +11,7 @@ namespace livetet {
 
 namespace {
 
-/// What DMPlex gave this rank: tets (overlap included) in nodes of the whole mesh, and the nodes it owns.
+/// A rank's tets (overlap included) and the nodes it owns, in numbers of the whole mesh.
 struct Distributed {
     std::vector<std::int32_t> tet_ids;
     std::vector<std::int32_t> owned_nodes;
@@ -85,6 +85,21 @@ Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::
     return d;
 }
 
+/// What every rank can find by itself: a corner belongs to the part of the first tet that has it.
+Distributed find_share(const TetMesh& mesh, std::span<const std::int32_t> parts, int rank) {
+    std::vector<std::int32_t> owner(static_cast<std::size_t>(corner_count(mesh)), -1);
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e])
+            if (owner[n] < 0) owner[n] = parts[e];
+    Distributed d;
+    for (std::size_t n = 0; n < owner.size(); ++n)
+        if (owner[n] == rank) d.owned_nodes.push_back(static_cast<std::int32_t>(n));
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        if (std::any_of(mesh.tets[e].begin(), mesh.tets[e].end(), [&](std::int32_t n) { return owner[n] == rank; }))
+            d.tet_ids.push_back(static_cast<std::int32_t>(e));
+    return d;
+}
+
 /// Adds the edge nodes whose first corner (the lower number) is among `corners`.
 std::vector<std::int32_t> with_edge_nodes(const TetMesh& mesh, std::vector<std::int32_t> corners) {
     std::vector<bool> mine(mesh.nodes.size(), false);
@@ -109,7 +124,7 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<c
     return numbers;
 }
 
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts) {
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, bool cut) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
     MeshShare share;
@@ -127,7 +142,7 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
-    const Distributed d = distribute(comm, mesh, parts, rank, share.ranks);
+    const Distributed d = cut ? find_share(mesh, parts, rank) : distribute(comm, mesh, parts, rank, share.ranks);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
     share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);

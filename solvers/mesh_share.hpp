@@ -29,10 +29,11 @@ struct MeshShare {
     std::int32_t node(std::size_t e, int i) const { return i < 4 ? tets[e][i] : edge_nodes[e][i - 4]; }
 };
 
-/// Distributes `mesh`, which every rank holds, by DMPlex with the tets' parts as given on the first rank (see
-/// partition_levels); with one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the
-/// owner of the first of its two corners.
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts);
+/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels): by DMPlex; or, where the mesh
+/// was `cut` from a coarser one on every rank alike, without it, for DMPlex would move all of it through the first rank. With
+/// one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its
+/// two corners.
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, bool cut = false);
 
 /// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`: consecutive on each rank,
 /// -1 for things that nobody owns.

@@ -123,10 +123,10 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
         counts.push_back(static_cast<int>(share(r + 1) - share(r)));
         places.push_back(static_cast<int>(share(r)));
     }
-    std::vector<std::int32_t> all(rank == 0 ? tets.size() : 0);
+    std::vector<std::int32_t> all(tets.size());
     const PetscInt* mine = nullptr;
     LIVETET_PETSC(ISGetIndices(of_mine.get(), &mine));
-    MPI_Gatherv(mine, counts[rank], MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT, 0, comm);
+    MPI_Allgatherv(mine, counts[rank], MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT, comm);
     LIVETET_PETSC(ISRestoreIndices(of_mine.get(), &mine));
     return all;
 }
@@ -142,12 +142,14 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm, const Mes
     for (std::size_t l = hierarchy.levels.size(); l-- > 0;) {
         const bool cut = l < hierarchy.parents.size() && !hierarchy.parents[l].empty();
         if (cut && worthwhile(l) == worthwhile(l + 1)) {
-            if (rank == 0)
-                for (const std::int32_t parent : hierarchy.parents[l]) parts[l].push_back(parts[l + 1][parent]);
+            parts[l].reserve(hierarchy.parents[l].size());
+            for (const std::int32_t parent : hierarchy.parents[l]) parts[l].push_back(parts[l + 1][parent]);
         } else if (partitioner == Partitioner::ptscotch) {
             parts[l] = partition_tets_in_parallel(comm, hierarchy.levels[l].tets, worthwhile(l));
-        } else if (rank == 0) {
-            parts[l] = partition_tets(hierarchy.levels[l].tets, worthwhile(l));
+        } else {  // by one rank: what METIS needs is a multiple of the mesh
+            if (rank == 0) parts[l] = partition_tets(hierarchy.levels[l].tets, worthwhile(l));
+            parts[l].resize(hierarchy.levels[l].tets.size());
+            MPI_Bcast(parts[l].data(), static_cast<int>(parts[l].size()), MPI_INT32_T, 0, comm);
         }
     }
     return parts;

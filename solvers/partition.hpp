@@ -17,14 +17,14 @@ namespace livetet {
 std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts);
 
 /// The same by PTScotch (C. Chevalier and F. Pellegrini, PT-Scotch, 2008), each rank working on a share of the tets, which
-/// all of them hold; the answer on the first rank, elsewhere nothing. On another number of ranks it may be another. Collective.
+/// all of them hold. On another number of ranks the answer may be another. Collective.
 std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets, int parts);
 
 /// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth every rank's messages.
 constexpr std::size_t least_tets_a_rank = 200;
 
-/// A part of every tet of every level, on the first rank; elsewhere nothing. A level that was cut from the next coarser one
-/// takes its parts, if they are as many. Collective.
+/// A part of every tet of every level. A level that was cut from the next coarser one takes its parts, if they are as many.
+/// Collective.
 std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, Partitioner partitioner);
 
 }  // namespace livetet

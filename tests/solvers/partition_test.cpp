@@ -46,19 +46,11 @@ TEST(Partition, handles_one_part_and_refuses_nonsense) {
     EXPECT_THROW(partition_tets(std::vector<Tet>{{0, 1, 2, -3}, {0, 1, 2, 3}}, 2), Error);
 }
 
-/// The first rank of those that run this has the answer.
-bool has_answer() {
-    int rank = 0;
-    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-    return rank == 0;
-}
-
 TEST(Partition, in_parallel_is_balanced_and_cuts_few_faces) {
     const TetMesh mesh = test::block({12, 10, 8}, Vector3(0.15, 0.11, 0.08));
     for (const int parts : {1, 2, 5}) {
         const std::vector<std::int32_t> part = partition_tets_in_parallel(PETSC_COMM_WORLD, mesh.tets, parts);
-        ASSERT_EQ(part.size(), has_answer() ? mesh.tets.size() : 0);
-        if (!has_answer()) continue;
+        ASSERT_EQ(part.size(), mesh.tets.size());
         const double fair = static_cast<double>(mesh.tets.size()) / parts;
         std::size_t faces = 0;
         for (int p = 0; p < parts; ++p) {
@@ -80,7 +72,6 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
     for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {
         const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, partitioner);
         ASSERT_EQ(parts.size(), 2u);
-        if (!has_answer()) continue;
         ASSERT_EQ(parts[0].size(), hierarchy.levels[0].tets.size());
         std::vector<int> found(ranks, 0);
         for (std::size_t e = 0; e < parts[0].size(); ++e) {
