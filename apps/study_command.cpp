@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <thread>
 
 #include "apps/commands.hpp"
@@ -127,7 +128,19 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group, 
         ProgressCallback told;
         if (progress)
             told = [&](double, std::string_view what) { progress->update(fmt::format("solve {}, {}", k, what)); };
-        const StudyRow row = solver.solve(study.scene(k), told);
+        const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
+        StudyRow row;
+        if (group.agree(reason.has_value())) {
+            row.converged = false;
+            row.failure = reason.value_or("");
+        } else {
+            try {
+                row = solver.solve(study.scene(k), told);
+            } catch (const std::exception& e) {
+                store.note_failure(k, e.what());
+                throw;
+            }
+        }
         if (group.leader) store.keep(k, row);
         if (progress) progress->update("");
     }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -175,6 +176,19 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     } catch (const Error& e) {
         fail("{}; the study goes on from here when it is started again", e.what());
     }
+}
+
+void StudyStore::note_failure(std::size_t k, const std::string& reason) const {
+    std::ofstream(folder_ / (number_of(k) + ".failed"), std::ios::app) << reason << '\n';
+}
+
+std::optional<std::string> StudyStore::given_up(std::size_t k) const {
+    const fs::path file = folder_ / (number_of(k) + ".failed");
+    if (!fs::exists(file)) return std::nullopt;
+    const std::string text = read_text_file(file);
+    const auto reasons = split_lines(trim(text));
+    if (reasons.size() < 2) return std::nullopt;
+    return fmt::format("ended the study twice: {}", reasons.back());
 }
 
 StudyRow StudyStore::row(std::size_t k) const {

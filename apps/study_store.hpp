@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,10 @@ class StudyStore {
     /// Throws Error where the row cannot be written.
     void keep(std::size_t k, const StudyRow& row) const;
     StudyRow row(std::size_t k) const;
+    /// A solve that ended the whole run, by a failure that its ranks could not agree on; told to the run that goes on.
+    void note_failure(std::size_t k, const std::string& reason) const;
+    /// The reason, where that happened twice: then the solve is not tried again.
+    std::optional<std::string> given_up(std::size_t k) const;
     /// Study and input files as they were when this was made. Throws Error where they are not the same any more.
     std::string checked_fingerprint() const;
 

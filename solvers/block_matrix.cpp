@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace livetet {
 
@@ -51,13 +52,13 @@ void BlockMatrix::make_pattern(const MeshShare& share) {
     std::vector<std::int32_t> tets(start.back()), next(start.begin(), start.end() - 1);
     visit_rows([&](std::int32_t row, std::int32_t e) { tets[next[row]++] = e; });
     diagonal_.reserve(owned_);
-    std::vector<std::int32_t> row;
+    std::vector<std::int32_t> row, seen_in(share.nodes.size(), -1);
     for (std::int32_t i = 0; i < owned_; ++i) {
         row.clear();
         for (std::int32_t k = start[i]; k < start[i + 1]; ++k)
-            for (int j = 0; j < n; ++j) row.push_back(share.node(tets[k], j));
+            for (int j = 0; j < n; ++j)
+                if (const std::int32_t node = share.node(tets[k], j); std::exchange(seen_in[node], i) != i) row.push_back(node);
         std::sort(row.begin(), row.end());
-        row.erase(std::unique(row.begin(), row.end()), row.end());
         for (const std::int32_t j : row) {
             if (j == i) diagonal_.push_back(static_cast<std::int32_t>(rows_[0].columns.size()));
             rows_[j >= owned_].columns.push_back(j < owned_ ? j : j - owned_);

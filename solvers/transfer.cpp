@@ -92,8 +92,6 @@ Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse, const Barycen
         for (int k = 0; k < 4; ++k)
             if (map_.weights[fine.nodes[i]][k] != 0) visit(coarse.number_of_node[map_.nodes[fine.nodes[i]][k]]);
     });
-    const std::vector<std::uint8_t> free_fine(map_.size(), 0), free_coarse(coarse.number_of_node.size(), 0);
-    set_constrained(fine, coarse, free_fine, free_coarse);
     make_mean(fine, coarse);
 }
 

@@ -29,7 +29,8 @@ std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double>
 /// Interpolation between two levels, three components a node, as PETSc matrices.
 class Transfer {
   public:
-    /// Collective. `fine_in_coarse` places every node of the whole fine mesh in the whole coarse mesh.
+    /// Collective. `fine_in_coarse` places every node of the whole fine mesh in the whole coarse mesh. The interpolation is
+    /// there after the first `set_constrained`.
     Transfer(const MeshShare& fine, const MeshShare& coarse, const BarycentricMap& fine_in_coarse);
 
     /// Coarse to fine; zero in rows of constrained fine components and columns of constrained coarse ones.

@@ -219,6 +219,25 @@ TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
     EXPECT_NE(table.failures[1].find("region 2"), std::string::npos) << table.failures[1];
 }
 
+TEST(Study, ASolveThatEndedTheStudyTwiceIsNotTriedAgain) {
+    const Folder folder;
+    prepare(folder, grid + "ranks_per_solve: 2\n");
+    const Study study = load_study(folder / "study.yaml");
+    {
+        StudyStore store(study);
+        store.open();
+        store.note_failure(2, "PETSc: something failed");
+        store.note_failure(3, "PETSc: something failed");
+        EXPECT_FALSE(store.given_up(3));
+        store.note_failure(3, "PETSc: it failed again");
+    }
+    const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    EXPECT_EQ(table.failures[2], "");
+    EXPECT_NE(table.failures[3].find("twice: PETSc: it failed again"), std::string::npos) << table.failures[3];
+}
+
 TEST(Study, AFileThatChangesWhileItRunsIsSaid) {
     const Folder folder;
     prepare(folder);

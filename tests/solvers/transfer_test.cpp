@@ -54,7 +54,9 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
     for (std::size_t l = 0; l < h.levels.size(); ++l) shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
     const auto linear = [](const Vector3& x) { return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum()); };
     for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
-        const Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
+        Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
+        transfer.set_constrained(shares[l], shares[l + 1], std::vector<std::uint8_t>(h.levels[l].nodes.size(), 0),
+                                 std::vector<std::uint8_t>(h.levels[l + 1].nodes.size(), 0));
         const PetscHandle<Vec> fine = make_vector(shares[l]), coarse = make_vector(shares[l + 1]);
         std::vector<Vector3> values;
         for (const Vector3& x : h.levels[l + 1].nodes) values.push_back(linear(x));
