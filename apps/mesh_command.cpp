@@ -17,6 +17,8 @@
 #include "meshing/surface_check.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
+#include "config/yaml.hpp"
+#include "meshing/label_volume.hpp"
 #endif
 
 namespace livetet {
@@ -97,13 +99,17 @@ nlohmann::json report(const MeshedInput& meshed) {
                          {"smoothing_mm", image->smoothing_mm},
                          {"moved", to_json(image->moved)}};
     }
+    // Levels that were refined afterwards stand before those that were meshed.
+    const auto& levels = meshed.result.hierarchy.levels;
+    const std::size_t refined = levels.size() - meshed.result.levels.size();
     std::vector<MeshQuality> qualities;
-    for (const LevelReport& level : meshed.result.levels) {
-        qualities.push_back(level.quality);
-        json["levels"].push_back(to_json(level));
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        const LevelReport* made = l < refined ? nullptr : &meshed.result.levels[l - refined];
+        qualities.push_back(made ? made->quality : measure_quality(levels[l]));
+        json["levels"].push_back(made ? to_json(*made) : to_json(qualities.back()));
     }
-    fmt::print("{}\n{}\ndihedral angles of level 0\n{}", quality_table(qualities), level_table(meshed.result.levels),
-               dihedral_histogram(qualities.front()));
+    fmt::print("{}\n{}\ndihedral angles of level 0\n{}", quality_table(qualities),
+               level_table(meshed.result.levels, refined), dihedral_histogram(qualities.front()));
     if (meshed.regions.size() > 1)
         for (const RegionVolume& r : meshed.regions) {
             fmt::print("region {:>5} {:>9.2f} ml of tets, {:.2f} ml of voxels ({:+.1f} %)\n", r.label, 1e6 * r.tets_m3,
@@ -116,16 +122,17 @@ nlohmann::json report(const MeshedInput& meshed) {
 }
 
 /// Counts up where the same input and options give another mesh than before.
-constexpr int meshing_rules = 2;
+constexpr int meshing_rules = 3;
 
-/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the version (G.
+/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the versions (G.
 /// Fowler, L. Noll, K. Vo: FNV-1a).
 std::string fingerprint(const MeshArguments& a) {
-    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {}", LIVETET_VERSION, gmsh_version(), a.source.threshold,
-                                   fmt::join(a.source.labels, ","), a.source.tets, a.source.levels,
-                                   fmt::join(a.source.edge_lengths_mm, ","), static_cast<int>(a.source.space),
-                                   a.options.min_dihedral_deg, a.inside_growth.value_or(0), fmt::join(a.spheres, ","));
-    text += fmt::format(" {} {} {}", meshing_rules, a.options.gmsh_time_limit_s, a.fix_edge_ratio.value_or(1));
+    MeshSource source = a.source;
+    source.file.clear();  // its bytes count, not its name
+    std::string text = fmt::format("{} {} {} {}\n{}", meshing_rules, LIVETET_VERSION, gmsh_version(), cgal_version(),
+                                   to_yaml(source));
+    text += fmt::format("{} {} {} {} {}", a.options.min_dihedral_deg, a.options.gmsh_time_limit_s,
+                        a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1), fmt::join(a.spheres, ","));
     text += '\n' + read_text_file(a.source.file);
     if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
     std::uint64_t hash = 0xcbf29ce484222325;
@@ -160,40 +167,70 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
         MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options);
         progress.update(1, "done");
         json = report(meshed);
-        MeshHierarchy& hierarchy = meshed.result.hierarchy;
-        json.update({{"made_by", hierarchy.provenance}, {"fingerprint", key}});
-        hierarchy.provenance = text_of(json, -1);
-        return std::move(hierarchy);
+        json.update({{"made_by", meshed.result.hierarchy.provenance}, {"fingerprint", key}});
+        return std::move(meshed.result.hierarchy);
     } catch (const MeshingFailure& failure) {
         std::filesystem::path look = a.output;
         look.replace_extension(".failed.stl");
-        std::string where = fmt::format("the surface that it was tried with: {}", look.string());
-        try {
-            write_surface(look, failure.surface, Space::ras);
-        } catch (const Error& error) {
-            where = fmt::format("nor could its surface be written: {}", error.what());
-        }
-        fail("{} ({})", failure.what(), where);
+        fail_with_surface(failure, look, a.source.file);
     }
 }
 #endif
 
-void fix_nodes(MeshHierarchy& hierarchy, const std::filesystem::path& mask) {
-    if (mask.empty()) return;
-    const LabelImage image = read_label_image(mask);
+/// The nodes under the mask as the set "fixed" of every level; `json` gets how many.
+void fix_nodes(MeshHierarchy& hierarchy, const MeshArguments& a, nlohmann::json& json) {
+    if (a.fixed_mask.empty()) return;
+    const LabelImage image = read_label_image(a.fixed_mask);
+    const std::string name = a.fixed_mask.filename().string();
+    json["fixed"] = {{"mask", name}, {"edge_ratio", a.fix_edge_ratio.value_or(1)}, {"nodes", nlohmann::json::array()}};
     for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
         TetMesh& mesh = hierarchy.levels[l];
         auto nodes = nodes_in_mask(mesh, image);
         if (nodes.empty() && l == 0)
-            fail("{}: the mask covers no node of the mesh; are both in the same world?", mask.string());
-        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(),
-                   mask.filename().string());
+            fail("{}: the mask covers no node of the mesh; are both in the same world?", a.fixed_mask.string());
+        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(), name);
+        json["fixed"]["nodes"].push_back(nodes.size());
         mesh.node_sets["fixed"] = std::move(nodes);
+        mesh.triangle_sets.erase("fixed");  // of a group of that name, which it no longer is
     }
 }
 
+/// What is written is a hierarchy, and nothing that was read is lost. `given`: the scene, or the input itself.
+void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
+    if (ending(a.output) != ".h5")
+        fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5", a.output.string(), ending(a.output));
+    for (const std::filesystem::path& other : {given, a.source.file, a.fixed_mask, a.output})
+        if (same_file(a.json, other))
+            fail("--json {}: is the same file as {}, expected another", a.json.string(), other.string());
+    (void)PendingFile(a.output);  // that it can be written, before minutes of meshing
+}
+
+/// Options that the input has no use for are mistakes of the user's, not to be passed over.
+void check_options_for(const MeshArguments& a, const CLI::App& command) {
+    const auto count = [&](const MeshKey& key) { return command.count(key.option) > 0; };
+    const auto option = [](const MeshKey& key) { return std::string(key.option); };
+    if (!is_scene(a.source.file)) return refuse_idle_keys(a.source.file, count, option);
+    for (const MeshKey& key : mesh_keys())
+        if ((key.key || key.option == std::string("--budget-ms")) && count(key))
+            fail("{}: is a scene, whose mesh block says what {} would: write it there", a.source.file.string(), key.option);
+    refuse_idle_keys(load_scene(a.source.file).mesh.file, count, option);
+}
+
+/// What a mesh that was read says of how it was made. Not the fingerprint: that is of what `mesh` made, and what is
+/// written now may be another mesh or have another set of fixed nodes.
+nlohmann::json told_by(const MeshHierarchy& hierarchy, const std::string& name) {
+    nlohmann::json json = nlohmann::json::parse(hierarchy.provenance, nullptr, false);
+    if (!json.is_object()) json = {{"made_by", hierarchy.provenance}};
+    json.erase("fingerprint");
+    json["read_by"] = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
+    json["levels"] = nlohmann::json::array();
+    return json;
+}
+
 void run(MeshArguments& a) {
-    if (is_scene(a.source.file)) a.source = load_scene(a.source.file).mesh;
+    const std::filesystem::path given = a.source.file;
+    if (is_scene(given)) a.source = load_scene(given).mesh;
+    check_outputs(a, given);
     if (a.metres) a.source.unit = LengthUnit::metre;
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
@@ -228,13 +265,14 @@ void run(MeshArguments& a) {
         ProgressLine progress("mesh");
         hierarchy = load_mesh(a.source, progress.callback());
         std::vector<MeshQuality> qualities;
-        json = {{"levels", nlohmann::json::array()}};
+        json = told_by(hierarchy, a.source.file.filename().string());
         for (const TetMesh& level : hierarchy.levels)
             json["levels"].push_back(to_json(qualities.emplace_back(measure_quality(level))));
         fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),
                    dihedral_histogram(qualities.front()));
     }
-    fix_nodes(hierarchy, a.fixed_mask);
+    fix_nodes(hierarchy, a, json);
+    hierarchy.provenance = text_of(json, -1);
     write_hierarchy(a.output, hierarchy);
     fmt::print("written      {}\n", a.output.string());
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
@@ -264,18 +302,18 @@ void add_mesh_command(CLI::App& app) {
         });
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
         ->capture_default_str()
-        ->check(CLI::Range(100, 20'000'000));
+        ->check(CLI::Range(least_tets, most_tets));
     command
         ->add_option("--levels", a->source.levels,
                      "how many levels; 0: as many as bring the coarsest to about 150 tets")
         ->capture_default_str()
-        ->check(CLI::Range(0, 8));
+        ->check(CLI::Range(0, most_levels));
     command
         ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
                      "edge length of each level, finest first; instead of --tets and --levels")
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
-    command->add_flag("--metres", a->metres, "a .msh or .vtu is in metres, not millimetres");
+    command->add_flag("--metres", a->metres, "a surface, .msh or .vtu is in metres, not millimetres");
     command
         ->add_option("--space", a->source.space,
                      "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's models since 2020")
@@ -284,7 +322,7 @@ void add_mesh_command(CLI::App& app) {
     command
         ->add_option("--budget-ms", a->budget_ms,
                      "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
-        ->check(CLI::PositiveNumber)
+        ->check(CLI::Range(1e3 * live_seconds_per_tet * least_tets, 1e3 * live_seconds_per_tet * most_tets))
         ->excludes("--tets");
     command
         ->add_option("--refine-sphere", a->spheres,
@@ -311,12 +349,7 @@ void add_mesh_command(CLI::App& app) {
         ->needs("--fix");
     command->add_option("--json", a->json, "write the report to this file too");
     command->callback([a, command] {
-        if (is_scene(a->source.file))
-            for (const char* option : {"--labels", "--threshold", "--tets", "--levels", "--edge-lengths-mm", "--metres", "--space",
-                                       "--budget-ms"})
-                if (command->count(option) > 0)
-                    fail("{}: is a scene, whose mesh block says what {} would: write it there", a->source.file.string(), option);
-        (void)PendingFile(a->output);  // that it can be written, before minutes of meshing
+        check_options_for(*a, *command);
         run(*a);
     });
 }

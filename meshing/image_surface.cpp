@@ -105,6 +105,7 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     ImageSurface result;
     result.label_volume_m3 = voxel_volume * static_cast<double>(body.picked_voxels);
     result.body_volume_m3 = voxel_volume * static_cast<double>(body.body_voxels);
+    result.label_voxels = body.label_voxels;
     result.smoothing_mm = std::max(options.smoothing_mm, 0.3 * options.voxel_mm);
     for (int attempt = 0; attempt < 4; ++attempt, result.smoothing_mm *= 1.3) {
         Field field;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+
 #include "mesh/image.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "meshing/options.hpp"
@@ -15,6 +17,7 @@ struct ImageSurface {
     double surface_volume_m3 = 0;  ///< enclosed by `surface`: within 1 % of the body's
     double iso_level = 0.5;        ///< of the smoothed indicator, moved from 0.5 to keep the volume
     SurfaceDistance moved;         ///< from the voxels' outer faces to `surface`: what smoothing did, stairs and all
+    std::map<std::int32_t, std::int64_t> label_voxels;  ///< how many voxels of each label the body has
     double smoothing_mm = 0;       ///< that it took; more than asked where the surface was not manifold with less
 };
 

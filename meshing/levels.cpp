@@ -348,7 +348,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     return result;
 }
 
-std::string level_table(std::span<const LevelReport> levels) {
+std::string level_table(std::span<const LevelReport> levels, std::size_t first) {
     std::string text = fmt::format("{:>5} {:>8} {:>9} {:>24} {:>24} {:>33} {:>9} {:>6}\n", "level", "edges/mm",
                                    "volume/%", "to the surface mean/max/mm", "from it mean/max/mm",
                                    "moves/flips/collapses/peeled", "fillings", "s");
@@ -358,7 +358,7 @@ std::string level_table(std::span<const LevelReport> levels) {
         text += fmt::format(
             "{:>5} {:>8.2f} {:>9.2f} {:>15.3f} / {:>8.3f} {:>13.3f} / {:>8.3f} {:>9} / {:>5} / {:>5} / {:>5} {:>9} "
             "{:>6.1f}\n",
-            l, 1e3 * r.remesh.edge_length_m, 100 * (r.volume_ratio - 1), 1e3 * r.distance.to_body.mean_m,
+            first + l, 1e3 * r.remesh.edge_length_m, 100 * (r.volume_ratio - 1), 1e3 * r.distance.to_body.mean_m,
             1e3 * r.distance.to_body.max_m, 1e3 * r.distance.from_body.mean_m, 1e3 * r.distance.from_body.max_m,
             o.moves, o.flips, o.collapses, o.peeled_tets, r.fillings, r.seconds);
     }

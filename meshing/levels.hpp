@@ -65,7 +65,8 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
                                 const ProgressCallback& progress = {}, const GmshOptions& gmsh = {},
                                 const Materials& materials = {});
 
-/// How each level relates to the surface and how it was made: a table in mm, %, s; every line ends with a line break.
-std::string level_table(std::span<const LevelReport> levels);
+/// How each level, of which `first` is the number of the finest, relates to the surface and how it was made: a table in
+/// mm, %, s; every line ends with a line break.
+std::string level_table(std::span<const LevelReport> levels, std::size_t first = 0);
 
 }  // namespace livetet

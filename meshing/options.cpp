@@ -9,7 +9,6 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_levels = 12;
 constexpr double coarsest_tets = 150;
 
 void positive(const char* name, double value) {
@@ -27,7 +26,7 @@ int automatic_levels(std::int64_t finest_tets, double coarsening) {
 }
 
 std::int64_t tets_for_budget(double budget_s) {
-    return std::max<std::int64_t>(std::llround(budget_s / live_seconds_per_tet), 100);
+    return std::llround(std::clamp<double>(budget_s / live_seconds_per_tet, least_tets, most_tets));
 }
 
 void check_options(const MeshingOptions& o) {

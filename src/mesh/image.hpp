@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace livetet {
@@ -28,5 +30,10 @@ struct Image {
 
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;
+
+/// Whether a voxel of this label is picked by `chosen`: one of them; where they are empty, all but 0.
+inline bool is_picked(std::int32_t label, std::span<const std::int32_t> chosen) {
+    return label != 0 && (chosen.empty() || std::find(chosen.begin(), chosen.end(), label) != chosen.end());
+}
 
 }  // namespace livetet
