@@ -68,7 +68,7 @@ nlohmann::json to_json(const SurfaceDistance& d) {
 
 nlohmann::json to_json(const LevelReport& level) {
     nlohmann::json json = to_json(level.quality);
-    json.update({{"edge_mm", 1e3 * level.remesh.edge_length_m},
+    json.update({{"edge_mm", 1e3 * level.edge_length_m},
                  {"volume_ratio", level.volume_ratio},
                  {"to_surface", to_json(level.distance.to_body)},
                  {"from_surface", to_json(level.distance.from_body)},
@@ -93,9 +93,17 @@ nlohmann::json report(const MeshedInput& meshed) {
             1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3, 1e6 * image->surface_volume_m3,
             100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,
             1e3 * image->moved.max_m, place_mm(image->moved.farthest));
-        json["image"] = {{"labels_ml", 1e6 * image->label_volume_m3},
+        const ImageGrid& grid = meshed.grid.value();
+        const Eigen::Matrix4d& affine = grid.ras_from_voxel;
+        nlohmann::json rows = nlohmann::json::array();  // mm, RAS
+        for (int i = 0; i < 3; ++i) rows.push_back({1e3 * affine(i, 0), 1e3 * affine(i, 1), 1e3 * affine(i, 2), 1e3 * affine(i, 3)});
+        json["image"] = {{"size", grid.size},
+                         {"spacing_mm", to_json(grid.spacing())},
+                         {"ras_from_voxel_mm", rows},
+                         {"labels_ml", 1e6 * image->label_volume_m3},
                          {"body_ml", 1e6 * image->body_volume_m3},
                          {"surface_ml", 1e6 * image->surface_volume_m3},
+                         {"voxel_mm", image->voxel_mm},
                          {"smoothing_mm", image->smoothing_mm},
                          {"moved", to_json(image->moved)}};
     }
@@ -118,6 +126,18 @@ nlohmann::json report(const MeshedInput& meshed) {
                 {{"label", r.label}, {"tets_ml", 1e6 * r.tets_m3}, {"voxels_ml", 1e6 * r.voxels_m3}});
         }
     for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
+    return json;
+}
+
+/// The mesh block and the options that it does not have, as the user gave them or by default.
+nlohmann::json asked(const MeshArguments& a) {
+    MeshSource source = a.source;
+    source.file = source.file.filename();
+    nlohmann::json json{{"mesh", to_yaml(source)},
+                        {"min_dihedral_deg", a.options.min_dihedral_deg},
+                        {"time_limit_s", a.options.gmsh_time_limit_s},
+                        {"refine_spheres_mm", a.spheres}};
+    if (a.inside_growth) json["inside_growth"] = *a.inside_growth;
     return json;
 }
 
@@ -161,17 +181,20 @@ nlohmann::json stored_report(const std::filesystem::path& path) {
 }
 
 /// An image or surface to a hierarchy. Where that fails, the surface that it failed on lies beside the output.
-MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json) {
+MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json,
+                              std::optional<ImageGrid>& image) {
     ProgressLine progress("mesh");
+    std::filesystem::path look = a.output;
+    look.replace_extension(".failed.stl");
     try {
         MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options);
         progress.update(1, "done");
         json = report(meshed);
-        json.update({{"made_by", meshed.result.hierarchy.provenance}, {"fingerprint", key}});
+        image = meshed.grid;
+        json.update({{"made_by", meshed.result.hierarchy.provenance}, {"asked", asked(a)}, {"fingerprint", key}});
+        if (!same_file(look, a.source.file)) std::filesystem::remove(look);  // of an earlier failure
         return std::move(meshed.result.hierarchy);
     } catch (const MeshingFailure& failure) {
-        std::filesystem::path look = a.output;
-        look.replace_extension(".failed.stl");
         fail_with_surface(failure, look, a.source.file);
     }
 }
@@ -242,6 +265,7 @@ void run(MeshArguments& a) {
 
     nlohmann::json json;
     MeshHierarchy hierarchy;
+    std::optional<ImageGrid> image;  // that it comes from
 #ifdef LIVETET_IMAGES
     if (!is_tet_mesh_name(a.source.file)) {
         const std::string key = fingerprint(a);
@@ -258,12 +282,13 @@ void run(MeshArguments& a) {
             a.options.finer_at =
                 naming(a.fixed_mask.string(), [&] { return mask_faces(read_label_image(a.fixed_mask)); });
         }
-        hierarchy = mesh_and_report(a, key, json);
+        hierarchy = mesh_and_report(a, key, json, image);
     }
 #endif
     if (hierarchy.levels.empty()) {
         ProgressLine progress("mesh");
         hierarchy = load_mesh(a.source, progress.callback());
+        if (kind_of(a.source.file) == hierarchy_kind) image = read_image_grid(a.source.file);
         std::vector<MeshQuality> qualities;
         json = told_by(hierarchy, a.source.file.filename().string());
         for (const TetMesh& level : hierarchy.levels)
@@ -273,7 +298,7 @@ void run(MeshArguments& a) {
     }
     fix_nodes(hierarchy, a, json);
     hierarchy.provenance = text_of(json, -1);
-    write_hierarchy(a.output, hierarchy);
+    write_hierarchy(a.output, hierarchy, image);
     fmt::print("written      {}\n", a.output.string());
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
 }
@@ -300,6 +325,16 @@ void add_mesh_command(CLI::App& app) {
         ->check([](const std::string& text) {
             return range_of(text) ? std::string() : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
         });
+    command
+        ->add_option("--voxel-mm", a->source.voxel_mm,
+                     "spacing of the grid that an image's surface is cut from (default: by the sizes of body and voxels, 1.5 for "
+                     "an organ)")
+        ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--smoothing-mm", a->source.smoothing_mm,
+                     "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 of them (default: likewise; "
+                     "less where a thin body would lose volume)")
+        ->check(CLI::PositiveNumber);
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
         ->capture_default_str()
         ->check(CLI::Range(least_tets, most_tets));
@@ -337,7 +372,7 @@ void add_mesh_command(CLI::App& app) {
         ->check(CLI::Range(0.0, 15.0));
     command
         ->add_option("--time-limit-s", a->options.gmsh_time_limit_s,
-                     "for each level, after which Gmsh is killed and the level given up")
+                     "for each level: whatever remeshes or fills it is killed then, and the level given up")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
     command->add_flag("--again", a->again, "mesh even where the output was made from the same input and options");

@@ -1,5 +1,7 @@
 #include "apps/mesh_input.hpp"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -97,7 +99,9 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     options.levels = source.levels;
     options.target_tets = source.tets;
     options.edge_lengths_mm = source.edge_lengths_mm;
-    const std::string name = source.file.filename().string();
+    options.voxel_mm = source.voxel_mm;
+    options.smoothing_mm = source.smoothing_mm;
+    std::string from = source.file.filename().string();
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
@@ -108,14 +112,23 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
         materials.several = meshed.image->label_voxels.size() > 1;
+        materials.volume_m3 = meshed.image->body_volume_m3;
         materials.field = [&] {
-            return LabelField(labels,
-                              {options.labels, options.voxel_mm, meshed.image->smoothing_mm, meshed.image->iso_level});
+            return LabelField(labels, {options.labels, meshed.image->voxel_mm, meshed.image->smoothing_mm,
+                                       meshed.image->iso_level});
         };
+        std::vector<std::int32_t> in_body;
+        for (const auto& [label, count] : meshed.image->label_voxels) in_body.push_back(label);
+        from += source.threshold.empty() ? fmt::format(", labels {}", fmt::join(in_body, ", "))
+                                         : fmt::format(", threshold {}", source.threshold);
+        from += fmt::format(", smoothed by {:.3g} mm on a grid of {:.3g} mm", meshed.image->smoothing_mm,
+                            meshed.image->voxel_mm);
     } else {
         surface = read_surface(source.file, source.space);
         if (source.unit == LengthUnit::metre)
             for (Vector3& x : surface.nodes) x *= 1e3;  // read as mm
+        from += fmt::format(" in {}, {}", source.unit == LengthUnit::metre ? "m" : "mm",
+                            source.space == Space::lps ? "LPS" : "RAS");
     }
     try {
         meshed.result = build_hierarchy(surface, options, progress, {}, materials);
@@ -127,6 +140,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     MeshHierarchy& hierarchy = meshed.result.hierarchy;
     if (meshed.image) {
         note_what_lies_apart(meshed, labels, source);
+        meshed.grid = ImageGrid{labels.size, labels.ras_from_voxel};
         const auto tets = region_volumes(hierarchy.levels.front());
         for (const LabelField::Material& m : meshed.result.materials)
             if (tets.contains(m.label)) meshed.regions.push_back({m.label, m.voxels_m3, tets.at(m.label)});
@@ -136,7 +150,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
                 if (level.regions.empty()) level.regions.assign(level.tets.size(), only);
     }
     hierarchy = with_refined_levels(std::move(hierarchy), source.refine);
-    hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, name, hierarchy.provenance);
+    hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, from, hierarchy.provenance);
     return meshed;
 }
 

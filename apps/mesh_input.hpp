@@ -16,6 +16,7 @@ struct RegionVolume {
 struct MeshedInput {
     HierarchyResult result;
     std::optional<ImageSurface> image;  ///< where it was an image
+    std::optional<ImageGrid> grid;      ///< of that image
     std::vector<RegionVolume> regions;  ///< of a label map's finest level, of what of it is in the body
 };
 

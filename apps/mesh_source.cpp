@@ -13,6 +13,8 @@ constexpr unsigned meshed = image_kind | surface_kind;
 constexpr MeshKey keys[] = {
     {"--labels", "labels", image_kind, [](const MeshSource& s) { return !s.labels.empty(); }},
     {"--threshold", "threshold", image_kind, [](const MeshSource& s) { return !s.threshold.empty(); }},
+    {"--voxel-mm", "voxel_mm", image_kind, [](const MeshSource& s) { return s.voxel_mm.has_value(); }},
+    {"--smoothing-mm", "smoothing_mm", image_kind, [](const MeshSource& s) { return s.smoothing_mm.has_value(); }},
     {"--metres", "unit", surface_kind | tets_kind, [](const MeshSource& s) { return s.unit != MeshSource{}.unit; }},
     {"--space", "space", surface_kind | tets_kind, [](const MeshSource& s) { return s.space != MeshSource{}.space; }},
     {"--tets", "tets", meshed, [](const MeshSource& s) { return s.tets != MeshSource{}.tets; }},

@@ -114,7 +114,13 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         fail(
             "mesh.file = {}: an image or surface is meshed on one rank only; run `livetet mesh` first and name its .h5",
             source.file.string());
-    return mesh_input(source, progress).result.hierarchy;
+    try {
+        MeshedInput meshed = mesh_input(source, progress);
+        for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
+        return std::move(meshed.result.hierarchy);
+    } catch (const MeshingFailure& failure) {
+        fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"), source.file);
+    }
 #else
     (void)progress;
     fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());

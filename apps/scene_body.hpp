@@ -12,7 +12,8 @@ namespace livetet {
 /// The nodes that a selection of a scene means. Throws Error, naming `key`, where it means none.
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection, const std::string& key);
 
-/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so.
+/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so. What came out
+/// otherwise than asked is printed as notes; a surface that could not be meshed is written to the working folder.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
 /// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.

@@ -179,7 +179,6 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
 /// Weighs the materials' votes until the samples that each has are as many as its voxels' volume asks for.
 void LabelField::balance() {
     weights_.assign(materials_.size(), 1.0f);
-    const double sample_m3 = std::abs(ras_from_sample_.topLeftCorner<3, 3>().determinant());
     std::vector<std::uint32_t> contested;  // the samples whose winner depends on the weights
     std::vector<double> sure(materials_.size(), 0);
     double inside = 0, body = 0;
@@ -207,7 +206,6 @@ void LabelField::balance() {
         }
         if (worst < balance_aim) break;
     }
-    for (std::size_t m = 0; m < materials_.size(); ++m) materials_[m].field_m3 = now[m] * sample_m3;
 }
 
 void LabelField::settle_cells() {

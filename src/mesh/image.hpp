@@ -28,6 +28,15 @@ struct Image {
     }
 };
 
+/// Where an image's voxels lie, without their values.
+struct ImageGrid {
+    std::array<int, 3> size{0, 0, 0};
+    Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();  ///< metres
+
+    /// The lengths of a voxel along its axes, metres.
+    Eigen::Vector3d spacing() const { return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose(); }
+};
+
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;
 

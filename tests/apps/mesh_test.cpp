@@ -154,6 +154,21 @@ TEST(Mesh, TakesASurfaceInMetres) {
     EXPECT_NEAR(volume(read_hierarchy(folder / "m.h5").levels.front()), 4.8e-4, 5e-6);
 }
 
+/// A surface of two bodies: which one is meshed, and that the other is not.
+TEST(Mesh, NotesPartsOfASurfaceThatAreLeftOut) {
+    const Folder folder;
+    TriangleMesh both = shapes::sphere(0.05, 4);
+    const TriangleMesh other = shapes::sphere(0.02, 3, {0.1, 0, 0});
+    const auto first = static_cast<std::int32_t>(both.nodes.size());
+    both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
+    for (const auto& [a, b, c] : other.triangles) both.triangles.push_back({first + a, first + b, first + c});
+    write_surface(folder / "both.stl", both, Space::ras);
+    const auto outcome = livetet(folder, "mesh both.stl --tets 1000 -o m.h5 --json m.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("note         surface: of 2 parts the largest is meshed"), std::string::npos) << outcome.out;
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "m.json"))["notes"].size(), 1u);
+}
+
 /// A speck of another label that the body does not reach is no material of it.
 TEST(Mesh, MeshesABodyOfOneLabelAsOne) {
     const Folder folder;
@@ -195,6 +210,70 @@ TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {
     EXPECT_NE(result.err.find("m.failed.stl"), std::string::npos) << result.err;
     EXPECT_FALSE(read_surface(folder / "m.failed.stl", Space::ras).triangles.empty());
     EXPECT_FALSE(std::filesystem::exists(folder / "m.h5"));
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5").status, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.failed.stl")) << "of an earlier failure";
+}
+
+/// The image's frame, the labels and the options are in the file: it says by itself what it is of.
+TEST(Mesh, WritesWhereTheImageLiesAndHowItWasMade) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    image.ras_from_voxel.col(0) << 1.2e-3, 1.6e-3, 0, 0;
+    image.ras_from_voxel.col(1) << 1.6e-3, -1.2e-3, 0, 0;
+    image.ras_from_voxel.col(3) << 0.03, -0.02, 0.1, 1;
+    write_image(folder / "labels.nii.gz", image);
+    write_image(folder / "mask.nii.gz", image);
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --labels 2 --tets 1000 --smoothing-mm 1.25 --refine-sphere 0,0,0,5,2 "
+                              "--fix mask.nii.gz --fix-edge-ratio 0.8 -o m.h5 --json m.json").status,
+              0);
+    const auto frame = read_image_grid(folder / "m.h5");
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->size, image.size);
+    EXPECT_LT((frame->ras_from_voxel - image.ras_from_voxel).cwiseAbs().maxCoeff(), 1e-8);
+    const auto told = nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance);
+    EXPECT_EQ(told["image"]["size"], (std::vector{24, 24, 24}));
+    EXPECT_NEAR(told["image"]["spacing_mm"][0].get<double>(), 2, 1e-5);
+    EXPECT_NEAR(told["image"]["ras_from_voxel_mm"][1][3].get<double>(), -20, 1e-5);
+    EXPECT_EQ(told["image"]["smoothing_mm"], 1.25);
+    const std::string made_by = told["made_by"], asked = told["asked"]["mesh"];
+    for (const char* words : {"labels.nii.gz", "labels 2,", "smoothed by 1.25 mm", "edges of 2.000 mm within 5.000 mm", "times 0.8"})
+        EXPECT_NE(made_by.find(words), std::string::npos) << words << " in " << made_by;
+    EXPECT_NE(asked.find("labels: [2]"), std::string::npos) << asked;
+    EXPECT_EQ(told["asked"]["refine_spheres_mm"].size(), 5u);
+    EXPECT_EQ(told["fixed"]["mask"], "mask.nii.gz");
+    EXPECT_EQ(told["fixed"]["edge_ratio"], 0.8);
+    ASSERT_EQ(livetet(folder, "mesh m.h5 -o other.h5").status, 0);
+    EXPECT_EQ(read_image_grid(folder / "other.h5")->ras_from_voxel, frame->ras_from_voxel);
+}
+
+TEST(Mesh, SmoothsAsTheSceneSays) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const auto mean_shift = [&](const std::string& keys) {
+        write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000" + keys + "}\n");
+        EXPECT_EQ(livetet(folder, "mesh scene.yaml -o m.h5 --json m.json").status, 0);
+        return nlohmann::json::parse(text_of(folder / "m.json"))["image"]["moved"]["mean_mm"].get<double>();
+    };
+    EXPECT_GT(mean_shift(", smoothing_mm: 4, voxel_mm: 1"), 1.05 * mean_shift(""));
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, voxel_mm: 0}\n");
+    expect_refused(livetet(folder, "mesh scene.yaml -o m.h5"), {"mesh.voxel_mm", "greater than 0", "scene.yaml:1"});
+}
+
+/// What `mesh` says, whoever meshes on the spot says too.
+TEST(Mesh, OnTheSpotHasTheSameNotesAndSurfaceForALook) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    for (auto& label : image.values) label = label > 0;
+    image.at(1, 1, 1) = 7;
+    write_image(folder / "labels.nii.gz", image);
+    const std::string rest = "fix: [{half_space_mm: [0, 0, 15, 0, 0, 1]}]\ngravity_m_per_s2: [0, 0, -1]\n";
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000}\n" + rest);
+    const auto solved = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(solved.status, 0) << solved.err;
+    EXPECT_NE(solved.out.find("label 7"), std::string::npos) << solved.out;
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, edge_lengths_mm: [500]}\n" + rest);
+    expect_refused(livetet(folder, "solve scene.yaml"), {"labels.nii.gz", "labels.nii.failed.stl"});
+    EXPECT_FALSE(read_surface(folder / "labels.nii.failed.stl", Space::ras).triangles.empty());
 }
 
 TEST(Mesh, SaysAtOnceWhatItCannotDo) {
