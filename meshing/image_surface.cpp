@@ -146,7 +146,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     const Vector3 extent = spacing.cwiseProduct(Vector3(body.mask.size[0], body.mask.size[1], body.mask.size[2]) - Vector3::Constant(2));
     if (!(extent.maxCoeff() <= largest_body_m))
         fail(
-            "image: the body is {:.0f} x {:.0f} x {:.0f} mm large, of voxels of {:.3g} x {:.3g} x {:.3g} mm, expected at "
+            "image: the body is {:.0f} x {:.0f} x {:.0f} mm large, of voxels of {:.4g} x {:.4g} x {:.4g} mm, expected at "
             "most {:.0f} mm: is the unit right that the file states?",
             1e3 * extent.x(), 1e3 * extent.y(), 1e3 * extent.z(), 1e3 * spacing.x(), 1e3 * spacing.y(), 1e3 * spacing.z(),
             1e3 * largest_body_m);

@@ -157,7 +157,8 @@ TEST(ImageSurface, smooths_a_plate_of_one_voxel_less_unless_told_otherwise) {
     const ImageSurface surface = surface_of_labels(plate, {});
     EXPECT_NEAR(surface.surface_volume_m3, surface.body_volume_m3, 0.01 * surface.body_volume_m3);
     MeshingOptions options;
-    options.voxel_mm = options.smoothing_mm = 5;
+    options.voxel_mm = 5;
+    options.smoothing_mm = 30;
     try {
         surface_of_labels(plate, options);
         FAIL() << "smoothed away";
@@ -183,12 +184,12 @@ TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
         return label_image(size, centred_affine(size, Vector3::Constant(spacing_mm)),
                            [&](const Vector3& x) { return 1e3 * x.norm() < 8 * spacing_mm; });
     };
-    expect_refused(ball(1000), {}, {"16000 x 16000 x 16000 mm", "1e+03 x", "unit"});
+    expect_refused(ball(1000), {}, {"16000 x 16000 x 16000 mm", "1000 x 1000 x 1000 mm", "unit"});
     MeshingOptions options;
     options.voxel_mm = 1e-3;
     expect_refused(ball(1), options, {"1e+08", "--voxel-mm", "mesh.voxel_mm"});
     expect_refused(label_image(size, centred_affine(size, {1, 1, 1}),
-                               [](const Vector3& x) { return static_cast<int>((1e3 * x.array() + 100).round().sum()) % 2; }),
+                               [](const Vector3& x) { return static_cast<int>((1e3 * x.array() + 100.5).round().sum()) % 2; }),
                    {}, {"4000 voxels", "hangs together"});
 }
 
