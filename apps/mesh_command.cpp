@@ -88,7 +88,7 @@ nlohmann::json report(const MeshedInput& meshed) {
     nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
     if (const auto& image = meshed.image) {
         fmt::print(
-            "picked       {:.1f} ml; largest part without holes {:.1f} ml; its surface encloses {:.1f} ml ({:+.2f} %), "
+            "picked       {:.4g} ml; largest part without holes {:.4g} ml; its surface encloses {:.4g} ml ({:+.2f} %), "
             "{:.2f} mm from the voxels' faces in the mean, {:.2f} mm at most, at {}\n",
             1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3, 1e6 * image->surface_volume_m3,
             100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,

@@ -123,12 +123,6 @@ TEST(RealData, ALiversLabelMapIsMeshedWithItsTumours) {
     EXPECT_EQ(report["regions"].size(), 3u);
 }
 
-TEST(RealData, ACtIsMeshedByAThreshold) {
-    LIVETET_NEEDS_DATA();
-    const json report = mesh_labels(data + "/ct/totalseg_example_ct.nii.gz", "--threshold -200: --tets 20000");
-    EXPECT_GT(report["image"]["body_ml"].get<double>(), 1000);
-}
-
 /// No organ: thin ears beside the head, whose gaps a coarse mesh closes.
 TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     LIVETET_NEEDS_DATA();
