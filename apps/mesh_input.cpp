@@ -1,5 +1,7 @@
 #include "apps/mesh_input.hpp"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -7,46 +9,39 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
-#include "mesh/label_regions.hpp"
 #include "meshing/interfaces.hpp"
+#include "meshing/refine.hpp"
 
 namespace livetet {
 
 namespace {
 
-/// How many voxels of the image each of the labels chosen has.
-std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image, std::span<const std::int32_t> chosen) {
+/// How many voxels of the image each of the labels picked has.
+std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image, std::span<const std::int32_t> picked) {
     std::map<std::int32_t, std::int64_t> counts;
     std::int64_t* count = nullptr;
     for (std::size_t n = 0; n < image.values.size(); ++n) {
         const std::int32_t label = image.values[n];
-        if (n == 0 || label != image.values[n - 1]) {
-            const bool named = std::find(chosen.begin(), chosen.end(), label) != chosen.end();
-            count = label != 0 && (chosen.empty() || named) ? &counts[label] : nullptr;
-        }
+        if (n == 0 || label != image.values[n - 1]) count = is_picked(label, picked) ? &counts[label] : nullptr;
         if (count) ++*count;
     }
     return counts;
 }
 
-/// What the materials' voxels and tets fill, and notes of labels that lie mostly apart from the body.
-void compare_regions(MeshedInput& meshed, const LabelImage& image, std::span<const std::int32_t> chosen) {
-    const double voxel = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    const auto tets = region_volumes(meshed.result.hierarchy.levels.front());
-    for (const auto& [label, count] : voxel_counts(image, chosen)) {
-        const auto& materials = meshed.result.materials;
-        const auto material =
-            std::find_if(materials.begin(), materials.end(), [&](const auto& m) { return m.label == label; });
-        const double all = voxel * static_cast<double>(count);
-        const double in_body = material == materials.end() ? 0 : material->voxels_m3;
-        if (in_body < 0.99 * all)
-            meshed.result.notes.push_back(
-                fmt::format("label {}: {:.2f} of its {:.2f} ml do not hang together with the "
-                            "largest part and are left out",
-                            label, 1e6 * (all - in_body), 1e6 * all));
-        if (tets.contains(label)) meshed.regions.push_back({label, in_body, tets.at(label)});
+/// Notes of what was picked but lies apart from the body: by label, or as what a threshold picks.
+void note_what_lies_apart(MeshedInput& meshed, const LabelImage& image, const MeshSource& source) {
+    const double voxel_ml = 1e6 * std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+    for (const auto& [label, count] : voxel_counts(image, source.labels)) {
+        const auto in_body = meshed.image->label_voxels.find(label);
+        const std::int64_t apart = count - (in_body == meshed.image->label_voxels.end() ? 0 : in_body->second);
+        if (static_cast<double>(apart) > 0.01 * static_cast<double>(count))
+            meshed.result.notes.push_back(fmt::format(
+                "{}: {:.2f} of its {:.2f} ml do not hang together with the largest part and are left out",
+                source.threshold.empty() ? fmt::format("label {}", label) : fmt::format("threshold {}", source.threshold),
+                voxel_ml * static_cast<double>(apart), voxel_ml * static_cast<double>(count)));
     }
 }
 
@@ -99,11 +94,14 @@ LabelImage between_thresholds(const MeshSource& source) {
 }  // namespace
 
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress, MeshingOptions options) {
+    refuse_idle_keys(source);
     options.labels.assign(source.labels.begin(), source.labels.end());
     options.levels = source.levels;
     options.target_tets = source.tets;
     options.edge_lengths_mm = source.edge_lengths_mm;
-    const std::string name = source.file.filename().string();
+    options.voxel_mm = source.voxel_mm;
+    options.smoothing_mm = source.smoothing_mm;
+    std::string from = source.file.filename().string();
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
@@ -113,15 +111,24 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         if (progress) progress(0, "surface of the image");
         meshed.image = naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
-        materials.several = source.threshold.empty() && voxel_counts(labels, options.labels).size() > 1;
+        materials.several = meshed.image->label_voxels.size() > 1;
+        materials.volume_m3 = meshed.image->body_volume_m3;
         materials.field = [&] {
-            return LabelField(labels,
-                              {options.labels, options.voxel_mm, meshed.image->smoothing_mm, meshed.image->iso_level});
+            return LabelField(labels, {options.labels, meshed.image->voxel_mm, meshed.image->smoothing_mm,
+                                       meshed.image->iso_level});
         };
+        std::vector<std::int32_t> in_body;
+        for (const auto& [label, count] : meshed.image->label_voxels) in_body.push_back(label);
+        from += source.threshold.empty() ? fmt::format(", labels {}", fmt::join(in_body, ", "))
+                                         : fmt::format(", threshold {}", source.threshold);
+        from += fmt::format(", smoothed by {:.3g} mm on a grid of {:.3g} mm", meshed.image->smoothing_mm,
+                            meshed.image->voxel_mm);
     } else {
-        if (!source.threshold.empty())
-            fail("{}: is a surface, a threshold ({}) is for grey images", source.file.string(), source.threshold);
         surface = read_surface(source.file, source.space);
+        if (source.unit == LengthUnit::metre)
+            for (Vector3& x : surface.nodes) x *= 1e3;  // read as mm
+        from += fmt::format(" in {}, {}", source.unit == LengthUnit::metre ? "m" : "mm",
+                            source.space == Space::lps ? "LPS" : "RAS");
     }
     try {
         meshed.result = build_hierarchy(surface, options, progress, {}, materials);
@@ -131,13 +138,32 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         fail("{}: {}", source.file.string(), error.what());
     }
     MeshHierarchy& hierarchy = meshed.result.hierarchy;
-    if (meshed.image && source.threshold.empty()) {
-        for (TetMesh& level : hierarchy.levels)
-            if (level.regions.empty()) level.regions = regions_by_label(level, labels, options.labels);
-        if (materials.several) compare_regions(meshed, labels, options.labels);
+    if (meshed.image) {
+        note_what_lies_apart(meshed, labels, source);
+        meshed.grid = ImageGrid{labels.size, labels.ras_from_voxel};
+        const auto tets = region_volumes(hierarchy.levels.front());
+        for (const LabelField::Material& m : meshed.result.materials)
+            if (tets.contains(m.label)) meshed.regions.push_back({m.label, m.voxels_m3, tets.at(m.label)});
+        const std::int32_t only = meshed.image->label_voxels.begin()->first;
+        if (source.threshold.empty())
+            for (TetMesh& level : hierarchy.levels)
+                if (level.regions.empty()) level.regions.assign(level.tets.size(), only);
     }
-    hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, name, hierarchy.provenance);
+    hierarchy = with_refined_levels(std::move(hierarchy), source.refine);
+    hierarchy.provenance = fmt::format("livetet {} from {}: {}", LIVETET_VERSION, from, hierarchy.provenance);
     return meshed;
+}
+
+void fail_with_surface(const MeshingFailure& failure, const std::filesystem::path& look,
+                       const std::filesystem::path& input) {
+    if (same_file(look, input)) fail("{}", failure.what());
+    std::string where = fmt::format("the surface that it was tried with: {}", look.string());
+    try {
+        write_surface(look, failure.surface, Space::ras);
+    } catch (const Error& error) {
+        where = fmt::format("nor could its surface be written: {}", error.what());
+    }
+    fail("{} ({})", failure.what(), where);
 }
 
 }  // namespace livetet

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/scene.hpp"
+#include "apps/mesh_source.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
 
@@ -16,12 +16,18 @@ struct RegionVolume {
 struct MeshedInput {
     HierarchyResult result;
     std::optional<ImageSurface> image;  ///< where it was an image
+    std::optional<ImageGrid> grid;      ///< of that image
     std::vector<RegionVolume> regions;  ///< of a label map's finest level, of what of it is in the body
 };
 
 /// Meshes an image (a label map, or a grey one between thresholds: then all of one region) or a surface. Labels, levels,
-/// tets and edge lengths come from `source`, the rest from `options`. Throws Error, naming --threshold, where a label map
-/// was expected and the image is grey; MeshingFailure where no tries gave a mesh.
+/// tets and edge lengths come from `source`, the rest from `options`; refined levels, if `source` asks for them, are in the
+/// hierarchy, not in the reports. Throws Error, naming --threshold, where a label map was expected and the image is grey;
+/// where `source` says what is not for such a file; MeshingFailure where no tries gave a mesh.
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress, MeshingOptions options = {});
+
+/// Throws the failure as an Error of one line, after writing its surface to `look` (.stl) where that is not the `input`.
+[[noreturn]] void fail_with_surface(const MeshingFailure& failure, const std::filesystem::path& look,
+                                    const std::filesystem::path& input);
 
 }  // namespace livetet

@@ -12,6 +12,7 @@
 #include "mechanics/material.hpp"
 #include "mechanics/time_scheme.hpp"
 #include "mesh/node_selection.hpp"
+#include "meshing/options.hpp"
 #include "solvers/options.hpp"
 #include "tracking/sensor_drive.hpp"
 
@@ -37,6 +38,7 @@ struct MeshSource {
     Space space = Space::ras;
     std::vector<int> labels;
     std::string threshold{};
+    std::optional<double> voxel_mm{}, smoothing_mm{};
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
     int levels = 0;
@@ -172,7 +174,7 @@ void visit_fields(Visitor& v, MeshSource& m) {
     v.field("file", m.file, "",
             "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu), an image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), "
             "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
-    v.choice("unit", m.unit, "length unit of a .msh or .vtu file",
+    v.choice("unit", m.unit, "length unit of a surface, .msh or .vtu file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
     v.choice("space", m.space, "which way the axes of a surface, .msh or .vtu file point, which it does not say",
              {{Space::ras, "ras", "right, anterior, superior"},
@@ -183,12 +185,19 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "or \":300\"",
             Check<std::string>{"LOW:HIGH, numbers of which one may be left out, LOW not above HIGH",
                                [](const std::string& text) { return text.empty() || range_of(text).has_value(); }});
+    v.field("voxel_mm", m.voxel_mm, "mm",
+            "spacing of the grid that an image's surface is cut from; not given: from the body's size and its voxels",
+            greater_than<0>());
+    v.field("smoothing_mm", m.smoothing_mm, "mm",
+            "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 of them; not given: as voxel_mm, or "
+            "less where a thin body would lose volume",
+            greater_than<0>());
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, the finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "about how many tetrahedra the finest level gets",
-            Check<int>{"from 100 to 20000000", [](const int& n) { return n >= 100 && n <= 20000000; }});
+            Check<int>{"from 100 to 20000000", [](const int& n) { return n >= least_tets && n <= most_tets; }});
     v.field("levels", m.levels, "", "how many levels; 0: as many as bring the coarsest to about 150 tets",
-            Check<int>{"from 0 to 8", [](const int& n) { return n >= 0 && n <= 8; }});
+            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= most_levels; }});
     v.field("refine", m.refine, "",
             "cut each tet of the finest level into eight, so many times over: sizes that no mesher should write; each a "
             "level more",

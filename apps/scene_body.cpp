@@ -87,19 +87,10 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
     return nodes;
 }
 
-bool is_tet_mesh_name(const std::filesystem::path& path) {
-    const std::string end = ending(path);
-#ifdef LIVETET_IMAGES
-    if (end == ".vtu") return true;
-#endif
-    return end == ".h5" || end == ".msh";
-}
-
 namespace {
 
 MeshHierarchy read_tets(const MeshSource& source) {
-    if (!source.threshold.empty())
-        fail("{}: is a mesh, a threshold ({}) is for grey images", source.file.string(), source.threshold);
+    refuse_idle_keys(source);
     if (ending(source.file) == ".h5") return read_hierarchy(source.file);
     const double metres = source.unit == LengthUnit::millimetre ? 1e-3 : 1.0;
 #ifdef LIVETET_IMAGES
@@ -114,10 +105,8 @@ MeshHierarchy read_tets(const MeshSource& source) {
 
 }  // namespace
 
-namespace {
-
-MeshHierarchy load_levels(const MeshSource& source, const ProgressCallback& progress) {
-    if (is_tet_mesh_name(source.file)) return read_tets(source);
+MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
+    if (is_tet_mesh_name(source.file)) return with_refined_levels(read_tets(source), source.refine);
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
     MPI_Initialized(&initialised);
@@ -126,17 +115,17 @@ MeshHierarchy load_levels(const MeshSource& source, const ProgressCallback& prog
         fail(
             "mesh.file = {}: an image or surface is meshed on one rank only; run `livetet mesh` first and name its .h5",
             source.file.string());
-    return mesh_input(source, progress).result.hierarchy;
+    try {
+        MeshedInput meshed = mesh_input(source, progress);
+        for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
+        return std::move(meshed.result.hierarchy);
+    } catch (const MeshingFailure& failure) {
+        fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"), source.file);
+    }
 #else
     (void)progress;
     fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());
 #endif
-}
-
-}  // namespace
-
-MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
-    return with_refined_levels(load_levels(source, progress), source.refine);
 }
 
 SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)

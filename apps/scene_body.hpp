@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "apps/mesh_source.hpp"
 #include "apps/scene.hpp"
 #include "base/progress.hpp"
 #include "solvers/deformable_body.hpp"
@@ -11,10 +12,8 @@ namespace livetet {
 /// The nodes that a selection of a scene means. Throws Error, naming `key`, where it means none.
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection, const std::string& key);
 
-/// Whether the name is that of a tetrahedral mesh: .h5, .msh, and .vtu where this build has VTK.
-bool is_tet_mesh_name(const std::filesystem::path& path);
-
-/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so.
+/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so. What came out
+/// otherwise than asked is printed as notes; a surface that could not be meshed is written to the working folder.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
 /// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.

@@ -1,5 +1,9 @@
 #include "io/hierarchy_file.hpp"
 
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 
@@ -73,6 +77,28 @@ BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, s
     return map;
 }
 
+void write_grid(hdf5::File& file, const ImageGrid& image) {
+    file.write<std::int32_t>("image/size", image.size, 3);
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = image.ras_from_voxel;
+    file.write<double>("image/ras_from_voxel", {rows.data(), 16}, 4);
+    const Eigen::Vector3d spacing = image.spacing();  // follows from the affine: for who looks into the file
+    file.write<double>("image/spacing", {spacing.data(), 3}, 3);
+}
+
+ImageGrid read_grid(const hdf5::File& file) {
+    const auto size = file.read<std::int32_t>("image/size", 3).values;
+    const auto rows = file.read<double>("image/ras_from_voxel", 4).values;
+    if (size.size() != 3 || *std::min_element(size.begin(), size.end()) < 1)
+        fail("{}: image/size is {}, expected three numbers of voxels", file.shown(), fmt::join(size, " x "));
+    if (rows.size() != 16) fail("{}: image/ras_from_voxel has {} numbers, expected 16", file.shown(), rows.size());
+    ImageGrid image{{size[0], size[1], size[2]}, Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(rows.data())};
+    const double volume = image.ras_from_voxel.topLeftCorner<3, 3>().determinant();
+    if (!image.ras_from_voxel.allFinite() || !(std::abs(volume) > 0) ||
+        image.ras_from_voxel.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+        fail("{}: image/ras_from_voxel is no affine that spans space, expected voxels' places in metres", file.shown());
+    return image;
+}
+
 }  // namespace
 
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
@@ -120,12 +146,15 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     return mesh;
 }
 
-void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy) {
+void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy,
+                     const std::optional<ImageGrid>& image) {
     PendingFile pending(path);
     {
         hdf5::File file = hdf5::File::create(pending.path(), path.string());
         hdf5::write_format(file, format_name, format_version);
         file.write_text("provenance", hierarchy.provenance);
+        file.write_text("world", "RAS, metres");
+        if (image) write_grid(file, *image);
         for (std::size_t l = 0; l < hierarchy.levels.size(); ++l)
             write_mesh(file, fmt::format("levels/{}", l), hierarchy.levels[l]);
         for (std::size_t l = 0; l < hierarchy.transfers.size(); ++l) {
@@ -138,6 +167,13 @@ void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hie
         file.flush();
     }
     pending.commit();
+}
+
+std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path) {
+    const hdf5::File file = hdf5::File::open(path);
+    hdf5::check_format(file, format_name, format_version);
+    if (!file.has("image/size")) return {};
+    return read_grid(file);
 }
 
 MeshHierarchy read_hierarchy(const std::filesystem::path& path) {

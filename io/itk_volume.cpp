@@ -191,7 +191,7 @@ void check_holds(const Data& data, const Header& header, std::uint64_t count, st
         found = stored / 2;
     }
     if (found < expected) fail("{}: found {} {}, expected {}: the file is truncated", where, found, kind, expected);
-    const bool exact = data.coding == Data::deflated || (data.coding == Data::raw && data.attached);
+    const bool exact = data.coding == Data::deflated || data.coding == Data::raw;
     if (found > expected && exact && !data.skips)
         fail("{}: found {} or more {}, expected {}: its header gives a wrong size", where, found, kind, expected);
 }

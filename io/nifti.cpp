@@ -50,10 +50,12 @@ class GzReader {
             count -= wanted;
         }
     }
-    /// The end of the compressed data, whose check sum lies behind the last voxel.
+    /// The end of the file, and of compressed data the check sum that lies behind the last voxel.
     void finish() {
         char rest = 0;
-        const bool damaged = gzread(file_, &rest, 1) < 0;
+        const int more = gzread(file_, &rest, 1);
+        if (more > 0) fail("{}: holds more bytes than its header's voxels: the header gives a wrong size or type", where_);
+        const bool damaged = more < 0;
         if (gzclose_r(std::exchange(file_, nullptr)) != Z_OK || damaged)
             fail("{}: its compressed data are truncated or damaged at the end", where_);
     }

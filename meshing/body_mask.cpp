@@ -40,11 +40,8 @@ Mask pick(const LabelImage& image, std::span<const std::int32_t> labels) {
         if (!there.contains(label)) fail("image: label {} is not there, found {}", label, fmt::join(there, ", "));
     }
     Mask mask{image.size, image.ras_from_voxel, std::vector<std::uint8_t>(image.values.size(), empty)};
-    const auto wanted = [&](std::int32_t v) {
-        return v != 0 && (labels.empty() || std::find(labels.begin(), labels.end(), v) != labels.end());
-    };
     for (std::size_t i = 0; i < image.values.size(); ++i)
-        if (wanted(image.values[i])) mask.values[i] = picked;
+        if (is_picked(image.values[i], labels)) mask.values[i] = picked;
     return mask;
 }
 
@@ -81,8 +78,8 @@ std::vector<std::size_t> largest_component(Mask& mask) {
     return largest;
 }
 
-/// The voxels alone in a grid that leaves one empty voxel around them.
-Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels) {
+/// The voxels alone in a grid that leaves one empty voxel around them; `corner` gets its first voxel's place.
+Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels, std::array<int, 3>& corner) {
     Eigen::Array3i low = Eigen::Array3i::Constant(1 << 30), high = -low;
     const auto place = [&](std::size_t v) {
         const auto nx = static_cast<std::size_t>(image.size[0]), ny = static_cast<std::size_t>(image.size[1]);
@@ -93,6 +90,7 @@ Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels) {
         high = high.max(place(v));
     }
     low -= 1;
+    corner = {low[0], low[1], low[2]};
     const Eigen::Array3i size = high - low + 2;
     Mask crop{{size[0], size[1], size[2]}, image.ras_from_voxel, {}};
     crop.ras_from_voxel.col(3) = image.ras_from_voxel * low.cast<double>().matrix().homogeneous();
@@ -111,7 +109,9 @@ BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> lab
     Mask all = pick(image, labels);
     BodyMask body;
     body.picked_voxels = std::count(all.values.begin(), all.values.end(), picked);
-    body.mask = cropped(all, largest_component(all));
+    const std::vector<std::size_t> part = largest_component(all);
+    for (const std::size_t v : part) ++body.label_voxels[image.values[v]];
+    body.mask = cropped(all, part, body.corner);
     flood(body.mask, 0, empty, outside);  // the empty rim is in one piece
     for (std::uint8_t& v : body.mask.values) v = v == outside ? 0 : 1;
     body.body_voxels = std::count(body.mask.values.begin(), body.mask.values.end(), 1);
@@ -154,7 +154,8 @@ TriangleMesh mask_faces(const LabelImage& image) {
     std::vector<std::size_t> voxels;
     for (std::size_t v = 0; v < mask.values.size(); ++v)
         if (mask.values[v] == picked) voxels.push_back(v);
-    return voxel_faces(cropped(mask, voxels));
+    std::array<int, 3> corner;
+    return voxel_faces(cropped(mask, voxels, corner));
 }
 
 }  // namespace livetet

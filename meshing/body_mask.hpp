@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -14,6 +16,8 @@ struct BodyMask {
     Image<std::uint8_t> mask;        ///< 1 inside; its affine is that of the cropped grid
     std::int64_t picked_voxels = 0;  ///< with the labels asked for, in the whole image
     std::int64_t body_voxels = 0;    ///< of the largest part, holes filled
+    std::array<int, 3> corner{};     ///< the mask's voxel (0, 0, 0) in the image, which may be one beyond its border
+    std::map<std::int32_t, std::int64_t> label_voxels{};  ///< how many of each label the largest part has
 };
 
 /// The largest part (voxels that share a face; of equal ones the first in memory) of the voxels with these labels (all

@@ -94,6 +94,8 @@ int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm 
     for (std::size_t c = 0; c + 3 < corners.size(); c += 4)
         mesh.tets.push_back(
             {number[corners[c]], number[corners[c + 1]], number[corners[c + 2]], number[corners[c + 3]]});
+    for (const Tet& t : mesh.tets)
+        if (*std::min_element(t.begin(), t.end()) < 0) fail("a tet names a node that is not there");
     return write_mesh(out, mesh) ? 0 : 1;
 }
 
@@ -160,8 +162,8 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
         time_left -= child.seconds;
         if (time_left <= 0) break;
     }
-    fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface about {} ({} triangles): {}", 1e3 * edge_length_m,
-         place_mm(surface.nodes.front()), surface.triangles.size(), faults);
+    fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface from {} ({} triangles): {}", 1e3 * edge_length_m,
+         box_mm(surface.nodes), surface.triangles.size(), faults);
 }
 
 std::string gmsh_version() { return GMSH_API_VERSION; }

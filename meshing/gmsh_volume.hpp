@@ -22,7 +22,7 @@ struct GmshOptions {
 /// J.-F. Remacle, Gmsh, 2009; C. Marot et al., One machine, one minute, three billion tetrahedra, 2019), in a child
 /// process, since Gmsh can hang for ever, deaf to SIGTERM. Tets are positively oriented; nodes and tets are in the
 /// order of `sort_for_locality`. `way`, if given, gets the algorithm that succeeded and why those before it did not.
-/// Throws Error with Gmsh's last words where it fails, or at the time limit.
+/// Throws Error with Gmsh's last words and the surface's box where it fails, or at the time limit.
 TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options = {},
                      std::string* way = nullptr);
 

@@ -6,15 +6,16 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "mesh/tet_faces.hpp"
 #include "meshing/quality.hpp"
+#include "meshing/stars.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
 
 namespace {
 
-constexpr int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  ///< opposite each corner, wound outwards
-constexpr double longest_step = 0.1;                                       ///< of a node's mean edge
+constexpr double longest_step = 0.1;  ///< of a node's mean edge
 
 struct Face {
     Triangle sorted;
@@ -29,7 +30,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)
         for (int side = 0; side < 4; ++side) {
             Triangle f;
-            for (int c = 0; c < 3; ++c) f[c] = mesh.tets[t][faces[side][c]];
+            for (int c = 0; c < 3; ++c) f[c] = mesh.tets[t][tet_faces[side][c]];
             std::sort(f.begin(), f.end());
             all.push_back({f, static_cast<std::int32_t>(t), side});
         }
@@ -48,13 +49,6 @@ std::vector<std::array<std::int32_t, 4>> neighbours_of(const TetMesh& mesh) {
             next[all[f + 1].tet][all[f + 1].side] = all[f].tet;
         }
     return next;
-}
-
-std::vector<std::vector<std::int32_t>> stars_of(const TetMesh& mesh) {
-    std::vector<std::vector<std::int32_t>> stars(mesh.nodes.size());
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-        for (const std::int32_t n : mesh.tets[t]) stars[n].push_back(static_cast<std::int32_t>(t));
-    return stars;
 }
 
 /// Turns the tets about a body into one that `make_one_body` wants.
@@ -211,11 +205,11 @@ class BodyCutter {
 
     TetMesh& mesh_;
     std::vector<std::array<std::int32_t, 4>> next_;
-    std::vector<std::vector<std::int32_t>> stars_;
+    std::vector<Star> stars_;
     std::int32_t last_ = 0;
 };
 
-double least_angle(const TetMesh& mesh, const std::vector<std::int32_t>& star) {
+double least_angle(const TetMesh& mesh, const Star& star) {
     double least = 180;
     for (const std::int32_t t : star) {
         const auto& [a, b, c, d] = mesh.tets[t];
@@ -224,13 +218,6 @@ double least_angle(const TetMesh& mesh, const std::vector<std::int32_t>& star) {
         least = std::min(least, *std::min_element(angles.begin(), angles.end()));
     }
     return least;
-}
-
-double mean_edge(const TetMesh& mesh, const std::vector<std::int32_t>& star, std::int32_t n) {
-    double sum = 0;
-    for (const std::int32_t t : star)
-        for (const std::int32_t m : mesh.tets[t]) sum += (mesh.nodes[m] - mesh.nodes[n]).norm();
-    return sum / (3.0 * static_cast<double>(star.size()));
 }
 
 }  // namespace
@@ -255,7 +242,7 @@ std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh) {
     std::vector<InterfaceTriangle> triangles;
     for (const Face& f : kept) {
         InterfaceTriangle& t = triangles.emplace_back();
-        for (int c = 0; c < 3; ++c) t.nodes[c] = mesh.tets[f.tet][faces[f.side][c]];
+        for (int c = 0; c < 3; ++c) t.nodes[c] = mesh.tets[f.tet][tet_faces[f.side][c]];
         t.inside = region(f.tet);
         t.outside = f.sorted[0];
     }

@@ -29,17 +29,11 @@ constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0
 Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image, std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
     const auto& mask = body.mask;
-    const Eigen::Vector3d corner =
-        (image.ras_from_voxel.inverse() * mask.ras_from_voxel.col(3)).head<3>();  // of the crop, in the image's voxels
-    const int low[3] = {static_cast<int>(std::lround(corner[0])), static_cast<int>(std::lround(corner[1])),
-                        static_cast<int>(std::lround(corner[2]))};
-    const auto chosen = [&](std::int32_t label) {
-        return label != 0 && (labels.empty() || std::find(labels.begin(), labels.end(), label) != labels.end());
-    };
+    const auto& low = body.corner;
     const auto label_of = [&](int i, int j, int k) {
         const std::int32_t label =
             image.contains(i + low[0], j + low[1], k + low[2]) ? image.at(i + low[0], j + low[1], k + low[2]) : 0;
-        return mask.at(i, j, k) && chosen(label) ? label : 0;
+        return mask.at(i, j, k) && is_picked(label, labels) ? label : 0;
     };
     std::map<std::int32_t, std::uint16_t> numbers;
     const auto visit_all = [&](const auto& visit) {
@@ -185,7 +179,6 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
 /// Weighs the materials' votes until the samples that each has are as many as its voxels' volume asks for.
 void LabelField::balance() {
     weights_.assign(materials_.size(), 1.0f);
-    const double sample_m3 = std::abs(ras_from_sample_.topLeftCorner<3, 3>().determinant());
     std::vector<std::uint32_t> contested;  // the samples whose winner depends on the weights
     std::vector<double> sure(materials_.size(), 0);
     double inside = 0, body = 0;
@@ -213,7 +206,6 @@ void LabelField::balance() {
         }
         if (worst < balance_aim) break;
     }
-    for (std::size_t m = 0; m < materials_.size(); ++m) materials_[m].field_m3 = now[m] * sample_m3;
 }
 
 void LabelField::settle_cells() {

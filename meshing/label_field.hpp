@@ -27,7 +27,6 @@ class LabelField {
     struct Material {
         std::int32_t label = 0;
         double voxels_m3 = 0;  ///< of its voxels in the body, filled holes among them
-        double field_m3 = 0;   ///< of the places that are its own; 0: it is thinner than the smoothing
     };
 
     /// Throws Error as `largest_body` does.

@@ -13,6 +13,7 @@
 #include "mesh/packed_mesh.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/mesh_pipe.hpp"
+#include "meshing/surface_check.hpp"
 
 namespace livetet {
 
@@ -129,7 +130,7 @@ TetMesh fill_labels(const LabelField& field, double edge_length_m, const LabelVo
     const ChildResult child =
         options.run([&](int out) { return mesh_and_write(field, edge_length_m, options, out); }, options.time_limit_s);
     if (child.end != ChildResult::End::returned)
-        fail("CGAL: no mesh of the labels with edges of {:.2f} mm: {}", 1e3 * edge_length_m,
+        fail("CGAL: no mesh of the labels from {} with edges of {:.2f} mm: {}", box_mm(field.bounds()), 1e3 * edge_length_m,
              end_text(child, options.time_limit_s));
     TetMesh mesh = unpacked_mesh(child.result, "CGAL");
     make_one_body(mesh);

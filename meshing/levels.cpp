@@ -4,12 +4,17 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <optional>
 
+#include "base/child_process.hpp"
 #include "base/error.hpp"
+#include "mesh/packed_mesh.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/label_volume.hpp"
 #include "meshing/locality.hpp"
+#include "meshing/mesh_pipe.hpp"
+#include "meshing/remesh.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -42,12 +47,12 @@ constexpr int volume_steps = 4;
 /// The optimiser aims so many degrees higher than the least angle that is accepted.
 constexpr double aim_over_bound_deg = 5;
 
-/// The finest level's volume is within this of the surface's, relative.
-constexpr double volume_limit = 0.01;
+/// The finest level's volume is within this of the body's, relative; where a coarser one misses it by more than the
+/// second, the user is told.
+constexpr double volume_limit = 0.01, volume_worth_a_note = 0.1;
 
 /// How fast edges grow away from where they are asked to be short.
 constexpr double gradation = 0.3;
-constexpr double usual_inside_growth = 1.5;
 
 struct Level {
     TetMesh mesh;
@@ -59,6 +64,32 @@ TriangleMesh boundary_surface(const TetMesh& mesh) {
     return largest_part(surface);
 }
 
+/// `remesh_surface` in a child process of `seconds_left`, which get less by what it takes: CGAL's ways out of
+/// self-intersections can take for ever.
+TriangleMesh remesh_apart(const TriangleMesh& from, double& edge_length_m, int iterations, int tries,
+                          const EdgeLengthField& shorter_at, double& seconds_left) {
+    const ChildResult child = run_in_child(
+        [&](int out) {
+            const TriangleMesh surface = remesh_surface(from, edge_length_m, iterations, tries, shorter_at);
+            TetMesh parcel;  // a surface travels as a mesh without tets
+            parcel.nodes = surface.nodes;
+            parcel.triangle_sets["surface"] = surface.triangles;
+            return write_all(out, &edge_length_m, sizeof edge_length_m) && write_mesh(out, parcel) ? 0 : 1;
+        },
+        seconds_left);
+    if (child.end == ChildResult::End::failed) {
+        const std::string words = last_words(child.log), mark = "Error   : ";  // as a child says what was thrown
+        fail("{}", words.starts_with(mark) ? words.substr(mark.size()) : words);
+    }
+    if (child.end != ChildResult::End::returned || child.result.size() < sizeof edge_length_m)
+        fail("surface: remeshing it from {} to edges of {:.2f} mm {}", box_mm(from.nodes), 1e3 * edge_length_m,
+             end_text(child, seconds_left));
+    seconds_left -= child.seconds;
+    std::memcpy(&edge_length_m, child.result.data(), sizeof edge_length_m);
+    TetMesh parcel = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m), "the remeshed surface");
+    return {std::move(parcel.nodes), std::move(parcel.triangle_sets.at("surface"))};
+}
+
 /// What stays the same from level to level.
 struct Maker {
     const TriangleMesh& surface;
@@ -66,7 +97,7 @@ struct Maker {
     const GmshOptions& gmsh;
     const Materials& materials;
     NearestTriangle body{surface.nodes, surface.triangles};
-    double body_volume = signed_volume(surface);
+    double body_volume = materials.volume_m3.value_or(signed_volume(surface));
     TriangleMesh
         finest{};  ///< the finest level's surface, once there: coarser levels are remeshed from it, which is quick
     std::optional<NearestTriangle> finer_at{};
@@ -127,11 +158,12 @@ struct Maker {
         const EdgeLengthField shorter_at = on_surface(edge_length_m, scale);
         tried = from;
         const int tries = std::min(options.remesh_tries, materials.field ? remesh_tries_with_labels : 1 << 30);
-        tried = remesh_surface(from, edge_length_m, options.remesh_iterations, tries, report.remesh, shorter_at);
+        double edge = edge_length_m;
+        tried = remesh_apart(from, edge, options.remesh_iterations, tries, shorter_at, time_limit_s);
+        report.edge_length_m = edge;
         GmshOptions filling = gmsh;
         filling.time_limit_s = time_limit_s;
         filling.optimise_passes = options.optimise_passes;
-        const double edge = report.remesh.edge_length_m;
         std::optional<NearestTriangle> tree;
         if (options.inside_growth || shorter_at) {
             tree.emplace(tried.nodes, tried.triangles);
@@ -167,7 +199,7 @@ struct Maker {
         filling.shorter_at = on_surface(edge_length_m, scale);
         if (options.inside_growth) filling.inside_growth = *options.inside_growth;
         level.mesh = fill_labels(field(), edge_length_m, filling);
-        report.remesh.edge_length_m = edge_length_m;
+        report.edge_length_m = edge_length_m;
         report.filled_by = "CGAL from the labels";
         const auto improve = [&] {
             if (bound == 0) return;
@@ -189,6 +221,7 @@ struct Maker {
     /// Measures the level, and throws Error where it is not good enough; `tried` gets its surface.
     void finish(Level& level, double scale, TriangleMesh& tried) const {
         LevelReport& report = level.report;
+        check_tet_mesh(level.mesh, "the level");
         report.quality = measure_quality(level.mesh);
         tried = boundary_surface(level.mesh);
         if (const auto& worst = report.quality.worst.front(); worst.min_dihedral_deg < options.min_dihedral_deg)
@@ -200,7 +233,7 @@ struct Maker {
         report.distance = hausdorff_distance(tried, surface, body);
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
             fail(
-                "it holds {:.2f} ml of the surface's {:.2f} ml, expected within 1 %; farthest from it, by {:.2f} mm, "
+                "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from it, by {:.2f} mm, "
                 "at {}",
                 1e6 * report.quality.volume_m3, 1e6 * body_volume, 1e3 * report.distance.from_body.max_m,
                 place_mm(report.distance.from_body.farthest));
@@ -220,28 +253,31 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std
     Level best;
     double seconds = 0;
     int fillings = 0;
-    while (fillings < o.target_tries) {
-        tell(fillings);
+    std::vector<std::string> dropped;
+    for (int mesh = 0; mesh < o.target_tries; ++mesh) {
+        tell(mesh);
         Level level;
         try {
             level = maker.make(edge_length, 1);
         } catch (const MeshingFailure& failure) {
-            if (fillings == 0) throw;
-            notes.push_back(fmt::format("level 0, mesh {}: {}", fillings + 1, failure.what()));
+            if (mesh == 0) throw;
+            notes.push_back(fmt::format("level 0, mesh {}: {}", mesh + 1, failure.what()));
             break;
         }
         const auto tets = static_cast<double>(level.report.quality.tets);
-        ++fillings;
+        fillings += level.report.fillings;
         seconds += level.report.seconds;
+        dropped.insert(dropped.end(), level.report.dropped.begin(), level.report.dropped.end());
         edge_length *= std::cbrt(tets / target);
-        if (fillings == 1 || miss(level) < miss(best)) best = std::move(level);
+        if (mesh == 0 || miss(level) < miss(best)) best = std::move(level);
         if (miss(best) <= std::log1p(o.target_tolerance) * 0.95) break;
     }
     best.report.fillings = fillings;
     best.report.seconds = seconds;
+    best.report.dropped = std::move(dropped);
     if (miss(best) > std::log1p(o.target_tolerance))
-        notes.push_back(fmt::format("meshing.target_tets = {}: the nearest of {} tries has {} tets", o.target_tets,
-                                    fillings, best.report.quality.tets));
+        notes.push_back(fmt::format("level 0: of the meshes tried the nearest to {} tets has {}", o.target_tets,
+                                    best.report.quality.tets));
     return best;
 }
 
@@ -253,16 +289,20 @@ std::size_t level_count(const MeshingOptions& o, std::int64_t finest_tets) {
 std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result) {
     std::vector<std::string> edges;
     for (const LevelReport& level : result.levels)
-        edges.push_back(fmt::format("{:.3f}", 1e3 * level.remesh.edge_length_m));
+        edges.push_back(fmt::format("{:.3f}", 1e3 * level.edge_length_m));
     const std::string way = result.materials.empty()
                                 ? fmt::format("remeshed from one surface to edges of {} mm, filled by Gmsh (API {})",
                                               fmt::join(edges, ", "), gmsh_version())
                                 : fmt::format("made from {} labels with edges of {} mm by CGAL {}",
                                               result.materials.size(), fmt::join(edges, ", "), cgal_version());
-    return fmt::format(
-        "levels {}; target_tets {}, coarsening {}, voxel_mm {}, smoothing_mm {}, optimise_passes {}, "
-        "min_dihedral_deg {}",
-        way, o.target_tets, o.coarsening, o.voxel_mm, o.smoothing_mm, o.optimise_passes, o.min_dihedral_deg);
+    std::string text = fmt::format("levels {}; target_tets {}, coarsening {}, optimise_passes {}, min_dihedral_deg {}", way,
+                                   o.target_tets, o.coarsening, o.optimise_passes, o.min_dihedral_deg);
+    if (o.inside_growth) text += fmt::format(", inside_growth {}", *o.inside_growth);
+    for (const FineSphere& s : o.finer)
+        text += fmt::format(", edges of {:.3f} mm within {:.3f} mm of {}", 1e3 * s.edge_length_m, 1e3 * s.radius_m,
+                            place_mm(s.centre));
+    if (!o.finer_at.triangles.empty()) text += fmt::format(", edges at the mask's border times {}", o.finer_at_ratio);
+    return text;
 }
 
 /// Materials of which the finest level has no tets.
@@ -285,13 +325,13 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         if (progress) progress(fraction, what);
     };
     tell(0, "checking the surface");
-    const TriangleMesh repaired = repair_surface(surface);
+    HierarchyResult result;
+    const TriangleMesh repaired = repair_surface(surface, &result.notes);
     Maker maker{repaired, options, gmsh, materials};
     if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
         maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);
 
     // The finest level takes nearly all of the time, and most tries need two meshes of it.
-    HierarchyResult result;
     if (materials.several) {
         tell(0.02, "smoothing the labels");
         result.materials = maker.field().materials();
@@ -306,6 +346,9 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         if (!materials.several && !level.mesh.regions.empty())
             result.notes.push_back(
                 fmt::format("level {}: made by {}, not from their surface", meshes.size(), level.report.filled_by));
+        if (!(std::abs(level.report.volume_ratio - 1) <= volume_worth_a_note))
+            result.notes.push_back(fmt::format("level {}: holds {:.0f} % of the body's volume", meshes.size(),
+                                               100 * level.report.volume_ratio));
         meshes.push_back(std::move(level.mesh));
         result.levels.push_back(std::move(level.report));
     };
@@ -348,7 +391,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     return result;
 }
 
-std::string level_table(std::span<const LevelReport> levels) {
+std::string level_table(std::span<const LevelReport> levels, std::size_t first) {
     std::string text = fmt::format("{:>5} {:>8} {:>9} {:>24} {:>24} {:>33} {:>9} {:>6}\n", "level", "edges/mm",
                                    "volume/%", "to the surface mean/max/mm", "from it mean/max/mm",
                                    "moves/flips/collapses/peeled", "fillings", "s");
@@ -358,7 +401,7 @@ std::string level_table(std::span<const LevelReport> levels) {
         text += fmt::format(
             "{:>5} {:>8.2f} {:>9.2f} {:>15.3f} / {:>8.3f} {:>13.3f} / {:>8.3f} {:>9} / {:>5} / {:>5} / {:>5} {:>9} "
             "{:>6.1f}\n",
-            l, 1e3 * r.remesh.edge_length_m, 100 * (r.volume_ratio - 1), 1e3 * r.distance.to_body.mean_m,
+            first + l, 1e3 * r.edge_length_m, 100 * (r.volume_ratio - 1), 1e3 * r.distance.to_body.mean_m,
             1e3 * r.distance.to_body.max_m, 1e3 * r.distance.from_body.mean_m, 1e3 * r.distance.from_body.max_m,
             o.moves, o.flips, o.collapses, o.peeled_tets, r.fillings, r.seconds);
     }

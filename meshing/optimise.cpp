@@ -8,14 +8,14 @@
 #include <numbers>
 #include <optional>
 
+#include "mesh/tet_faces.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/quality.hpp"
+#include "meshing/stars.hpp"
 
 namespace livetet {
 
 namespace {
-
-using Star = std::vector<std::int32_t>;
 
 constexpr int most_passes = 12;
 constexpr double crease_slack = 0.05;   ///< of a node's mean edge: how far it may leave the body's surface
@@ -52,10 +52,8 @@ class Optimiser {
           guide_(std::move(guide)),
           aim_(-std::cos(aim_deg * std::numbers::pi / 180)),
           alive_(mesh.tets.size(), true),
-          stars_(mesh.nodes.size()),
+          stars_(stars_of(mesh)),
           on_surface_(mesh.nodes.size(), false) {
-        for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-            for (const std::int32_t n : mesh.tets[t]) stars_[n].push_back(static_cast<std::int32_t>(t));
         for (const InterfaceTriangle& f : interface_triangles(mesh))
             for (const std::int32_t n : f.nodes) on_surface_[n] = true;
     }
@@ -126,8 +124,9 @@ class Optimiser {
         std::vector<BoundaryTriangle> found;
         if (!on_surface_[n]) return found;
         for (const std::int32_t t : stars_[n]) {
-            const auto& [a, b, c, d] = mesh_.tets[t];
-            for (const Triangle& f : {Triangle{b, c, d}, Triangle{a, d, c}, Triangle{a, b, d}, Triangle{a, c, b}}) {
+            const Tet& tet = mesh_.tets[t];
+            for (const auto& [i, j, k] : tet_faces) {
+                const Triangle f{tet[i], tet[j], tet[k]};
                 if (f[0] != n && f[1] != n && f[2] != n) continue;
                 const Star both = tets_with({f[0], f[1], f[2]});
                 const std::int32_t here = region(t);
@@ -148,13 +147,6 @@ class Optimiser {
     Vector3 normal(const Triangle& f) const {
         const Vector3& a = mesh_.nodes[f[0]];
         return (mesh_.nodes[f[1]] - a).cross(mesh_.nodes[f[2]] - a).normalized();
-    }
-
-    double mean_edge(std::int32_t n) const {
-        double sum = 0;
-        for (const std::int32_t t : stars_[n])
-            for (const std::int32_t m : mesh_.tets[t]) sum += (mesh_.nodes[m] - mesh_.nodes[n]).norm();
-        return sum / (3.0 * static_cast<double>(stars_[n].size()));
     }
 
     void add(const Tet& tet, std::int32_t region) {
@@ -314,7 +306,7 @@ class Optimiser {
     /// A pattern search for the place of a node where the least angle about it is greatest.
     bool move(std::int32_t n) {
         const Star& star = stars_[n];
-        const double scale = mean_edge(n), start = worst_of(star);
+        const double scale = mean_edge(mesh_, star, n), start = worst_of(star);
         const Vector3 home = mesh_.nodes[n];
         const std::vector<BoundaryTriangle> boundary = boundary_about(n);
         std::vector<Vector3> normals;

@@ -9,6 +9,12 @@
 
 namespace livetet {
 
+/// What users may ask for; a budget or a scene can say no more than these either.
+constexpr int least_tets = 100, most_tets = 20'000'000, most_levels = 12;
+
+/// Edges deep inside over those of the surface, where nothing else is asked for.
+constexpr double usual_inside_growth = 1.5;
+
 /// A place where the finest level wants edges of this length or shorter; each coarser level has them longer by the
 /// coarsening. Metres.
 struct FineSphere {
@@ -24,8 +30,9 @@ using EdgeLengthField = std::function<double(const Vector3&)>;
 struct MeshingOptions {
     // Which voxels, and how smooth their surface.
     std::vector<std::int32_t> labels;  ///< labels that make the body, together; empty: every label but 0
-    double voxel_mm = 1.5;             ///< spacing of the field that the surface is cut from, mm
-    double smoothing_mm = 1.5;  ///< Gaussian's standard deviation, mm; at least 0.6 voxels along each axis is taken
+    /// Spacing of the grid that an image's surface is cut from, and the standard deviation of the Gaussian that smooths
+    /// its voxels (at least 0.6 of them along each axis), mm; none: see `surface_of_labels`.
+    std::optional<double> voxel_mm, smoothing_mm;
 
     // How many levels, how fine.
     int levels = 0;                    ///< non-nested levels, where `edge_lengths_mm` is empty; 0: see automatic_levels
@@ -52,14 +59,14 @@ struct MeshingOptions {
 /// Poisson's ratio of 0.45.
 constexpr double live_seconds_per_tet = 1e-7;
 
-/// How many tets a frame of `budget_s` seconds has time for; at least 100.
+/// How many tets a frame of `budget_s` seconds has time for; from `least_tets` to `most_tets`.
 std::int64_t tets_for_budget(double budget_s);
 
 /// As many levels as bring the coarsest to at most 150 tets where each has 1 / coarsening^3 of the tets of the one
 /// before it: the live solver factors the coarsest densely whenever the time step changes. At least 2, at most 12.
 int automatic_levels(std::int64_t finest_tets, double coarsening);
 
-/// Throws Error, naming the field, if a value cannot be used.
+/// Throws Error, naming the option or key that sets it (or else the member), if a value cannot be used.
 void check_options(const MeshingOptions& options);
 
 }  // namespace livetet

@@ -88,16 +88,41 @@ double diagonal(const TriangleMesh& surface) {
     return box.diagonal().norm();
 }
 
-void fill_small_holes(Mesh& mesh, double widest) {
+/// What it filled is noted in a line.
+void fill_small_holes(Mesh& mesh, double widest, std::vector<std::string>& notes) {
     std::vector<Mesh::Halfedge_index> holes;
     PMP::extract_boundary_cycles(mesh, std::back_inserter(holes));
+    int filled = 0;
+    Eigen::AlignedBox3d largest;
     for (const auto hole : holes) {
         Eigen::AlignedBox3d box;
         for (const auto h : CGAL::halfedges_around_face(hole, mesh)) box.extend(vector(mesh.point(mesh.target(h))));
         if (box.diagonal().norm() > widest) continue;
         std::vector<Face> patch;
         PMP::triangulate_hole(mesh, hole, std::back_inserter(patch));
+        if (filled++ == 0 || box.diagonal().norm() > largest.diagonal().norm()) largest = box;
     }
+    if (filled > 0)
+        notes.push_back(fmt::format("surface: {} hole{} filled, the widest of {:.2f} mm at {}", filled, filled == 1 ? "" : "s",
+                                    1e3 * largest.diagonal().norm(), place_mm(largest.center())));
+}
+
+/// The part that encloses most; a line about the others: bodies of their own, and hollows (wound inwards).
+TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& notes) {
+    std::vector<TriangleMesh> parts = parts_of(surface);
+    const auto by_volume = [](const TriangleMesh& a, const TriangleMesh& b) { return signed_volume(a) > signed_volume(b); };
+    std::sort(parts.begin(), parts.end(), by_volume);
+    double apart = 0, hollow = 0;
+    for (std::size_t p = 1; p < parts.size(); ++p) {
+        const double v = signed_volume(parts[p]);
+        (v > 0 ? apart : hollow) += std::abs(v);
+    }
+    if (apart > 0)
+        notes.push_back(fmt::format(
+            "surface: of {} parts the largest is meshed, {:.2f} ml; {:.2f} ml in the others are left out, most of them from {}",
+            parts.size(), 1e6 * signed_volume(parts[0]), 1e6 * apart, box_mm(parts[1].nodes)));
+    if (hollow > 0) notes.push_back(fmt::format("surface: hollows of {:.2f} ml are filled", 1e6 * hollow));
+    return std::move(parts.front());
 }
 
 [[noreturn]] void refuse(const SurfaceTopology& t) {
@@ -127,7 +152,8 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
     if (const SelfIntersections cuts = self_intersections(mesh); cuts.pairs > 0)
         return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs, place_mm(cuts.place));
     if (const double v = signed_volume(surface); v < 0.5 * asked_volume)
-        return fmt::format("a volume of {:.1f} ml where the surface has {:.1f} ml", 1e6 * v, 1e6 * asked_volume);
+        return fmt::format("a volume of {:.3f} ml where the surface has {:.3f} ml, from {}", 1e6 * v, 1e6 * asked_volume,
+                           box_mm(surface.nodes));
     return {};
 }
 
@@ -167,61 +193,55 @@ void keep_volume(Mesh& mesh, double volume, double edge_length) {
     }
 }
 
-double mean_edge_length(const Mesh& mesh) {
-    double sum = 0;
-    for (const auto e : mesh.edges())
-        sum += (vector(mesh.point(mesh.vertex(e, 0))) - vector(mesh.point(mesh.vertex(e, 1)))).norm();
-    return sum / static_cast<double>(mesh.number_of_edges());
-}
-
 }  // namespace
 
 SelfIntersections find_self_intersections(const TriangleMesh& surface) { return self_intersections(to_cgal(surface)); }
 
-TriangleMesh repair_surface(const TriangleMesh& surface) {
+TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string>* notes) {
+    std::vector<std::string> said;
     check_topology(surface);
     TriangleMesh clean = cleaned_soup(surface);
     if (clean.triangles.empty()) fail("surface: all its {} triangles are degenerate", surface.triangles.size());
     SurfaceTopology topology = check_topology(clean);
     if (topology.non_manifold_edges > 0) refuse(topology);
     Mesh mesh = to_cgal(clean);
-    fill_small_holes(mesh, widest_hole * diagonal(clean));
+    fill_small_holes(mesh, widest_hole * diagonal(clean), said);
     if (CGAL::is_closed(mesh)) PMP::orient_to_bound_a_volume(mesh);
     clean = from_cgal(mesh);
     topology = check_topology(clean);
     if (!topology.closed()) refuse(topology);
-    clean = largest_part(clean);
+    clean = largest_of(clean, said);
+    if (notes) notes->insert(notes->end(), said.begin(), said.end());
     if (!(signed_volume(clean) > 0)) fail("surface: it encloses no volume, expected the surface of a body");
     return clean;
 }
 
-TriangleMesh remesh_surface(const TriangleMesh& surface, double edge_length_m, int iterations, int tries,
-                            RemeshReport& report, const EdgeLengthField& shorter_at) {
-    const double asked_volume = signed_volume(surface);
+TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations, int tries,
+                            const EdgeLengthField& shorter_at) {
+    const double asked_volume = signed_volume(surface), asked_length = edge_length_m;
     const Mesh original = to_cgal(surface);
-    double edge_length = edge_length_m;
     std::optional<std::string> fault;
-    for (int attempt = 1; attempt <= tries; ++attempt, edge_length *= 0.85) {
+    for (int attempt = 0; attempt < tries; ++attempt) {
+        edge_length_m = asked_length * std::pow(0.85, attempt);
         Mesh mesh = original;
-        PMP::isotropic_remeshing(mesh.faces(), edge_length, mesh,
+        PMP::isotropic_remeshing(mesh.faces(), edge_length_m, mesh,
                                  CGAL::parameters::number_of_iterations(iterations).number_of_relaxation_steps(3));
-        if (shorter_at) refine(mesh, edge_length, iterations, shorter_at);
+        if (shorter_at) refine(mesh, edge_length_m, iterations, shorter_at);
         if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
             PMP::experimental::remove_self_intersections(mesh);
         if (mesh.number_of_faces() == 0) continue;
         fault = fault_of(mesh, from_cgal(mesh), asked_volume);
         if (fault) continue;
         const Mesh unshifted = mesh;
-        keep_volume(mesh, asked_volume, edge_length);
+        keep_volume(mesh, asked_volume, edge_length_m);
         if (fault_of(mesh, from_cgal(mesh), asked_volume)) mesh = unshifted;  // a thin place met itself: rather less volume
-        const TriangleMesh result = from_cgal(mesh);
-        report = {edge_length, mean_edge_length(mesh), signed_volume(result) / asked_volume, attempt};
-        return largest_part(result);
+        return largest_part(from_cgal(mesh));
     }
     fail(
         "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed surface that does not cut "
         "itself: ask for smaller edges",
-        1e3 * edge_length_m, 1e3 * edge_length / 0.85, fault.value_or("nothing of it"));
+        1e3 * asked_length, 1e3 * edge_length_m,
+        fault.value_or(fmt::format("nothing of the body from {}", box_mm(surface.nodes))));
 }
 
 }  // namespace livetet

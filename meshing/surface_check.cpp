@@ -107,7 +107,7 @@ std::vector<std::int32_t> connected_parts(const TriangleMesh& surface) {
     return parts;
 }
 
-TriangleMesh largest_part(const TriangleMesh& surface) {
+std::vector<TriangleMesh> parts_of(const TriangleMesh& surface) {
     const std::vector<std::int32_t> parts = connected_parts(surface);
     if (parts.empty()) return {};
     std::vector<TriangleMesh> split(*std::max_element(parts.begin(), parts.end()) + 1);
@@ -124,6 +124,12 @@ TriangleMesh largest_part(const TriangleMesh& surface) {
         }
         part.triangles.push_back(t);
     }
+    return split;
+}
+
+TriangleMesh largest_part(const TriangleMesh& surface) {
+    const std::vector<TriangleMesh> split = parts_of(surface);
+    if (split.empty()) return {};
     return *std::max_element(split.begin(), split.end(), [](const TriangleMesh& a, const TriangleMesh& b) {
         return signed_volume(a) < signed_volume(b);
     });
@@ -131,6 +137,12 @@ TriangleMesh largest_part(const TriangleMesh& surface) {
 
 std::string place_mm(const Vector3& x) {
     return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+}
+
+std::string box_mm(std::span<const Vector3> positions) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : positions) box.extend(x);
+    return fmt::format("{} to {}", place_mm(box.min()), place_mm(box.max()));
 }
 
 }  // namespace livetet

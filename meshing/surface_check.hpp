@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,16 @@ double signed_volume(const TriangleMesh& surface);
 /// For each triangle the number of its part, parts counted from 0: triangles that share a node belong together.
 std::vector<std::int32_t> connected_parts(const TriangleMesh& surface);
 
+/// The parts, each with nodes of its own.
+std::vector<TriangleMesh> parts_of(const TriangleMesh& surface);
+
 /// The part with the largest enclosed volume (signed: a cavity's inside-out wall never wins), its nodes renumbered.
 TriangleMesh largest_part(const TriangleMesh& surface);
 
 /// A place for messages: "(1.00, 2.00, 3.00) mm" of a position in metres.
 std::string place_mm(const Vector3& position);
+
+/// Where many positions lie, the same way: the low and the high corner of their box.
+std::string box_mm(std::span<const Vector3> positions);
 
 }  // namespace livetet

@@ -20,8 +20,6 @@ SurfaceDistance distance_between(const TriangleMesh& surface, const NearestTrian
 /// Both directions.
 struct HausdorffDistance {
     SurfaceDistance to_body, from_body;
-
-    double max_m() const { return to_body.max_m > from_body.max_m ? to_body.max_m : from_body.max_m; }
 };
 
 /// Between a level's boundary and the surface that it stands for.

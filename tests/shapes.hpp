@@ -66,4 +66,12 @@ inline TriangleMesh sphere(double radius, int splits, const Vector3& centre = Ve
     return mesh;
 }
 
+/// The mean length of the triangles' edges.
+inline double mean_edge(const TriangleMesh& surface) {
+    double sum = 0;
+    for (const auto& [a, b, c] : surface.triangles)
+        for (const auto& [i, j] : {std::pair{a, b}, {b, c}, {c, a}}) sum += (surface.nodes[i] - surface.nodes[j]).norm();
+    return sum / (3.0 * static_cast<double>(surface.triangles.size()));
+}
+
 }  // namespace livetet::shapes

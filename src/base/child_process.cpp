@@ -134,7 +134,9 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
     if (child == 0) be_child(work, parent, fileno(result.get()), fileno(log.get()));
 
-    const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit_s));
+    constexpr double for_ever_s = 1e9;  // more would not fit into the clock's ticks
+    const auto limit =
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(time_limit_s, for_ever_s)));
     int status = 0;
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);

@@ -23,6 +23,10 @@ std::string read_text_file(const fs::path& path) {
     return text.str();
 }
 
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+    return !a.empty() && !b.empty() && std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
+}
+
 PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
     const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
     std::error_code error;

@@ -8,6 +8,9 @@ namespace livetet {
 /// The whole text of a file. Throws Error where it cannot be read.
 std::string read_text_file(const std::filesystem::path& path);
 
+/// Whether both names are those of one file, there or not; an empty name is that of none.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// A file under way: written beside its place and moved there by `commit`, so that a good file is never replaced by a
 /// half-written one. Destroyed without `commit`, it leaves nothing behind.
 class PendingFile {

@@ -25,10 +25,13 @@ void add_sample(AxisFilter& filter, int voxels, double sigma) {
 
 }  // namespace
 
+double gaussian_samples(int voxels, double sigma, double step) {
+    return std::ceil((voxels - 1 + 2 * (gaussian_reach * sigma + step)) / step) + 1;
+}
+
 AxisFilter gaussian_beyond(int voxels, double sigma, double step) {
     AxisFilter filter;
-    const double reach = gaussian_reach * sigma;
-    const int count = static_cast<int>(std::ceil((voxels - 1 + 2 * (reach + step)) / step)) + 1;
+    const int count = static_cast<int>(gaussian_samples(voxels, sigma, step));
     filter.step = step;
     filter.origin = (voxels - 1 - (count - 1) * step) / 2;
     for (int p = 0; p < count; ++p) add_sample(filter, voxels, sigma);

@@ -18,6 +18,9 @@ struct AxisFilter {
     int size() const { return static_cast<int>(first.size()); }
 };
 
+/// How many samples `gaussian_beyond` takes.
+double gaussian_samples(int voxels, double sigma, double step);
+
 /// A Gaussian of standard deviation sigma (voxels) about output samples every `step` voxels, integrated over each
 /// voxel's width: w_i = (erf((i + 1/2 - x) / (sqrt(2) sigma)) - erf((i - 1/2 - x) / (sqrt(2) sigma))) / 2. The samples
 /// reach so far beyond the `voxels` that the field is zero there, as it is taken to be outside of the grid.

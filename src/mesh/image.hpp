@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace livetet {
@@ -26,7 +28,21 @@ struct Image {
     }
 };
 
+/// Where an image's voxels lie, without their values.
+struct ImageGrid {
+    std::array<int, 3> size{0, 0, 0};
+    Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();  ///< metres
+
+    /// The lengths of a voxel along its axes, metres.
+    Eigen::Vector3d spacing() const { return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose(); }
+};
+
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;
+
+/// Whether a voxel of this label is picked by `chosen`: one of them; where they are empty, all but 0.
+inline bool is_picked(std::int32_t label, std::span<const std::int32_t> chosen) {
+    return label != 0 && (chosen.empty() || std::find(chosen.begin(), chosen.end(), label) != chosen.end());
+}
 
 }  // namespace livetet

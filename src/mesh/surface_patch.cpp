@@ -6,17 +6,19 @@
 #include <queue>
 #include <unordered_map>
 
+#include "mesh/nearest_triangle.hpp"
+
 namespace livetet {
 
 SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double radius) {
     const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
+    const NearestTriangle::Hit hit = NearestTriangle(mesh.nodes, surface).find(place);
     SurfacePatch patch;
-    patch.distance = std::numeric_limits<double>::infinity();
-    for (const std::int32_t n : nodes_of(surface))
-        if (const double d = (mesh.nodes[n] - place).norm(); d < patch.distance) {
-            patch.distance = d;
-            patch.centre = n;
-        }
+    patch.distance = hit.distance;
+    const Triangle& nearest = surface[hit.triangle];
+    patch.centre = *std::min_element(nearest.begin(), nearest.end(), [&](std::int32_t a, std::int32_t b) {
+        return (mesh.nodes[a] - place).squaredNorm() < (mesh.nodes[b] - place).squaredNorm();
+    });
     std::unordered_map<std::int32_t, std::vector<std::int32_t>> neighbours;
     for (const Triangle& t : surface)
         for (int i = 0; i < 3; ++i) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "mesh/tet_faces.hpp"
 
 namespace livetet {
 
@@ -22,8 +23,6 @@ double volume(const TetMesh& mesh) {
 }
 
 std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
-    // The face opposite each node, wound outwards for a positively oriented tet.
-    constexpr int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
     struct Face {
         Triangle sorted, wound;
         std::size_t order;
@@ -31,7 +30,7 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
     std::vector<Face> all;
     all.reserve(4 * tets.size());
     for (const Tet& t : tets)
-        for (const auto& f : faces) {
+        for (const auto& f : tet_faces) {
             const Triangle wound{t[f[0]], t[f[1]], t[f[2]]};
             Triangle sorted = wound;
             std::sort(sorted.begin(), sorted.end());

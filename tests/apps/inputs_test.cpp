@@ -146,7 +146,7 @@ TEST(Inputs, AVtuIsTakenWhereAMshIs) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     write_text(folder / "cut.vtu", two_tets.substr(0, two_tets.size() / 2));
     expect_refused(livetet(folder, "mesh cut.vtu -o gone.h5"), {"cut.vtu"});
-    expect_refused(livetet(folder, "mesh two.vtu --threshold 1: -o gone.h5"), {"two.vtu", "threshold"});
+    expect_refused(livetet(folder, "mesh two.vtu --threshold 1: -o gone.h5"), {"two.vtu", "--threshold"});
     EXPECT_FALSE(std::filesystem::exists(folder / "gone.h5"));
 }
 

@@ -6,11 +6,13 @@
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
+#include "shapes.hpp"
 #include "support/program.hpp"
 
 namespace livetet {
 namespace {
 
+using test::expect_refused;
 using test::Folder;
 using test::livetet;
 using test::text_of;
@@ -35,7 +37,7 @@ TEST(Mesh, ReportsDistancesAnglesAndMaterials) {
     const auto& finest = json["levels"][0];
     EXPECT_GE(finest["min_dihedral_deg"].get<double>(), 5);
     EXPECT_GE(finest["worst"][0]["min_dihedral_deg"].get<double>(), 5);
-    EXPECT_LT(finest["to_surface"]["max_mm"].get<double>(), 1);
+    EXPECT_LT(finest["to_surface"]["max_mm"].get<double>(), 2);  // a voxel
     EXPECT_GT(finest["from_surface"]["mean_mm"].get<double>(), 0);
     EXPECT_LT(json["image"]["moved"]["mean_mm"].get<double>(), 1);  // voxels of 2 mm
     ASSERT_EQ(json["regions"].size(), 2u);
@@ -71,6 +73,118 @@ TEST(Mesh, KeepsWhatNothingHasChanged) {
     EXPECT_FALSE(remade(""));
 }
 
+/// The file that `mesh` made says by which mask; once another mask has been through it, it is not what that was.
+TEST(Mesh, MakesAnewWhatWasChangedMeanwhile) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    write_image(folder / "labels.nii.gz", image);
+    write_image(folder / "a.nii.gz", image);
+    for (std::size_t v = 0; v < image.values.size() / 2; ++v) image.values[v] = 0;
+    write_image(folder / "b.nii.gz", image);
+    const auto fixed_by = [&](const std::string& command) {
+        EXPECT_EQ(livetet(folder, "mesh " + command + " -o m.h5").status, 0) << command;
+        return read_hierarchy(folder / "m.h5").levels.front().node_sets.at("fixed").size();
+    };
+    const std::string first = "labels.nii.gz --tets 1000 --fix a.nii.gz";
+    const std::size_t by_a = fixed_by(first);
+    EXPECT_LT(fixed_by("m.h5 --fix b.nii.gz"), by_a);
+    const auto told = nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance);
+    EXPECT_EQ(told["fixed"]["mask"], "b.nii.gz");
+    EXPECT_NE(told["made_by"].get<std::string>().find("labels.nii.gz"), std::string::npos) << told["made_by"];
+    EXPECT_EQ(fixed_by(first), by_a);
+}
+
+TEST(Mesh, WritesNothingOverWhatItReads) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const std::string bytes = text_of(folder / "labels.nii.gz");
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o labels.nii.gz"), {"labels.nii.gz", ".h5"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json ./labels.nii.gz"), {"--json", "labels.nii.gz"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json m.h5"), {"--json", "m.h5"});
+    EXPECT_EQ(text_of(folder / "labels.nii.gz"), bytes);
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.h5"));
+}
+
+TEST(Mesh, RefinesWhateverASceneNames) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    write_text_file(folder / "image.yaml", "mesh: {file: labels.nii.gz, tets: 1000, levels: 2, refine: 1}\n");
+    ASSERT_EQ(livetet(folder, "mesh image.yaml -o image.h5 --json image.json").status, 0);
+    const MeshHierarchy refined = read_hierarchy(folder / "image.h5");
+    ASSERT_EQ(refined.levels.size(), 3u);
+    EXPECT_EQ(refined.levels[0].tets.size(), 8 * refined.levels[1].tets.size());
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "image.json"))["levels"][0]["tets"], refined.levels[0].tets.size());
+    write_text_file(folder / "hierarchy.yaml", "mesh: {file: image.h5, refine: 1}\n");
+    ASSERT_EQ(livetet(folder, "mesh hierarchy.yaml -o again.h5").status, 0);
+    EXPECT_EQ(read_hierarchy(folder / "again.h5").levels.size(), 4u);
+}
+
+TEST(Mesh, RefusesOptionsThatChangeNothing) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const std::string stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+    write_text_file(folder / "s.stl", stl);
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5").status, 0);
+    const auto refused = [&](const std::string& input, const std::string& option, const std::string& value = "") {
+        expect_refused(livetet(folder, "mesh " + input + " " + option + " " + value + " -o other.h5"), {input, option});
+    };
+    refused("labels.nii.gz", "--space", "lps");
+    refused("labels.nii.gz", "--metres");
+    refused("s.stl", "--labels", "1");
+    refused("s.stl", "--threshold", "1:");
+    for (const auto& [option, value] :
+         {std::pair{"--tets", "1000"}, {"--levels", "2"}, {"--edge-lengths-mm", "5"}, {"--budget-ms", "3"}, {"--labels", "1"},
+          {"--inside-growth", "2"}, {"--min-dihedral-deg", "5"}, {"--refine-sphere", "0,0,0,1,1"}, {"--time-limit-s", "9"},
+          {"--metres", ""}, {"--space", "lps"}})
+        refused("m.h5", option, value);
+    for (const std::string key : {"labels: [1]", "tets: 500", "levels: 3", "edge_lengths_mm: [3]", "space: lps", "unit: m"}) {
+        write_text_file(folder / "scene.yaml", "mesh: {file: m.h5, " + key + "}\n");
+        expect_refused(livetet(folder, "solve scene.yaml"), {"m.h5", "mesh." + key.substr(0, key.find(':'))});
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "other.h5"));
+}
+
+TEST(Mesh, TakesASurfaceInMetres) {
+    const Folder folder;
+    const TetMesh block = shapes::box({0.1, 0.08, 0.06}, {4, 4, 4});
+    TriangleMesh surface{block.nodes, boundary_triangles(block.tets)};
+    for (Vector3& x : surface.nodes) x *= 1e-3;  // as if a metre were a millimetre
+    write_surface(folder / "s.stl", surface, Space::ras);
+    ASSERT_EQ(livetet(folder, "mesh s.stl --metres --tets 1000 -o m.h5").status, 0);
+    EXPECT_NEAR(volume(read_hierarchy(folder / "m.h5").levels.front()), 4.8e-4, 5e-6);
+}
+
+/// A surface of two bodies: which one is meshed, and that the other is not.
+TEST(Mesh, NotesPartsOfASurfaceThatAreLeftOut) {
+    const Folder folder;
+    TriangleMesh both = shapes::sphere(0.05, 4);
+    const TriangleMesh other = shapes::sphere(0.02, 3, {0.1, 0, 0});
+    const auto first = static_cast<std::int32_t>(both.nodes.size());
+    both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
+    for (const auto& [a, b, c] : other.triangles) both.triangles.push_back({first + a, first + b, first + c});
+    write_surface(folder / "both.stl", both, Space::ras);
+    const auto outcome = livetet(folder, "mesh both.stl --tets 1000 -o m.h5 --json m.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("note         surface: of 2 parts the largest is meshed"), std::string::npos) << outcome.out;
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "m.json"))["notes"].size(), 1u);
+}
+
+/// A speck of another label that the body does not reach is no material of it.
+TEST(Mesh, MeshesABodyOfOneLabelAsOne) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    for (auto& label : image.values) label = label > 0;
+    image.at(1, 1, 1) = 7;
+    write_image(folder / "labels.nii.gz", image);
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json m.json").status, 0);
+    const auto json = nlohmann::json::parse(text_of(folder / "m.json"));
+    EXPECT_EQ(json["levels"][0]["filled_by"].get<std::string>().find("CGAL"), std::string::npos);
+    ASSERT_EQ(json["notes"].size(), 1u) << json["notes"];
+    EXPECT_EQ(json["notes"][0].get<std::string>().find("label 7: 0.01 of its 0.01 ml"), 0u) << json["notes"];
+    const auto& regions = read_hierarchy(folder / "m.h5").levels.front().regions;
+    EXPECT_EQ(std::count(regions.begin(), regions.end(), 1), std::ssize(regions));
+}
+
 TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
@@ -96,6 +210,70 @@ TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {
     EXPECT_NE(result.err.find("m.failed.stl"), std::string::npos) << result.err;
     EXPECT_FALSE(read_surface(folder / "m.failed.stl", Space::ras).triangles.empty());
     EXPECT_FALSE(std::filesystem::exists(folder / "m.h5"));
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5").status, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.failed.stl")) << "of an earlier failure";
+}
+
+/// The image's frame, the labels and the options are in the file: it says by itself what it is of.
+TEST(Mesh, WritesWhereTheImageLiesAndHowItWasMade) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    image.ras_from_voxel.col(0) << 1.2e-3, 1.6e-3, 0, 0;
+    image.ras_from_voxel.col(1) << 1.6e-3, -1.2e-3, 0, 0;
+    image.ras_from_voxel.col(3) << 0.03, -0.02, 0.1, 1;
+    write_image(folder / "labels.nii.gz", image);
+    write_image(folder / "mask.nii.gz", image);
+    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --labels 2 --tets 1000 --smoothing-mm 1.25 --refine-sphere 0,0,0,5,2 "
+                              "--fix mask.nii.gz --fix-edge-ratio 0.8 -o m.h5 --json m.json").status,
+              0);
+    const auto frame = read_image_grid(folder / "m.h5");
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->size, image.size);
+    EXPECT_LT((frame->ras_from_voxel - image.ras_from_voxel).cwiseAbs().maxCoeff(), 1e-8);
+    const auto told = nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance);
+    EXPECT_EQ(told["image"]["size"], (std::vector{24, 24, 24}));
+    EXPECT_NEAR(told["image"]["spacing_mm"][0].get<double>(), 2, 1e-5);
+    EXPECT_NEAR(told["image"]["ras_from_voxel_mm"][1][3].get<double>(), -20, 1e-5);
+    EXPECT_EQ(told["image"]["smoothing_mm"], 1.25);
+    const std::string made_by = told["made_by"], asked = told["asked"]["mesh"];
+    for (const char* words : {"labels.nii.gz", "labels 2,", "smoothed by 1.25 mm", "edges of 2.000 mm within 5.000 mm", "times 0.8"})
+        EXPECT_NE(made_by.find(words), std::string::npos) << words << " in " << made_by;
+    EXPECT_NE(asked.find("labels: [2]"), std::string::npos) << asked;
+    EXPECT_EQ(told["asked"]["refine_spheres_mm"].size(), 5u);
+    EXPECT_EQ(told["fixed"]["mask"], "mask.nii.gz");
+    EXPECT_EQ(told["fixed"]["edge_ratio"], 0.8);
+    ASSERT_EQ(livetet(folder, "mesh m.h5 -o other.h5").status, 0);
+    EXPECT_EQ(read_image_grid(folder / "other.h5")->ras_from_voxel, frame->ras_from_voxel);
+}
+
+TEST(Mesh, SmoothsAsTheSceneSays) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", two_halves());
+    const auto mean_shift = [&](const std::string& keys) {
+        write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000" + keys + "}\n");
+        EXPECT_EQ(livetet(folder, "mesh scene.yaml -o m.h5 --json m.json").status, 0);
+        return nlohmann::json::parse(text_of(folder / "m.json"))["image"]["moved"]["mean_mm"].get<double>();
+    };
+    EXPECT_GT(mean_shift(", smoothing_mm: 4, voxel_mm: 1"), 1.05 * mean_shift(""));
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, voxel_mm: 0}\n");
+    expect_refused(livetet(folder, "mesh scene.yaml -o m.h5"), {"mesh.voxel_mm", "greater than 0", "scene.yaml:1"});
+}
+
+/// What `mesh` says, whoever meshes on the spot says too.
+TEST(Mesh, OnTheSpotHasTheSameNotesAndSurfaceForALook) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    for (auto& label : image.values) label = label > 0;
+    image.at(1, 1, 1) = 7;
+    write_image(folder / "labels.nii.gz", image);
+    const std::string rest = "fix: [{half_space_mm: [0, 0, 15, 0, 0, 1]}]\ngravity_m_per_s2: [0, 0, -1]\n";
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000}\n" + rest);
+    const auto solved = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(solved.status, 0) << solved.err;
+    EXPECT_NE(solved.out.find("label 7"), std::string::npos) << solved.out;
+    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, edge_lengths_mm: [500]}\n" + rest);
+    expect_refused(livetet(folder, "solve scene.yaml"), {"labels.nii.gz", "labels.nii.failed.stl"});
+    EXPECT_FALSE(read_surface(folder / "labels.nii.failed.stl", Space::ras).triangles.empty());
 }
 
 TEST(Mesh, SaysAtOnceWhatItCannotDo) {
@@ -116,6 +294,8 @@ TEST(Mesh, TakesAFrameBudget) {
     write_image(folder / "labels.nii.gz", two_halves());
     ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --budget-ms 0.3 -o m.h5").status, 0);
     EXPECT_NEAR(static_cast<double>(read_hierarchy(folder / "m.h5").levels.front().tets.size()), 3000, 300);
+    for (const std::string budget : {"300000", "500000", "1e-9"})
+        expect_refused(livetet(folder, "mesh labels.nii.gz --budget-ms " + budget + " -o m.h5"), {"--budget-ms", budget, "2000"});
 }
 
 }  // namespace

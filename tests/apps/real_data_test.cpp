@@ -95,6 +95,34 @@ TEST(RealData, ALiversLabelMapGoesThroughMeshAndSolve) {
     mesh_and_solve(data + "/liver/cgal_liver_labels.nii.gz", "--labels 1", 1605.2);
 }
 
+/// Labels of the CT or of the liver map to a valid hierarchy whose finest level has the voxels' volume.
+json mesh_labels(const std::string& input, const std::string& options) {
+    const Folder folder;
+    const auto meshed = livetet(folder, "mesh '" + input + "' -o organ.h5 --json mesh.json " + options);
+    EXPECT_EQ(meshed.status, 0) << meshed.err;
+    if (meshed.status != 0) return {};
+    const json report = json::parse(text_of(folder / "mesh.json"));
+    for (const json& level : report["levels"]) EXPECT_GE(level["min_dihedral_deg"].get<double>(), 5);
+    const double voxels_ml = report["image"]["body_ml"];
+    EXPECT_NEAR(report["levels"][0]["volume_ml"].get<double>(), voxels_ml, 0.01 * voxels_ml);
+    for (const json& region : report.value("regions", json::array())) {
+        const double voxels = region["voxels_ml"];
+        EXPECT_NEAR(region["tets_ml"].get<double>(), voxels, 0.05 * voxels + 0.05) << region;
+    }
+    return report;
+}
+
+TEST(RealData, ACtsLiverLabelIsMeshed) {
+    LIVETET_NEEDS_DATA();
+    mesh_labels(data + "/ct/totalseg_example_seg.nii.gz", "--labels 5 --tets 20000");
+}
+
+TEST(RealData, ALiversLabelMapIsMeshedWithItsTumours) {
+    LIVETET_NEEDS_DATA();
+    const json report = mesh_labels(data + "/liver/cgal_liver_labels.nii.gz", "--tets 20000");
+    EXPECT_EQ(report["regions"].size(), 3u);
+}
+
 /// No organ: thin ears beside the head, whose gaps a coarse mesh closes.
 TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     LIVETET_NEEDS_DATA();

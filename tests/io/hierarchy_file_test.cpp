@@ -42,6 +42,30 @@ TEST(HierarchyFile, WhatIsWrittenIsReadBack) {
     EXPECT_EQ(back.provenance, h.provenance);
 }
 
+TEST(HierarchyFile, KnowsWhereTheImagesVoxelsLie) {
+    const auto path = fresh_folder() / "h.h5";
+    ImageGrid grid{{512, 511, 40}, Eigen::Matrix4d::Identity()};
+    grid.ras_from_voxel << 6e-4, -1.6e-3, 0, 0.01, 8e-4, 1.2e-3, 0, 0.02, 0, 0, -3e-3, 0.03, 0, 0, 0, 1;
+    write_hierarchy(path, example(), grid);
+    const std::optional<ImageGrid> back = read_image_grid(path);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->size, grid.size);
+    EXPECT_EQ(back->ras_from_voxel, grid.ras_from_voxel);
+    const auto spacing = hdf5::File::open(path).read<double>("image/spacing", 3).values;
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(spacing[axis], 1e-3 * (axis + 1), 1e-15);
+    EXPECT_EQ(read_hierarchy(path).levels.size(), 2u);
+    write_hierarchy(path, example());  // as all files of older versions
+    EXPECT_FALSE(read_image_grid(path));
+    for (const int spoilt : {0, 1, 2}) {
+        ImageGrid wrong = grid;
+        if (spoilt == 0) wrong.size[1] = 0;
+        if (spoilt == 1) wrong.ras_from_voxel.col(0).setZero();
+        if (spoilt == 2) wrong.ras_from_voxel(3, 0) = 1;
+        write_hierarchy(path, example(), wrong);
+        EXPECT_TRUE(says(error_of([&] { read_image_grid(path); }), {"h.h5", spoilt == 0 ? "image/size" : "image/ras_from_voxel"}));
+    }
+}
+
 TEST(HierarchyFile, HostileNumbersAreRefusedWithTheirTable) {
     const auto path = fresh_folder() / "h.h5";
     const auto refuses = [&](const std::function<void(MeshHierarchy&)>& spoil,

@@ -282,6 +282,11 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.mha", with(m, "DimSize", "HeaderSize = 12\nDimSize"), {"HeaderSize"});
     write_bytes(folder / "whole.raw", voxels());
     refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"), {"found 12", "expected 24"});
+    write_bytes(folder / "long.raw", voxels() + voxels());  // as of 16 bits
+    refuses("a.mhd", meta(meta_place, "long.raw"), {"found 48", "expected 24", "wrong size"});
+    refuses("a.nhdr", nrrd(lps_lines) + "data file: long.raw\n", {"found 48", "expected 24", "wrong size"});
+    refuses("a.nii", nifti() + "x", {"more bytes"});
+    refuses("a.nii.gz", packed(nifti() + "x", true), {"more bytes"});
     // Readers that differ in which of two counts must not be led apart.
     refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
     refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});

@@ -127,6 +127,83 @@ TEST(ImageSurface, refuses_images_without_a_body_or_with_a_singular_affine) {
     EXPECT_THROW(surface_of_labels(image, {}), Error);
 }
 
+/// What is not asked for comes from the sizes of voxels and body: an organ's is as it always was.
+TEST(ImageSurface, takes_grid_and_smoothing_from_the_image) {
+    const auto of_ball = [](double spacing_mm, double radius_voxels, const MeshingOptions& options = {}) {
+        const int n = static_cast<int>(2 * radius_voxels) + 4;
+        const std::array<int, 3> size{n, n, n};
+        return surface_of_labels(label_image(size, centred_affine(size, Vector3::Constant(spacing_mm)),
+                                             [&](const Vector3& x) { return 1e3 * x.norm() < radius_voxels * spacing_mm; }),
+                                 options);
+    };
+    const ImageSurface organ = of_ball(1.5, 40), mouse = of_ball(0.1, 40), coarse = of_ball(3, 20);
+    EXPECT_EQ(organ.voxel_mm, 1.5);
+    EXPECT_EQ(organ.smoothing_mm, 1.5);
+    EXPECT_LT(mouse.voxel_mm, 0.15);
+    EXPECT_LT(mouse.smoothing_mm, 0.15);
+    EXPECT_EQ(coarse.voxel_mm, 1.5);
+    EXPECT_EQ(coarse.smoothing_mm, 1.5);
+    MeshingOptions options;
+    options.voxel_mm = 0.8;
+    options.smoothing_mm = 2.5;
+    EXPECT_EQ(of_ball(1, 20, options).voxel_mm, 0.8);
+    EXPECT_EQ(of_ball(1, 20, options).smoothing_mm, 2.5);
+}
+
+TEST(ImageSurface, smooths_a_plate_of_one_voxel_less_unless_told_otherwise) {
+    const std::array<int, 3> size{40, 40, 5};
+    const LabelImage plate =
+        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) { return std::abs(x.z()) < 1e-4; });
+    const ImageSurface surface = surface_of_labels(plate, {});
+    EXPECT_NEAR(surface.surface_volume_m3, surface.body_volume_m3, 0.01 * surface.body_volume_m3);
+    MeshingOptions options;
+    options.voxel_mm = 5;
+    options.smoothing_mm = 30;
+    try {
+        surface_of_labels(plate, options);
+        FAIL() << "smoothed away";
+    } catch (const Error& error) {
+        for (const char* word : {"--smoothing-mm", "mesh.voxel_mm"})
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+}
+
+void expect_refused(const LabelImage& image, const MeshingOptions& options, std::initializer_list<const char*> words) {
+    try {
+        surface_of_labels(image, options);
+        FAIL();
+    } catch (const Error& error) {
+        for (const char* word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+}
+
+/// Millimetres in a file that says metres; a grid that no memory holds; labels of nothing in one piece.
+TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
+    const std::array<int, 3> size{20, 20, 20};
+    const auto ball = [](double spacing_mm) {
+        return label_image(size, centred_affine(size, Vector3::Constant(spacing_mm)),
+                           [&](const Vector3& x) { return 1e3 * x.norm() < 8 * spacing_mm; });
+    };
+    expect_refused(ball(1000), {}, {"16000 x 16000 x 16000 mm", "1000 x 1000 x 1000 mm", "unit"});
+    MeshingOptions options;
+    options.voxel_mm = 1e-3;
+    expect_refused(ball(1), options, {"1e+08", "--voxel-mm", "mesh.voxel_mm"});
+    expect_refused(label_image(size, centred_affine(size, {1, 1, 1}),
+                               [](const Vector3& x) { return static_cast<int>((1e3 * x.array() + 100.5).round().sum()) % 2; }),
+                   {}, {"4000 voxels", "hangs together"});
+}
+
+TEST(ImageSurface, counts_the_labels_of_the_body_alone) {
+    const std::array<int, 3> size{20, 20, 20};
+    LabelImage image = label_image(size, centred_affine(size, {1, 1, 1}),
+                                   [](const Vector3& x) { return 1e3 * x.norm() < 6 ? (x.x() < 0 ? 3 : 5) : 0; });
+    image.at(0, 0, 0) = 9;
+    const auto labels = surface_of_labels(image, {}).label_voxels;
+    EXPECT_EQ(labels.size(), 2u);
+    EXPECT_EQ(labels.at(3), std::count(image.values.begin(), image.values.end(), 3));
+    EXPECT_EQ(labels.at(5), std::count(image.values.begin(), image.values.end(), 5));
+}
+
 TEST(ImageSurface, of_a_single_voxel_is_a_surface_of_its_volume_or_an_error) {
     LabelImage image{{3, 3, 3}, 1e-3 * Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(27, 0)};
     image.ras_from_voxel(3, 3) = 1;

@@ -46,7 +46,7 @@ Meshed mesh(const LabelImage& image, std::int64_t tets, int levels = 2) {
     meshed.image = surface_of_labels(image, options);
     const Materials materials{
         true, [&] {
-            return LabelField(image, {{}, options.voxel_mm, meshed.image.smoothing_mm, meshed.image.iso_level});
+            return LabelField(image, {{}, meshed.image.voxel_mm, meshed.image.smoothing_mm, meshed.image.iso_level});
         }};
     meshed.result = build_hierarchy(meshed.image.surface, options, {}, {}, materials);
     return meshed;
@@ -213,7 +213,6 @@ TEST(LabelField, keeps_the_volumes_of_its_labels) {
                 field.label_at((Vector3(i % n, i / n % n, i / n / n) * 40 / n - Vector3(20, 20, 20)) * 1e-3) == m.label;
         const double sampled = static_cast<double>(inside) * std::pow(0.04 / n, 3);
         EXPECT_NEAR(sampled, m.voxels_m3, 0.02 * m.voxels_m3) << m.label;
-        EXPECT_NEAR(m.field_m3, sampled, 0.03 * m.voxels_m3);
     }
     EXPECT_EQ(field.label_at(Vector3::Zero()), 2);
     EXPECT_EQ(field.label_at({0.012, 0, 0}), 1);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdio>
 #include <memory>
 
 #include "base/error.hpp"
@@ -33,11 +35,12 @@ void expect_valid(const HierarchyResult& result) {
         EXPECT_EQ(result.levels[l].quality.tets, static_cast<std::int64_t>(h.levels[l].tets.size()));
         EXPECT_GE(result.levels[l].quality.min_dihedral_deg, 5);
         EXPECT_NEAR(result.levels[l].volume_ratio, 1, l == 0 ? 0.01 : 0.4);
-        EXPECT_LT(result.levels[l].distance.max_m(), result.levels[l].remesh.edge_length_m);
+        EXPECT_LT(result.levels[l].distance.to_body.max_m, result.levels[l].edge_length_m);
+        EXPECT_LT(result.levels[l].distance.from_body.max_m, result.levels[l].edge_length_m);
         if (l == 0) continue;
         EXPECT_LT(h.levels[l].tets.size(), 0.75 * h.levels[l - 1].tets.size());
         EXPECT_EQ(h.transfers[l - 1].size(), h.levels[l - 1].nodes.size());
-        for (const double d : h.transfers[l - 1].distance) EXPECT_LT(d, result.levels[l].remesh.edge_length_m);
+        for (const double d : h.transfers[l - 1].distance) EXPECT_LT(d, result.levels[l].edge_length_m);
     }
 }
 
@@ -86,8 +89,11 @@ TEST(Hierarchy, takes_the_edge_lengths_given) {
         build_hierarchy(organ(), options, [&](double f, std::string_view) { fractions.push_back(f); });
     expect_valid(result);
     ASSERT_EQ(result.levels.size(), 2u);
-    EXPECT_NEAR(result.levels[0].remesh.mean_edge_length_m, 6e-3, 1e-3);
-    EXPECT_NEAR(result.levels[1].remesh.mean_edge_length_m, 9e-3, 1.5e-3);
+    for (const int l : {0, 1}) {
+        const TetMesh& mesh = result.hierarchy.levels[l];
+        const double asked = 1e-3 * options.edge_lengths_mm[l];
+        EXPECT_NEAR(shapes::mean_edge({mesh.nodes, boundary_triangles(mesh.tets)}), asked, asked / 6);
+    }
     EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
     EXPECT_EQ(fractions.back(), 1);
 }
@@ -132,9 +138,51 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
         build_hierarchy(organ(), options, {}, failing_at_first(1000));
         FAIL() << "nothing filled it";
     } catch (const MeshingFailure& failure) {
-        EXPECT_NE(std::string(failure.what()).find(" mm"), std::string::npos) << failure.what();
+        const std::string text = failure.what();
+        double low[3], high[3];  // where it lies: nothing says which place it failed at
+        ASSERT_EQ(std::sscanf(text.c_str() + std::min(text.find("from ("), text.size()), "from (%lf, %lf, %lf) mm to (%lf, %lf, %lf) mm",
+                              low, low + 1, low + 2, high, high + 1, high + 2),
+                  6)
+            << text;
+        EXPECT_NEAR(low[0], -75, 3);
+        EXPECT_NEAR(low[1], -55, 3);
+        EXPECT_NEAR(high[0], 75, 3);
+        EXPECT_NEAR(high[2], 40, 3);
         EXPECT_TRUE(check_topology(failure.surface).closed());
         EXPECT_NEAR(signed_volume(failure.surface), signed_volume(organ()), 0.01 * signed_volume(organ()));
+    }
+}
+
+/// Edges of a hundredth of the usual length all over: minutes of remeshing.
+TEST(Hierarchy, gives_up_remeshing_at_the_time_limit) {
+    MeshingOptions options;
+    options.edge_lengths_mm = {9};
+    options.finer = {{{0, 0, 0.04}, 0.1, 1e-8}};
+    options.gmsh_time_limit_s = 1;
+    const auto start = std::chrono::steady_clock::now();
+    try {
+        build_hierarchy(organ(), options);
+        FAIL() << "within a second";
+    } catch (const MeshingFailure& failure) {
+        EXPECT_NE(std::string(failure.what()).find("remeshing"), std::string::npos) << failure.what();
+        EXPECT_NE(std::string(failure.what()).find("killed"), std::string::npos) << failure.what();
+        EXPECT_FALSE(failure.surface.triangles.empty());
+    }
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 30);
+}
+
+TEST(Hierarchy, is_held_to_the_volume_of_the_voxels) {
+    MeshingOptions options;
+    options.edge_lengths_mm = {9};
+    options.gmsh_time_limit_s = 20;
+    const double surface_m3 = signed_volume(organ());
+    const auto with_voxels = [&](double voxels_m3) { return build_hierarchy(organ(), options, {}, {}, {false, {}, voxels_m3}); };
+    EXPECT_NEAR(with_voxels(surface_m3 / 1.005).levels[0].volume_ratio, 1.005, 0.004);
+    try {
+        with_voxels(surface_m3 / 1.03);
+        FAIL() << "3 % too much";
+    } catch (const MeshingFailure& failure) {
+        EXPECT_NE(std::string(failure.what()).find("ml of the body's"), std::string::npos) << failure.what();
     }
 }
 
@@ -214,7 +262,8 @@ TEST(Hierarchy, grows_inside_as_far_as_asked) {
 
 TEST(Hierarchy, fits_a_frame_budget) {
     EXPECT_EQ(tets_for_budget(6e-3), 60000);
-    EXPECT_EQ(tets_for_budget(1e-9), 100);
+    EXPECT_EQ(tets_for_budget(1e-9), least_tets);
+    EXPECT_EQ(tets_for_budget(300), most_tets);
 }
 
 TEST(Hierarchy, refuses_options_out_of_range_by_name) {
@@ -225,20 +274,20 @@ TEST(Hierarchy, refuses_options_out_of_range_by_name) {
             build_hierarchy(organ(), options);
             ADD_FAILURE() << name;
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("meshing." + name), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find(name + " = "), std::string::npos) << error.what();
         }
     };
-    refused([](MeshingOptions& o) { o.levels = -1; }, "levels");
-    refused([](MeshingOptions& o) { o.levels = 13; }, "levels");
-    refused([](MeshingOptions& o) { o.target_tets = 0; }, "target_tets");
-    refused([](MeshingOptions& o) { o.coarsening = 1; }, "coarsening");
-    refused([](MeshingOptions& o) { o.voxel_mm = std::nan(""); }, "voxel_mm");
-    refused([](MeshingOptions& o) { o.edge_lengths_mm = {8, 4}; }, "edge_lengths_mm[1]");
-    refused([](MeshingOptions& o) { o.min_dihedral_deg = 40; }, "min_dihedral_deg");
-    refused([](MeshingOptions& o) { o.inside_growth = 0.5; }, "inside_growth");
-    refused([](MeshingOptions& o) { o.finer = {{}}; }, "finer");
-    refused([](MeshingOptions& o) { o.finer_at_ratio = 0; }, "finer_at_ratio");
-    refused([](MeshingOptions& o) { o.gmsh_time_limit_s = 0; }, "gmsh_time_limit_s");
+    refused([](MeshingOptions& o) { o.levels = -1; }, "mesh.levels");
+    refused([](MeshingOptions& o) { o.levels = 13; }, "mesh.levels");
+    refused([](MeshingOptions& o) { o.target_tets = 0; }, "mesh.tets");
+    refused([](MeshingOptions& o) { o.coarsening = 1; }, "MeshingOptions::coarsening");
+    refused([](MeshingOptions& o) { o.voxel_mm = std::nan(""); }, "mesh.voxel_mm");
+    refused([](MeshingOptions& o) { o.edge_lengths_mm = {8, 4}; }, "mesh.edge_lengths_mm[1]");
+    refused([](MeshingOptions& o) { o.min_dihedral_deg = 40; }, "--min-dihedral-deg");
+    refused([](MeshingOptions& o) { o.inside_growth = 0.5; }, "--inside-growth");
+    refused([](MeshingOptions& o) { o.finer = {{}}; }, "--refine-sphere: radius in m");
+    refused([](MeshingOptions& o) { o.finer_at_ratio = 0; }, "--fix-edge-ratio");
+    refused([](MeshingOptions& o) { o.gmsh_time_limit_s = 0; }, "--time-limit-s");
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include "mesh/surface_patch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "shapes.hpp"
+
+namespace livetet {
+namespace {
+
+constexpr double side = 0.096, thickness = 0.001, edge = 0.008;
+
+/// A plate whose upper nodes lie above the middles between the lower ones.
+TetMesh plate() {
+    TetMesh mesh = shapes::box({side, side, thickness}, {12, 12, 1});
+    for (Vector3& x : mesh.nodes) x.head<2>() += Vector3(edge, edge, 0).head<2>() / 2 * (x.z() / thickness);
+    return mesh;
+}
+
+TEST(SurfacePatch, does_not_go_through_a_plate_to_its_other_side) {
+    const TetMesh mesh = plate();
+    const SurfacePatch above = surface_patch(mesh, {0.05, 0.05, 0.003}, 0.02);
+    EXPECT_GT(above.nodes.size(), 12u);
+    for (const std::int32_t n : above.nodes) EXPECT_EQ(mesh.nodes[n].z(), thickness);
+    const SurfacePatch below = surface_patch(mesh, {0.05, 0.05, -0.003}, 0.02);
+    EXPECT_GT(below.nodes.size(), 12u);
+    for (const std::int32_t n : below.nodes) EXPECT_EQ(mesh.nodes[n].z(), 0);
+}
+
+/// Right above a lower node: it is the nearest node of all, by 1.5 mm to 5.7.
+TEST(SurfacePatch, has_its_centre_on_the_side_of_the_place) {
+    const TetMesh mesh = plate();
+    const Vector3 place(6 * edge, 6 * edge, thickness + 0.0005);
+    const SurfacePatch patch = surface_patch(mesh, place, 0.015);
+    EXPECT_EQ(mesh.nodes[patch.centre].z(), thickness);
+    EXPECT_TRUE(std::binary_search(patch.nodes.begin(), patch.nodes.end(), patch.centre));
+    EXPECT_NEAR(patch.distance, 0.0005, 1e-12);
+    for (const std::int32_t n : patch.nodes) EXPECT_EQ(mesh.nodes[n].z(), thickness);
+}
+
+/// Where the radius reaches the rim it may go round it.
+TEST(SurfacePatch, goes_round_a_rim_as_far_as_the_radius_goes) {
+    const TetMesh mesh = plate();
+    const SurfacePatch patch = surface_patch(mesh, {side + 0.004, 0.05, thickness + 0.001}, 0.02);
+    const auto lower = std::count_if(patch.nodes.begin(), patch.nodes.end(), [&](std::int32_t n) { return mesh.nodes[n].z() == 0; });
+    EXPECT_GT(lower, 0);
+    EXPECT_LT(lower, std::ssize(patch.nodes) - lower);
+}
+
+}  // namespace
+}  // namespace livetet
