@@ -93,11 +93,8 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
 
 std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz, double frames_Hz) {
     std::string text;
-    if (!source.never_came.empty() && source.samples > 0) {
-        const std::string names = names_text(source);
-        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "),
-                            names.empty() ? "nothing" : names);
-    }
+    if (const std::string names = names_text(source); !source.never_came.empty() && !names.empty())
+        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "), names);
     if (source.state != "receiving" && source.state != "playing") text += source.state;
     if (!source.problem.empty() && source.state != "receiving") text += fmt::format(" ({})", source.problem);
     if (!text.empty() && !text.ends_with("| ")) text += " | ";

@@ -1,5 +1,6 @@
 #include "apps/frame_loop.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -22,6 +23,41 @@ void take_changes(const Scene& edited, Scene& scene, LiveModel& model, FrameCoun
     }
 }
 
+/// Numbers and times of the samples that are taken, one after the other.
+class SampleCount {
+  public:
+    explicit SampleCount(SampleClock clock) : clock_(clock) {}
+
+    void take(const StreamSample& sample, FrameCounts& counts) {
+        const double now_s = clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
+        const bool came = std::ranges::any_of(
+            sample.sample.poses, [](const TrackedPose& pose) { return pose.status != PoseStatus::missing; });
+        if (first_s_) {
+            const std::uint64_t steps = sample.number - number_;
+            counts.missed += steps - 1;
+            counts.samples += steps;
+            if (came && came_) {
+                counts.steps += steps;
+                counts.steps_s += now_s - now_s_;
+            }
+        } else {
+            first_s_ = now_s;
+            counts.samples = 1;
+        }
+        number_ = sample.number;
+        now_s_ = now_s;
+        came_ = came;
+    }
+    double seconds() const { return now_s_ - first_s_.value_or(now_s_); }
+
+  private:
+    SampleClock clock_;
+    std::optional<double> first_s_;
+    double now_s_ = 0;
+    std::uint64_t number_ = 0;
+    bool came_ = false;
+};
+
 }  // namespace
 
 FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
@@ -29,7 +65,7 @@ FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Re
     FrameCounts counts;
     const Interruptible interruptible;
     (void)source.take();  // what came before anyone kept it
-    std::optional<std::uint64_t> last;
+    SampleCount count(plan.clock);
     while (!stop_asked && !recorder.failed()) {
         const StreamSample* sample = source.next();
         if (!sample) break;
@@ -41,10 +77,7 @@ FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Re
                 start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
         const Frame& frame = model.advance(sample->sample, limits);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        if (!last) last = sample->number - 1;
-        counts.missed += sample->number - *last - 1;
-        counts.samples += sample->number - *last;
-        last = sample->number;
+        count.take(*sample, counts);
         if (counts.frames % scene.output.every == 0) {
             bool kept = recorder.keep(frame, *sample, seconds);
             while (!kept && plan.every_sample) {  // nothing is real time: wait for the disk
@@ -54,10 +87,9 @@ FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Re
             counts.not_kept += !kept;
         }
         counts.not_converged += !frame.step.converged;
-        if (counts.frames++ == 0) counts.first_s = frame.time_s;
-        counts.last_s = frame.time_s;
+        ++counts.frames;
         announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
-        if (plan.seconds > 0 && counts.last_s - counts.first_s >= plan.seconds) break;
+        if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }
     return counts;
 }

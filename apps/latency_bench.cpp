@@ -158,7 +158,7 @@ int bench_latency(const LatencyArguments& arguments) {
         Announcer announcer(body.mesh(), source, 0, scene.track->publish);
         FrameReader reader(announcer.port());
         counts = run_frames(scene, source, model, recorder, announcer, nullptr,
-                            {.budget_s = arguments.budget_ms / 1e3, .seconds = arguments.seconds + left_out_s});
+                            {.budget_s = arguments.budget_ms / 1e3, .seconds = arguments.seconds + left_out_s, .clock = SampleClock::arrival});
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
         seen = reader.finish();
     }

@@ -30,9 +30,7 @@ struct TrackArguments {
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
                   const FrameCounts& counts, std::optional<double> budget_s) {
-    const double interval_s = open.interval_s > 0    ? open.interval_s
-                              : counts.samples > 1 ? (counts.last_s - counts.first_s) / static_cast<double>(counts.samples - 1)
-                                                     : 0;
+    const double interval_s = open.interval_s > 0 ? open.interval_s : counts.interval_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
         fiducials.push_back(
@@ -137,7 +135,8 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, scene);
         return run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
-                          {budget_s, every_sample, arguments.seconds});
+                          {budget_s, every_sample, arguments.seconds,
+                           open.is_live() ? SampleClock::arrival : SampleClock::own});
     }();
     recorder.close();
     if (arrivals.not_kept() > 0)

@@ -14,7 +14,7 @@ namespace livetet {
 struct OpenIgtLinkSourceOptions {
     double gather_s = 0.005;      ///< at most so long does a sample wait for the tools missing at its time stamp
     double stale_after_s = 0.25;  ///< a tool that has not come for so long is missing
-    double silence_after_s = 1;   ///< a connection on which no message came for so long is silent
+    double silence_after_s = 1;   ///< a connection on which no message came for so long is called silent
     double first_retry_s = 0.1;   ///< pause before connecting again, doubled each time
     double longest_retry_s = 2;
     double connect_timeout_s = 3;
@@ -27,7 +27,7 @@ struct OpenIgtLinkStatistics {
     enum class State { connecting, receiving, silent, waiting };
     State state = State::connecting;  ///< waiting: before it connects again
     std::string problem;              ///< what ended the last connection or attempt; empty where nothing did
-    std::uint64_t messages = 0, samples = 0;
+    std::uint64_t messages = 0, samples = 0;  ///< samples for which a tool came
     std::uint64_t bad_crc = 0, malformed = 0, passed_over = 0;  ///< messages dropped; of types not used
     std::string last_error;                                     ///< why the last message was dropped
     std::uint64_t connections = 0;                              ///< the first and every one after it
@@ -49,8 +49,11 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// How messages become samples: a sample holds the newest pose of every tool. It is posted as soon as every tool that
 /// is alive has come with the same time stamp, so that nothing waits when a frame's messages come one after another and
 /// no sample mixes two moments; a tool that is left out costs the others at most `gather_s`. A tool that is no
-/// longer in its device's TDATA is missing at once. While nothing comes, a sample in which every tool
-/// is missing is posted every `silence_after_s`, so that whoever waits wakes up.
+/// longer in its device's TDATA is missing at once. While no tool comes, whatever else does, samples in which every tool
+/// is missing are posted from `stale_after_s` on: every 50 ms at first, every 0.5 s in the end. So whoever waits for one
+/// wakes up, and lets go of what a tool held little by little.
+///
+/// A time stamp that stands for `stale_after_s` counts as none; where those of other tools go on, the tool is missing.
 class OpenIgtLinkSource : public TrackerSource {
   public:
     /// Poses come in the order of `tools`. Throws Error where two tools cannot be told apart, or an option is not

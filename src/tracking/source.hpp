@@ -19,9 +19,9 @@ struct PoseTimes {
     double arrived_s = 0;  ///< by this machine's steady clock; 0 where it never came
 };
 
-/// The newest of every tool. Of a stream, `sample.time_s` is the sender's newest time stamp (the arrival's time where it
-/// sends none); it never goes backwards, and where the sender's clock is set back by more than a second it goes on by
-/// the arrivals.
+/// The newest of every tool. Of a stream, `sample.time_s` is the sender's newest time stamp (the arrival's, UTC, where it
+/// sends none); it never goes backwards, and where the sender's clock is set by more than a second, or turns out to be
+/// that far from what samples before the first stamp were dated by, it goes on by the arrivals.
 struct StreamSample {
     TrackerSample sample;
     std::vector<PoseTimes> times;

@@ -185,7 +185,7 @@ TEST(OpenIgtLinkSource, WhatIsNoHeaderEndsTheConnectionAndItIsMadeAnew) {
 TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
     ListeningPeer server;
     OpenIgtLinkSourceOptions options = quick();
-    options.silence_after_s = 0.02;
+    options.silence_after_s = options.stale_after_s = 0.02;
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, options);
     Peer peer = server.accept();
     for (int i = 1; i <= 2; ++i) {
@@ -196,6 +196,29 @@ TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
         }));
         EXPECT_TRUE(eventually([&] { return source.statistics().state == State::silent; }));
         EXPECT_EQ(source.next()->sample.poses[0].status, PoseStatus::missing);
+    }
+}
+
+TEST(OpenIgtLinkSource, WhoWaitsWakesUpWhateverElseKeepsComing) {
+    const auto probe = [] {
+        Message m = stylus_at(1);
+        m.device = "ProbeToTracker";
+        return m;
+    };
+    for (const Message& other : {message("STATUS", Status{1, 0, "", ""}), probe()}) {
+        ListeningPeer server;
+        OpenIgtLinkSourceOptions options = quick();
+        options.stale_after_s = 0.05;
+        OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, options);
+        Peer peer = server.accept();
+        int woken = 0;
+        EXPECT_TRUE(eventually([&] {
+            peer.send(other);
+            const StreamSample* sample = source.take();
+            return sample && sample->sample.poses[0].status == PoseStatus::missing && ++woken == 5;
+        })) << other.type;
+        EXPECT_EQ(source.statistics().state, State::receiving);
+        EXPECT_EQ(source.statistics().samples, 0u) << "none in which a tool came";
     }
 }
 
