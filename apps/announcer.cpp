@@ -133,7 +133,9 @@ Announcer::~Announcer() {
     thread_.join();
 }
 
-void Announcer::note(const std::string& text) { fmt::print(stderr, "track: {}\n", text); }
+void Announcer::note(const std::string& text) {
+    std::fputs(fmt::format("track: {}\n", text).c_str(), stderr);  // fmt::print throws where the terminal is gone
+}
 
 void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene, const StreamSample& sample,
                      std::size_t frames, std::size_t missed) {

@@ -60,13 +60,11 @@ class SampleCount {
 
 }  // namespace
 
-FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
-                       SceneWatch* watch, const FramePlan& plan) {
-    FrameCounts counts;
-    const Interruptible interruptible;
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
+                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
     SampleCount count(plan.clock);
-    while (!stop_asked && !recorder.failed()) {
+    while (!stop_asked) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
@@ -80,18 +78,16 @@ FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Re
         count.take(*sample, counts);
         if (counts.frames % scene.output.every == 0) {
             bool kept = recorder.keep(frame, *sample, seconds);
-            while (!kept && plan.every_sample) {  // nothing is real time: wait for the disk
+            while (!kept && plan.every_sample && !recorder.failed()) {  // nothing is real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder.keep(frame, *sample, seconds);
             }
-            counts.not_kept += !kept;
         }
         counts.not_converged += !frame.step.converged;
         ++counts.frames;
         announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
         if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }
-    return counts;
 }
 
 }  // namespace livetet

@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "apps/announcer.hpp"
 #include "base/error.hpp"
 #include "geometry/matrix_rows.hpp"
 
@@ -37,18 +38,18 @@ void ArrivalLog::keep(const StreamSample& sample) {
     ring_.push();
 }
 
-Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals)
-    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals) {
+Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s)
+    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals), flush_s_(flush_s) {
     arrivals_.wanted_.store(true, std::memory_order_release);
     thread_ = std::thread([this] { run(); });
 }
 
 Recorder::~Recorder() {
-    if (thread_.joinable()) finish();
+    if (thread_.joinable()) (void)close();
 }
 
 bool Recorder::keep(const Frame& frame, const StreamSample& sample, double seconds) {
-    KeptFrame* slot = ring_.free_slot();
+    KeptFrame* slot = failed() ? nullptr : ring_.free_slot();
     if (!slot) return false;
     slot->frame = frame;
     slot->sample = sample.number;
@@ -60,20 +61,17 @@ bool Recorder::keep(const Frame& frame, const StreamSample& sample, double secon
     return true;
 }
 
-void Recorder::close() {
-    finish();
-    if (failure_) std::rethrow_exception(failure_);
-}
-
-void Recorder::finish() {
+std::optional<std::string> Recorder::close() {
     KeptFrame* slot = nullptr;
     while (!(slot = ring_.free_slot())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     slot->last = true;
     ring_.push();
     thread_.join();
+    return failure_;
 }
 
 void Recorder::run() {
+    flushed_s_ = steady_seconds();
     for (;;) {
         const KeptFrame* kept = ring_.oldest();
         if (!kept) {
@@ -83,13 +81,21 @@ void Recorder::run() {
         try {
             if (!failure_) write_arrivals();
             if (!failure_ && !kept->last) write(*kept);
-        } catch (...) {
-            failure_ = std::current_exception();
+            if (!failure_) flush_in_time();
+        } catch (const std::exception& error) {
+            failure_ = error.what();
             failed_.store(true, std::memory_order_release);
+            Announcer::note(*failure_ + ": nothing is recorded from here on; tracking goes on");
         }
         if (kept->last) return;
         ring_.pop();
     }
+}
+
+void Recorder::flush_in_time() {
+    if (steady_seconds() - flushed_s_ < flush_s_) return;
+    writer_.flush();
+    flushed_s_ = steady_seconds();
 }
 
 void Recorder::write_arrivals() {

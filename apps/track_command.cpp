@@ -5,6 +5,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/frame_loop.hpp"
+#include "apps/interruptible.hpp"
 #include "apps/replay.hpp"
 #include "apps/report.hpp"
 #include "apps/tracker_source.hpp"
@@ -29,7 +30,7 @@ struct TrackArguments {
 };
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
-                  const FrameCounts& counts, std::optional<double> budget_s) {
+                  const FrameCounts& counts, std::optional<double> budget_s, const std::string& problem) {
     const double interval_s = open.interval_s > 0 ? open.interval_s : counts.interval_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
@@ -39,6 +40,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"frames", counts.frames},
             {"missed", counts.missed},
             {"not_kept", counts.not_kept},
+            {"problem", problem},
             {"interval_ms", 1e3 * interval_s},
             {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
             {"budget_given", budget_s.has_value()},
@@ -130,25 +132,35 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
 
     // 3. frames
-    const FrameCounts counts = [&] {
+    const Interruptible interruptible;  // until all is written
+    FrameCounts counts;
+    std::optional<std::string> problem;
+    try {
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, scene);
-        return run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
-                          {budget_s, every_sample, arguments.seconds,
-                           open.is_live() ? SampleClock::arrival : SampleClock::own});
-    }();
-    recorder.close();
+        run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
+                   {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own},
+                   counts);
+    } catch (const std::exception& error) {  // what came until then is kept where it does not come again
+        if (!open.is_live() || counts.frames == 0) throw;
+        problem = error.what();
+    }
+    if (const auto not_written = recorder.close(); not_written && !problem) problem = not_written;
     if (arrivals.not_kept() > 0)
         Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
                                     arrivals.not_kept()));
     if (counts.frames == 0) fail("{}: no sample came, nothing is kept", scene.track->source);
-    writer.write_text("run", describe_run(open, registration, body, counts, budget_s).dump());
+    const auto every = static_cast<std::size_t>(scene.output.every);
+    counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
+    if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
+    writer.write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump());
     writer.write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
     writer.close();
 
     // 4. report
     report_result(scene.output.file, arguments.json);
+    if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer.frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "apps/listening.hpp"
+#include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
@@ -118,7 +120,10 @@ TEST(Stream, WithoutToolsAllThatComeAreRecordedUntilCtrlC) {
     Running record(folder, "record", {"record", server.url(), "-o", "out.igs.mha"});
     std::this_thread::sleep_for(std::chrono::milliseconds(2500));
     EXPECT_FALSE(std::filesystem::exists(folder / "out.igs.mha")) << "nothing half-written";
-    record.interrupt();
+    for (int i = 0; i < 10; ++i) {  // as from a shell and a wrapper
+        record.interrupt();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     const auto outcome = record.wait();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     server.interrupt();
@@ -128,6 +133,24 @@ TEST(Stream, WithoutToolsAllThatComeAreRecordedUntilCtrlC) {
     EXPECT_NE(outcome.out.find("Reference"), std::string::npos) << outcome.out;
     EXPECT_GT(usable_poses(out, "Stylus").size(), 20u);
     EXPECT_GT(usable_poses(out, "Reference").size(), 5u);
+}
+
+TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
+    const Folder folder;
+    write_text(folder / "pivot.yaml", pivot_script);
+    Server server(folder, "pivot.yaml");
+    std::vector<std::size_t> saved;
+    ListenOptions options{.tools = {"Stylus"}, .seconds = 2, .save_every_s = 0.2};
+    options.save = [&](const Recording& recording) {
+        saved.push_back(recording.samples.size());
+        if (saved.size() == 2) fail("the disk is full");
+        write_sequence(folder / "saved.igs.mha", recording);
+    };
+    const Heard heard = listen(server.url(), options);
+    ASSERT_GT(saved.size(), 3u) << "a save that fails ends nothing";
+    EXPECT_TRUE(std::is_sorted(saved.begin(), saved.end()));
+    EXPECT_GT(heard.recording.samples.size(), saved.front());
+    EXPECT_EQ(read_sequence(folder / "saved.igs.mha").samples.size(), saved.back());
 }
 
 TEST(Stream, WhereNothingOrTheWrongToolComesOneLineSaysSoAndNothingIsLeft) {

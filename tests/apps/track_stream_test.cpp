@@ -14,6 +14,7 @@
 #include "io/openigtlink/border.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"
+#include "support/server.hpp"
 #include "tracking/poses.hpp"
 #include "tracking/source.hpp"
 
@@ -281,6 +282,34 @@ TEST(TrackStream, WhereEveryNameIsWrongItSaysWhichComeAndEnds) {
     const test::Outcome outcome = run.get();
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("no Reference, Sensor yet; what comes: StylusToTracker"), std::string::npos) << outcome.err;
+}
+
+TEST(TrackStream, NeitherCtrlCTwiceNorATerminalThatIsGoneNorSigkillLosesTheResult) {
+    Tracked t;
+    t.tracker.hold_s = 30;
+    t.record();
+    write_sequence(t.folder / "served.igs.mha", t.recording);
+    test::Server server(t.folder, "served.igs.mha", {"--loop"});
+    t.set_source(server.url());
+    for (const int signal : {SIGINT, SIGHUP, SIGKILL}) {
+        test::Running run(t.folder, "track", {"track", "scene.yaml", "--publish", "0"});
+        ASSERT_TRUE(eventually([&] { return run.errors().find("127.0.0.1 port ") != std::string::npos; }));
+        std::this_thread::sleep_for(std::chrono::milliseconds(5000));
+        for (int i = 0; i < 20; ++i, std::this_thread::sleep_for(std::chrono::milliseconds(20))) run.send(signal);
+        const test::Outcome outcome = run.wait();
+        std::string result = "result.h5";
+        if (signal == SIGKILL) {
+            for (const auto& entry : std::filesystem::directory_iterator(t.folder.path()))
+                if (entry.path().filename().string().starts_with(".result.part")) result = entry.path().filename();
+        } else {
+            EXPECT_EQ(outcome.status, 0) << signal << outcome.err;
+        }
+        const auto report = test::livetet(t.folder, "report " + result);
+        EXPECT_EQ(report.status, 0) << report.err;
+        EXPECT_EQ(report.out.find("the program was killed") != std::string::npos, signal == SIGKILL) << report.out;
+        EXPECT_GT(ResultReader(t.folder / result).frame_count(), 10u);
+        std::filesystem::remove(t.folder / result);
+    }
 }
 
 TEST(TrackStream, APortThatIsTakenIsSaidAndNothingIsLeft) {

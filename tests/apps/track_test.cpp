@@ -247,6 +247,26 @@ TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
     EXPECT_EQ(outcome.status, 0) << "with its changes: " << outcome.out;
 }
 
+TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
+    Tracked t;
+    t.tracker.hold_s = 20;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    // A disk of 6 MB, in blocks of 512 bytes.
+    const auto outcome =
+        livetet(t.folder, "track scene.yaml --every-sample", "trap '' XFSZ && ulimit -f 12288 &&");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"), std::string::npos) << outcome.err;
+    const ResultReader result(t.folder / "result.h5");
+    EXPECT_GT(result.frame_count(), 20u);
+    const auto run = nlohmann::json::parse(result.text("run"));
+    EXPECT_EQ(run["frames"].get<std::size_t>(), t.recording.samples.size()) << "tracked to its end";
+    EXPECT_EQ(run["not_kept"].get<std::size_t>(), t.recording.samples.size() - result.frame_count());
+    EXPECT_NE(run["problem"].get<std::string>().find("no room"), std::string::npos);
+    EXPECT_NE(outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())), std::string::npos)
+        << outcome.err;
+}
+
 TEST(Track, WhatCannotBeASourceIsRefused) {
     Tracked t;
     t.record();
