@@ -7,15 +7,17 @@
 #include "apps/interruptible.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
-void take_changes(const Scene& edited, Scene& scene, LiveModel& model, FrameCounts& counts) {
+void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCounts& counts) {
     try {
-        model.change(edited);
-        scene = with_changes(scene, edited);
+        Scene next = with_changes(scene, change.scene);
+        model.change(std::move(change));
+        scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
         Announcer::note("the scene's changes are taken up");
     } catch (const Error& error) {
@@ -30,8 +32,7 @@ class SampleCount {
 
     void take(const StreamSample& sample, FrameCounts& counts) {
         const double now_s = clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
-        const bool came = std::ranges::any_of(
-            sample.sample.poses, [](const TrackedPose& pose) { return pose.status != PoseStatus::missing; });
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
         if (first_s_) {
             const std::uint64_t steps = sample.number - number_;
             counts.missed += steps - 1;
@@ -68,7 +69,7 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder&
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
-        if (const Scene* edited = watch ? watch->take() : nullptr) take_changes(*edited, scene, model, counts);
+        if (SceneChange* change = watch ? watch->take() : nullptr) take_changes(*change, scene, model, counts);
         FrameLimits limits;
         if (plan.budget_s)
             limits.deadline =

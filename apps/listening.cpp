@@ -29,7 +29,7 @@ class SampleLog {
   public:
     void keep(const StreamSample& sample) {
         const std::lock_guard lock(mutex_);
-        const bool came = std::ranges::any_of(sample.sample.poses, comes);
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
         if (!came && samples_.empty()) return;
         if (samples_.empty()) first_s_ = sample.arrived_s;
         samples_.push_back(sample.sample);
@@ -51,13 +51,12 @@ class SampleLog {
             const std::lock_guard lock(mutex_);
             samples = samples_;
         }
-        while (!samples.empty() && std::ranges::none_of(samples.back().poses, comes)) samples.pop_back();
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come)) samples.pop_back();
         for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
         return recording;
     }
 
   private:
-    static bool comes(const TrackedPose& pose) { return pose.status != PoseStatus::missing; }
     mutable std::mutex mutex_;
     std::vector<TrackerSample> samples_;
     double first_s_ = 0;
@@ -79,14 +78,22 @@ std::optional<std::string> tool_of(std::string_view name) {
     return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
 }
 
+/// Whether the source tells this tool from all others.
+bool is_followed(TrackerSource& source, const std::string& tool) {
+    try {
+        (void)source.index_of(tool);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 /// Follows what has come since the last time; returns what is no tool.
 std::vector<std::string> follow_all(TrackerSource& source) {
     std::vector<std::string> others;
     for (const auto& [name, count] : source.status().names) {
-        if (const auto tool = tool_of(name))
-            source.index_of(*tool);
-        else
-            others.push_back(name);
+        const auto tool = tool_of(name);
+        if (!tool || !is_followed(source, *tool)) others.push_back(name);
     }
     return others;
 }

@@ -93,6 +93,8 @@ RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistrati
 
 int track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked: everything is read and checked before anything runs
+    std::error_code gone;  // load_scene says so
+    const auto written = std::filesystem::last_write_time(arguments.scene, gone);
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
         fail("{}: track is missing, expected the tracker's source and registration (livetet scene lists its keys)",
@@ -114,7 +116,8 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     const bool every_sample = scene.track->pace == Pace::every_sample;
     ArrivalLog arrivals;
     OpenSource open = open_source(scene.track->source, tools,
-                                  {every_sample ? 0 : scene.track->speed, [&](const StreamSample& s) { arrivals.keep(s); }});
+                                  {every_sample ? 0 : scene.track->speed, [&](const StreamSample& s) { arrivals.keep(s); },
+                                   scene.track->request_ms});
 
     // 2. mesh, body, model
     PetscSession session("livetet", petsc);
@@ -138,7 +141,7 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     try {
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
-        if (!every_sample) watch.emplace(arguments.scene, scene);
+        if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
         run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
                    {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own},
                    counts);
@@ -154,7 +157,7 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     const auto every = static_cast<std::size_t>(scene.output.every);
     counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
     if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer.write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump());
+    writer.write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump(-1, ' ', false, json::error_handler_t::replace));
     writer.write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
     writer.close();
 

@@ -101,25 +101,21 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
         tool->clock = stamp;
         tool->clock_since_s = now_s;
     }
-    if (clock_stands(*tool, now_s)) {
-        if (others_go_on(*tool)) {  // a pose of long ago, sent again and again
-            tool->left_out = true;
-            return tool;
-        }
-        stamp = 0;
-    }
+    tool->left_out = false;
+    tool->stands = clock_stands(*tool, now_s) && others_go_on(*tool);
+    if (tool->stands) return tool;  // a pose of long ago, sent again and again
+    if (clock_stands(*tool, now_s)) stamp = 0;
     if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
     if (!stamp_) {
         stamp_ = stamp;
         due_s_ = now_s + options_.gather_s;
     }
     tool->pose = {};
-    tool->pose.status = status != PoseStatus::ok ? status : PoseStatus::invalid;
+    tool->pose.status = status != PoseStatus::ok ? status : PoseStatus::broken;
     if (status == PoseStatus::ok && pose) tool->pose = {pose->rotation, pose->translation, status};
     tool->times = {igtl::seconds_of_stamp(stamp), now_s};
     tool->stamp = stamp;
     tool->in_sample = true;
-    tool->left_out = false;
     return tool;
 }
 
@@ -174,17 +170,14 @@ void PoseGatherer::post(double now_s) {
     hand_over(first ? time_s : std::max(time_s, last_s), now_s);
 }
 
-void PoseGatherer::post_quiet(double now_s) {
-    for (State& tool : tools_) tool.left_out = true;
-    hand_over(expected_time_s(now_s), now_s);
-}
+void PoseGatherer::post_quiet(double now_s) { hand_over(expected_time_s(now_s), now_s); }
 
 void PoseGatherer::hand_over(double time_s, double now_s) {
     sample_.sample.time_s = time_s;
     sample_.arrived_s = posted_s_ = now_s;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
         State& tool = tools_[i];
-        sample_.sample.poses[i] = is_alive(tool, now_s) ? tool.pose : TrackedPose();
+        sample_.sample.poses[i] = pose_of(tool, now_s);
         sample_.times[i] = tool.times;
         tool.in_sample = false;
     }
@@ -207,7 +200,15 @@ bool PoseGatherer::is_up_to_date(const State& tool) const {
 }
 
 bool PoseGatherer::is_alive(const State& tool, double now_s) const {
-    return tool.times.arrived_s > 0 && !tool.left_out && now_s - tool.times.arrived_s <= options_.stale_after_s;
+    return tool.times.arrived_s > 0 && !tool.left_out && !tool.stands &&
+           now_s - tool.times.arrived_s < options_.stale_after_s;
+}
+
+TrackedPose PoseGatherer::pose_of(const State& tool, double now_s) const {
+    if (is_alive(tool, now_s)) return tool.pose;
+    TrackedPose none;
+    if (tool.times.arrived_s > 0 && !tool.left_out) none.status = PoseStatus::stale;
+    return none;
 }
 
 std::vector<std::string> PoseGatherer::never_came() const {

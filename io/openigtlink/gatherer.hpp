@@ -48,7 +48,8 @@ class PoseGatherer {
         std::uint64_t clock = 0;    ///< what the sender's clock showed last,
         double clock_since_s = 0;   ///< and when it first showed that
         bool in_sample = false;     ///< came since the last post
-        bool left_out = false;      ///< of the last TDATA of its device, or its time stamp stands while others go on
+        bool left_out = false;      ///< of the last TDATA of its device
+        bool stands = false;        ///< its time stamp does, while others go on
     };
     using Pose = std::optional<RigidTransform<Tracker, Tool>>;
 
@@ -64,6 +65,7 @@ class PoseGatherer {
     State* find(const std::string& name);
     bool is_up_to_date(const State& tool) const;
     bool is_alive(const State& tool, double now_s) const;
+    TrackedPose pose_of(const State& tool, double now_s) const;
 
     OpenIgtLinkSourceOptions options_;
     Post post_;

@@ -23,7 +23,11 @@ std::chrono::steady_clock::duration duration_of(double seconds) {
     return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+/// Hundreds of tools with their metadata. More would keep the source busy with one message.
+constexpr std::uint64_t largest_tracking_body = 1 << 16;
+
 bool is_tracking_data(const igtl::Header& header) {
+    if (header.body_size > largest_tracking_body) return false;
     for (const auto* type : {"TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"})
         if (header.type == type) return true;
     return false;
@@ -285,7 +289,7 @@ OpenIgtLinkStatistics OpenIgtLinkSource::statistics() const { return connector_-
 
 SourceStatus OpenIgtLinkSource::status() const {
     const OpenIgtLinkStatistics s = connector_->statistics();
-    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came};
+    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came, s.last_error};
 }
 
 std::size_t OpenIgtLinkSource::index_of(const std::string& tool) {

@@ -39,12 +39,12 @@ struct OpenIgtLinkStatistics {
 std::string_view to_text(OpenIgtLinkStatistics::State state);
 
 /// Follows a tracker server (PLUS and its kin) by OpenIGTLink from a thread of its own: TRANSFORM, POSITION (QTRANS),
-/// TDATA and QTDATA of header versions 1 and 2. Connects, and connects again with growing pauses, for as long as it
+/// TDATA and QTDATA of header versions 1 to 3. Connects, and connects again with growing pauses, for as long as it
 /// lives. On connecting it sends a STATUS of version 2, without which PLUS sends no metadata.
 ///
 /// Names: `StylusToTracker`, or just `Stylus`, is the tool "Stylus"; a name of 20 bytes stands for the one tool whose
-/// name is cut to it. Others are counted by name. A pose whose metadata say it is not OK, or whose matrix is not finite
-/// or not rigid, is invalid or missing, and its last numbers are kept out of samples.
+/// name is cut to it. Others are counted by name. A pose whose metadata say it is not OK has the status that they say, one
+/// whose matrix is not finite or not rigid is broken, and its last numbers are kept out of samples.
 ///
 /// How messages become samples: a sample holds the newest pose of every tool. It is posted as soon as every tool that
 /// is alive has come with the same time stamp, so that nothing waits when a frame's messages come one after another and
@@ -53,7 +53,8 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// is missing are posted from `stale_after_s` on: every 50 ms at first, every 0.5 s in the end. So whoever waits for one
 /// wakes up, and lets go of what a tool held little by little.
 ///
-/// A time stamp that stands for `stale_after_s` counts as none; where those of other tools go on, the tool is missing.
+/// A tool that came, but not for `stale_after_s`, is stale. A time stamp that stands for so long counts as none; where those
+/// of other tools go on, the tool is stale.
 class OpenIgtLinkSource : public TrackerSource {
   public:
     /// Poses come in the order of `tools`. Throws Error where two tools cannot be told apart, or an option is not

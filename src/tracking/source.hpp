@@ -42,6 +42,7 @@ struct SourceStatus {
     std::uint64_t samples = 0, refused = 0;      ///< refused: messages that were dropped for what was in them
     std::map<std::string, std::uint64_t> names;  ///< how often each transform came ("StylusToTracker")
     std::vector<std::string> never_came;         ///< tools asked for
+    std::string refusal{};                       ///< why the last message was refused
 };
 
 /// Where tracker samples come from: a server on the network, a recording, a simulated tracker. A thread of its own leaves

@@ -1,10 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "apps/listening.hpp"
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/sockets.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
@@ -151,6 +155,29 @@ TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
     EXPECT_TRUE(std::is_sorted(saved.begin(), saved.end()));
     EXPECT_GT(heard.recording.samples.size(), saved.front());
     EXPECT_EQ(read_sequence(folder / "saved.igs.mha").samples.size(), saved.back());
+}
+
+TEST(Stream, TwoNamesThatTheWireCannotTellApartEndNoRecording) {
+    using namespace igtl::testing_sockets;
+    ListeningPeer server;
+    auto heard = std::async(std::launch::async, [&] {
+        return listen(fmt::format("openigtlink://127.0.0.1:{}", server.port()), {.seconds = 1});
+    });
+    Peer peer = server.accept();
+    const auto came = [&] { return heard.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready; };
+    try {
+        while (!came())
+            for (const char* name : {"DeformationSensorLeft1ToTracker", "DeformationSensorLeft2ToTracker"}) {
+                igtl::Message m = igtl::transform_message(name, RigidTransform<Tracker, Tool>{}, utc_seconds());
+                m.version = 2;
+                peer.send(m);
+            }
+    } catch (const std::exception&) {  // it has ended
+    }
+    const Heard all = heard.get();
+    EXPECT_EQ(all.recording.tools, std::vector<std::string>{"DeformationSensorLeft1"});
+    EXPECT_EQ(all.left_out, std::vector<std::string>{"DeformationSensorLeft2ToTracker"});
+    EXPECT_GT(all.recording.samples.size(), 5u);
 }
 
 TEST(Stream, WhereNothingOrTheWrongToolComesOneLineSaysSoAndNothingIsLeft) {

@@ -9,6 +9,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
+#include "io/tip_file.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/hierarchy.hpp"
 #include "support/program.hpp"
@@ -265,6 +266,7 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     EXPECT_NE(run["problem"].get<std::string>().find("no room"), std::string::npos);
     EXPECT_NE(outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())), std::string::npos)
         << outcome.err;
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "lacks", "expected all of them"});
 }
 
 TEST(Track, WhatCannotBeASourceIsRefused) {
@@ -279,6 +281,13 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     t.set_source("press.igs.mha");
     t.set_track("sensors: [{tool: Sensor}, {tool: Sensor}]");
     test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor is named twice"});
+    t.set_track("tools: [{tool: StylusTip}, {tool: Stylus, tip: stylus.json}]");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.tools: Stylus", "StylusTipToRAS"});
+    t.set_track("smoothing_Hz: 0, ahead_ms: 40");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.ahead_ms = 40", "smoothing_Hz = 0"});
+    write_tip(t.folder / "stylus.json", {"Stylus", {}, {}});
+    t.set_track("tools: [{tool: Sensor, tip: stylus.json}]");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"stylus.json", "is the tip of Stylus", "that of Sensor"});
     t.set_track("");
     test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"), {"--publish 70000", "65535"});
     test::expect_refused(livetet(t.folder, "track"), {"--replay"});

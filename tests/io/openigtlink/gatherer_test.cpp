@@ -77,7 +77,7 @@ TEST(PoseGatherer, AToolLeftOutIsWaitedForOnlyALittleAndKeepsItsPoseUntilItIsSta
     g.transform("StylusToTracker", 4, when + 0.5, 100.5);
     ASSERT_EQ(g.samples.size(), 2) << "nobody waits for a tool that is stale";
     EXPECT_EQ(g.x(1, 0), 4);
-    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::missing);
+    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::stale);
 }
 
 TEST(PoseGatherer, ALaterTimeStampEndsTheSampleUnderWay) {
@@ -92,7 +92,7 @@ TEST(PoseGatherer, ALaterTimeStampEndsTheSampleUnderWay) {
     EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.001, 1e-6);
 }
 
-TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreInvalid) {
+TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreBroken) {
     Gathered g;
     const auto posted = [&](std::array<float, 12> matrix) {
         g.gatherer.take(message("TRANSFORM", Transform{matrix}, "StylusToTracker"), 100);
@@ -101,11 +101,11 @@ TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreInvalid) {
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::ok);
     EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isApprox(Eigen::Vector3d(0.005, 0.006, 0.007)));
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::invalid) << "a reflection";
-    EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::invalid) << "twice as large";
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::broken) << "a reflection";
+    EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::broken) << "twice as large";
     EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isZero()) << "no numbers of a pose that is none";
 }
 
@@ -120,10 +120,10 @@ TEST(PoseGatherer, PositionsAndQuaternionsAreTakenAsTransformsAre) {
     EXPECT_TRUE(pose.translation.isApprox(Eigen::Vector3d(0.01, 0.02, 0.03), 1e-6));
     for (const std::array<float, 4>& wrong : {std::array<float, 4>{0, 0, 0, 0}, {0, 0, 1, 1}, {NAN, 0, 0, 1}}) {
         g.gatherer.take(message("QTDATA", QuaternionTrackingData{{{"Stylus", 2, {}, wrong}}}), 100);
-        EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid);
+        EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken);
     }
     g.gatherer.take(message("POSITION", Position{{1, 2, 3}, {}, Position::Layout::without_rotation}, "Stylus"), 100);
-    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid) << "a rotation that nobody sent";
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken) << "a rotation that nobody sent";
 }
 
 TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
@@ -134,6 +134,7 @@ TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
     };
     EXPECT_EQ(posted({{"TransformStatus", "OK"}}), PoseStatus::ok);
     EXPECT_EQ(posted({{"TransformStatus", "MISSING"}}), PoseStatus::missing);
+    EXPECT_EQ(posted({{"TransformStatus", "OUT_OF_VOLUME"}}), PoseStatus::out_of_volume);
     EXPECT_EQ(posted({{"TransformStatus", "INVALID"}, {"TransformValid", "true"}}), PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "false"}}), PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "true"}}), PoseStatus::ok);
@@ -198,6 +199,13 @@ TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     EXPECT_TRUE(says(error_of([] { PoseGatherer({"Stylus", "Stylus"}, options, {}, 100, when); }), {"expected two names"}));
 }
 
+TEST(PoseGatherer, ANameInMetadataThatIsNoneGivesWayToTheHeaders) {
+    Gathered g;
+    for (const std::string& name : {std::string("Stylus\x1b[2J"), std::string("a\nb"), std::string(100000, 'x')})
+        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "ProbeToTracker"), {{"IGTL_DEVICE_NAME", name}}), 100);
+    EXPECT_EQ(g.gatherer.names(), (std::map<std::string, std::uint64_t>{{"ProbeToTracker", 3}}));
+}
+
 TEST(PoseGatherer, TimeNeverGoesBackwards) {
     std::vector<StreamSample> samples;
     PoseGatherer gatherer({"Stylus"}, options, [&](const auto& s) { samples.push_back(s); }, 100, when);
@@ -213,7 +221,7 @@ TEST(PoseGatherer, TimeNeverGoesBackwards) {
     EXPECT_NEAR(time_of(0, 101), when + 0.95, 1e-6) << "no time stamp";
     gatherer.post_due(103);
     EXPECT_NEAR(samples.back().sample.time_s, when + 2.95, 1e-6);
-    EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::missing);
+    EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::stale);
     EXPECT_NEAR(time_of(when + 1e6, 103.1), when + 3.05, 1e-6) << "the sender's clock was set forward";
     EXPECT_NEAR(time_of(when + 1e6 + 0.1, 103.2), when + 3.15, 1e-6);
 }
@@ -246,8 +254,8 @@ TEST(PoseGatherer, WhileNoToolOfItsOwnComesItSaysSoLittleByLittleWhateverElseCom
     ASSERT_GT(g.samples.size(), 60u);
     EXPECT_NEAR(g.samples[0].sample.time_s, when + options.stale_after_s, 0.011) << "as soon as it is stale";
     for (std::size_t k = 0; k < g.samples.size(); ++k) {
-        EXPECT_EQ(g.samples[k].sample.poses[0].status, PoseStatus::missing);
-        EXPECT_EQ(g.samples[k].sample.poses[1].status, PoseStatus::missing);
+        EXPECT_EQ(g.samples[k].sample.poses[0].status, PoseStatus::stale);
+        EXPECT_EQ(g.samples[k].sample.poses[1].status, PoseStatus::stale);
         if (k == 0) continue;
         const double quiet_s = g.samples[k].arrived_s - 100;
         EXPECT_LT(g.samples[k].arrived_s - g.samples[k - 1].arrived_s, std::min(0.07 + 0.05 * quiet_s, 0.52)) << quiet_s;
@@ -273,14 +281,14 @@ TEST(PoseGatherer, ATimeStampThatStandsIsNone) {
         EXPECT_LT(g.samples[k].sample.time_s - g.samples[k - 1].sample.time_s, 0.03);
 }
 
-TEST(PoseGatherer, AToolWhoseTimeStampStandsWhileOthersGoOnIsMissing) {
+TEST(PoseGatherer, AToolWhoseTimeStampStandsWhileOthersGoOnIsStale) {
     Gathered g;
     for (int i = 0; i < 50; ++i) {
         const double now_s = 100 + 0.02 * i;
         g.transform("StylusToTracker", 1, when, now_s);
         g.transform("ReferenceToTracker", 2, when + 0.02 * i, now_s);
     }
-    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::missing);
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::stale);
     EXPECT_EQ(g.samples.back().sample.poses[1].status, PoseStatus::ok);
     g.transform("StylusToTracker", 3, when + 1, 101);
     g.transform("ReferenceToTracker", 2, when + 1, 101);
