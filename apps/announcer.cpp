@@ -21,23 +21,39 @@ using nlohmann::json;
 constexpr std::array<const char*, 6> drive_names{"placing", "following", "returning", "holding", "releasing", "released"};
 constexpr std::array<const char*, 3> registration_names{"valid", "held", "lost"};
 
+constexpr std::array<const char*, 9> trouble_names{"",       "lost",   "invalid",  "out of volume",    "stale",
+                                                   "not a pose", "jumped", "too far", "reference not seen"};
+
+const char* text_of(SensorTrouble trouble) { return trouble_names[static_cast<std::size_t>(trouble)]; }
+
+/// " (stale)"; nothing where all is well.
+std::string because(SensorTrouble trouble) {
+    return trouble == SensorTrouble::none ? "" : fmt::format(" ({})", text_of(trouble));
+}
+
 const char* text_of(DriveStatus status) { return drive_names[static_cast<std::size_t>(status)]; }
 const char* text_of(RegistrationStatus status) { return registration_names[static_cast<std::size_t>(status)]; }
 
-/// What each sensor does: "Sensor following".
+/// "registration held (stale)".
+std::string registration_text(const FrameState& frame) {
+    return fmt::format("registration {}{}", text_of(frame.registration), because(frame.reference));
+}
+
+/// What each sensor does, and why where it does not follow: "Sensor holding (out of volume)".
 std::vector<std::string> sensor_texts(const Announcement& a) {
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < a.sensors.size() && i < a.frame.sensors.size(); ++i) {
         const SensorState& s = a.frame.sensors[i];
         texts.push_back(s.off_organ > 0 ? fmt::format("{} {:.0f} mm off the organ", a.sensors[i], 1e3 * s.off_organ)
-                                        : fmt::format("{} {}", a.sensors[i], text_of(s.drive)));
+                                        : fmt::format("{} {}{}", a.sensors[i], text_of(s.drive), because(s.trouble)));
     }
     return texts;
 }
 
 bool is_well(const FrameState& frame) {
     return frame.registration == RegistrationStatus::valid &&
-           std::all_of(frame.sensors.begin(), frame.sensors.end(), [](const SensorState& s) { return s.seen; });
+           std::all_of(frame.sensors.begin(), frame.sensors.end(),
+                       [](const SensorState& s) { return s.trouble == SensorTrouble::none && s.off_organ == 0; });
 }
 
 }  // namespace
@@ -72,37 +88,36 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
             fmt::format("{}{}ToRAS", a.tools[i].tool, a.tools[i].has_tip ? "Tip" : ""),
             RigidTransform<ImageFrame, Tool>{pose.rotation, pose.translation}, time_s));
     }
-    const std::string text = fmt::format("registration {}; {}", text_of(frame.registration),
-                                         fmt::join(sensor_texts(a), ", "));
+    const std::string text = fmt::format("{}; {}", registration_text(frame), fmt::join(sensor_texts(a), ", "));
     messages.push_back(igtl::status_message("Livetet", is_well(frame) ? 1 : 7, text, time_s));
     json sensors = json::object();
     for (std::size_t i = 0; i < a.sensors.size() && i < frame.sensors.size(); ++i)
-        sensors[a.sensors[i]] = {{"status", text_of(frame.sensors[i].drive)}, {"press_mm", 1e3 * frame.sensors[i].press}};
+        sensors[a.sensors[i]] = {{"status", text_of(frame.sensors[i].drive)},
+                                 {"reason", text_of(frame.sensors[i].trouble)},
+                                 {"press_mm", 1e3 * frame.sensors[i].press}};
     const json about = {{"sample", a.sample},
                         {"sample_time_s", frame.time_s},
                         {"frame", a.frames},
                         {"missed", a.missed},
                         {"latency_ms", 1e3 * (a.done_s - a.arrived_s)},
                         {"registration", text_of(frame.registration)},
+                        {"reference", text_of(frame.reference)},
                         {"sensors", sensors},
                         {"iterations", frame.step.iterations},
                         {"error_estimate_mm", 1e3 * frame.step.solve_error}};
-    messages.push_back(igtl::string_message("LivetetFrame", about.dump(), time_s));
+    messages.push_back(igtl::string_message("LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
     return messages;
 }
 
 std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz, double frames_Hz) {
     std::string text;
-    if (!source.never_came.empty() && source.samples > 0) {
-        const std::string names = names_text(source);
-        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "),
-                            names.empty() ? "nothing" : names);
-    }
+    if (const std::string names = names_text(source); !source.never_came.empty() && !names.empty())
+        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "), names);
     if (source.state != "receiving" && source.state != "playing") text += source.state;
     if (!source.problem.empty() && source.state != "receiving") text += fmt::format(" ({})", source.problem);
     if (!text.empty() && !text.ends_with("| ")) text += " | ";
     text += fmt::format("{:.1f} Hz in, {:.1f} frames/s, {} missed", received_Hz, frames_Hz, a.missed);
-    if (source.refused > 0) text += fmt::format(", {} messages refused", source.refused);
+    if (source.refused > 0) text += fmt::format(", {} messages refused ({})", source.refused, source.refusal);
     text += fmt::format(" | latency {:.1f} ms", 1e3 * (a.done_s - a.arrived_s));
     std::vector<std::string> ages;
     for (const LiveModel::ShownTool& tool : a.tools) {
@@ -113,7 +128,7 @@ std::string status_text(const Announcement& a, const SourceStatus& source, doubl
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
     text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.linearisations, a.frame.step.iterations,
                         1e3 * a.frame.step.solve_error);
-    text += fmt::format(" | registration {}, {}", text_of(a.frame.registration), fmt::join(sensor_texts(a), ", "));
+    text += fmt::format(" | {}, {}", registration_text(a.frame), fmt::join(sensor_texts(a), ", "));
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
 }
 
@@ -136,7 +151,9 @@ Announcer::~Announcer() {
     thread_.join();
 }
 
-void Announcer::note(const std::string& text) { fmt::print(stderr, "track: {}\n", text); }
+void Announcer::note(const std::string& text) {
+    std::fputs(fmt::format("track: {}\n", text).c_str(), stderr);  // fmt::print throws where the terminal is gone
+}
 
 void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene, const StreamSample& sample,
                      std::size_t frames, std::size_t missed) {

@@ -27,7 +27,7 @@ struct Announcement {
 
 /// The messages that a frame becomes: the organ's surface (POLYDATA, with the displacement's length in mm), the tracker and
 /// the tools in the image (TRANSFORM: `TrackerToRAS`, `StylusTipToRAS`, `SensorToRAS`; none of a tool that is not seen),
-/// STATUS `Livetet` (1: all is well, 7: something is lost) and STRING `LivetetFrame`, JSON. `time_s`: UTC.
+/// STATUS `Livetet` (1: all is well, 7: something is not followed, and why) and STRING `LivetetFrame`, JSON. `time_s`: UTC.
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);

@@ -46,9 +46,7 @@ void pivot(const CalibrateArguments& a) {
 
 void spin(const CalibrateArguments& a) {
     std::optional<ToolTip> tip;
-    if (!a.tip.empty()) tip = read_tip(a.tip);
-    if (tip && tip->tool != a.tool)
-        fail("{}: is the tip of {}, expected that of {}", a.tip.string(), tip->tool, a.tool);
+    if (!a.tip.empty()) tip = read_tip(a.tip, a.tool);
     if (!tip && !a.output.empty())
         fail("--output {}: a shaft is kept with its tip, expected --tip FILE (of `livetet calibrate pivot`)",
              a.output.string());

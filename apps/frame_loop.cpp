@@ -1,20 +1,23 @@
 #include "apps/frame_loop.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
 #include "apps/interruptible.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
-void take_changes(const Scene& edited, Scene& scene, LiveModel& model, FrameCounts& counts) {
+void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCounts& counts) {
     try {
-        model.change(edited);
-        scene = with_changes(scene, edited);
+        Scene next = with_changes(scene, change.scene);
+        model.change(std::move(change));
+        scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
         Announcer::note("the scene's changes are taken up");
     } catch (const Error& error) {
@@ -22,44 +25,70 @@ void take_changes(const Scene& edited, Scene& scene, LiveModel& model, FrameCoun
     }
 }
 
+/// Numbers and times of the samples that are taken, one after the other.
+class SampleCount {
+  public:
+    explicit SampleCount(SampleClock clock) : clock_(clock) {}
+
+    void take(const StreamSample& sample, FrameCounts& counts) {
+        const double now_s = clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        if (first_s_) {
+            const std::uint64_t steps = sample.number - number_;
+            counts.missed += steps - 1;
+            counts.samples += steps;
+            if (came && came_) {
+                counts.steps += steps;
+                counts.steps_s += now_s - now_s_;
+            }
+        } else {
+            first_s_ = now_s;
+            counts.samples = 1;
+        }
+        number_ = sample.number;
+        now_s_ = now_s;
+        came_ = came;
+    }
+    double seconds() const { return now_s_ - first_s_.value_or(now_s_); }
+
+  private:
+    SampleClock clock_;
+    std::optional<double> first_s_;
+    double now_s_ = 0;
+    std::uint64_t number_ = 0;
+    bool came_ = false;
+};
+
 }  // namespace
 
-FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
-                       SceneWatch* watch, const FramePlan& plan) {
-    FrameCounts counts;
-    const Interruptible interruptible;
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
+                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
-    std::optional<std::uint64_t> last;
-    while (!stop_asked && !recorder.failed()) {
+    SampleCount count(plan.clock);
+    while (!stop_asked) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
-        if (const Scene* edited = watch ? watch->take() : nullptr) take_changes(*edited, scene, model, counts);
+        if (SceneChange* change = watch ? watch->take() : nullptr) take_changes(*change, scene, model, counts);
         FrameLimits limits;
         if (plan.budget_s)
             limits.deadline =
                 start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
         const Frame& frame = model.advance(sample->sample, limits);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-        if (!last) last = sample->number - 1;
-        counts.missed += sample->number - *last - 1;
-        counts.samples += sample->number - *last;
-        last = sample->number;
+        count.take(*sample, counts);
         if (counts.frames % scene.output.every == 0) {
             bool kept = recorder.keep(frame, *sample, seconds);
-            while (!kept && plan.every_sample) {  // nothing is real time: wait for the disk
+            while (!kept && plan.every_sample && !recorder.failed()) {  // nothing is real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder.keep(frame, *sample, seconds);
             }
-            counts.not_kept += !kept;
         }
         counts.not_converged += !frame.step.converged;
-        if (counts.frames++ == 0) counts.first_s = frame.time_s;
-        counts.last_s = frame.time_s;
+        ++counts.frames;
         announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
-        if (plan.seconds > 0 && counts.last_s - counts.first_s >= plan.seconds) break;
+        if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }
-    return counts;
 }
 
 }  // namespace livetet

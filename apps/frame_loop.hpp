@@ -12,24 +12,32 @@
 
 namespace livetet {
 
+/// What tells a run's time: the samples' own time, or, where it may be set while it runs, when they came.
+enum class SampleClock { own, arrival };
+
 /// How the frames of a run are computed.
 struct FramePlan {
     std::optional<double> budget_s{};  ///< each frame is due so long after it began
     bool every_sample = false;
-    double seconds = 0;  ///< of the samples' time; 0: to the source's end
+    double seconds = 0;  ///< from the first sample on; 0: to the source's end
+    SampleClock clock = SampleClock::own;
 };
 
 /// What a run of frames came to.
 struct FrameCounts {
-    std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;
+    std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;  ///< not_kept: by the end, counted in the result
     std::uint64_t samples = 0;
-    double first_s = 0, last_s = 0;  ///< of the frames' samples
+    /// Of samples that follow each other and in which a tool came: how many steps from one to the next, and how long.
+    std::uint64_t steps = 0;
+    double steps_s = 0;
     std::vector<SceneEvent> events;
+
+    double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Frame after frame to the source's end, or until Ctrl-C or SIGTERM, of which a second one ends the program. `scene` is
-/// changed as `watch`, which may be nullptr, says.
-FrameCounts run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
-                       SceneWatch* watch, const FramePlan& plan);
+/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch`, which may be nullptr, says;
+/// `counts` holds what was done even where an exception ends it.
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
+                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts);
 
 }  // namespace livetet

@@ -1,30 +1,40 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <csignal>
+#include <cstddef>
 #include <ctime>
 
 namespace livetet {
 
-/// Set by the first Ctrl-C (or SIGTERM) while something is Interruptible.
+/// Set by the first Ctrl-C (or SIGTERM, or SIGHUP: the terminal is gone) while something is Interruptible.
 inline std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// While it lives, Ctrl-C (and SIGTERM) ends the run as its end would; one more, a second later, ends the program (a shell
-/// or a wrapper may send the first one twice).
+/// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
+/// or a wrapper may send the first one twice). It is to live until what the run leaves is written. A signal that was
+/// ignored before (nohup) still is.
 class Interruptible {
   public:
     Interruptible() {
         stop_asked = false;
-        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, stop);
+        for (std::size_t i = 0; i < signals.size(); ++i) {
+            before_[i] = std::signal(signals[i], stop);
+            if (before_[i] == SIG_IGN) std::signal(signals[i], SIG_IGN);
+        }
     }
+    /// Once a stop was asked for, the program ends: a doubled signal still does no harm.
     ~Interruptible() {
-        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+        if (stop_asked) return;
+        for (std::size_t i = 0; i < signals.size(); ++i) std::signal(signals[i], before_[i]);
     }
     Interruptible(const Interruptible&) = delete;
     Interruptible& operator=(const Interruptible&) = delete;
 
   private:
+    static constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
+
     static void stop(int which) {
         static std::atomic<std::time_t> asked_s{0};
         const std::time_t now_s = std::time(nullptr);
@@ -33,6 +43,8 @@ class Interruptible {
         std::signal(which, SIG_DFL);
         std::raise(which);
     }
+
+    std::array<void (*)(int), signals.size()> before_;
 };
 
 }  // namespace livetet

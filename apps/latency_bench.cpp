@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "apps/frame_loop.hpp"
+#include "apps/interruptible.hpp"
 #include "apps/phantom.hpp"
 #include "apps/realtime_cases.hpp"
 #include "apps/tracker_server.hpp"
@@ -157,8 +158,11 @@ int bench_latency(const LatencyArguments& arguments) {
                         tracker.image_from_reference, true);
         Announcer announcer(body.mesh(), source, 0, scene.track->publish);
         FrameReader reader(announcer.port());
-        counts = run_frames(scene, source, model, recorder, announcer, nullptr,
-                            {.budget_s = arguments.budget_ms / 1e3, .seconds = arguments.seconds + left_out_s});
+        const Interruptible interruptible;
+        const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
+                             .seconds = arguments.seconds + left_out_s,
+                             .clock = SampleClock::arrival};
+        run_frames(scene, source, model, recorder, announcer, nullptr, plan, counts);
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
         seen = reader.finish();
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -28,7 +29,7 @@ class SampleLog {
   public:
     void keep(const StreamSample& sample) {
         const std::lock_guard lock(mutex_);
-        const bool came = std::ranges::any_of(sample.sample.poses, comes);
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
         if (!came && samples_.empty()) return;
         if (samples_.empty()) first_s_ = sample.arrived_s;
         samples_.push_back(sample.sample);
@@ -42,16 +43,20 @@ class SampleLog {
         const std::lock_guard lock(mutex_);
         return samples_.empty() ? std::nullopt : std::optional(first_s_);
     }
-    /// All of them, each with a pose for each of `tools`, to the last in which one came.
-    std::vector<TrackerSample> take(std::size_t tools) {
-        const std::lock_guard lock(mutex_);
-        while (!samples_.empty() && std::ranges::none_of(samples_.back().poses, comes)) samples_.pop_back();
-        for (TrackerSample& sample : samples_) sample.poses.resize(tools);
-        return std::exchange(samples_, {});
+    /// All of them so far, each with a pose for each of `tools`, to the last in which one came.
+    Recording recording(std::vector<std::string> tools) const {
+        Recording recording{std::move(tools), {}};
+        auto& samples = recording.samples;
+        {
+            const std::lock_guard lock(mutex_);
+            samples = samples_;
+        }
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come)) samples.pop_back();
+        for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
+        return recording;
     }
 
   private:
-    static bool comes(const TrackedPose& pose) { return pose.status != PoseStatus::missing; }
     mutable std::mutex mutex_;
     std::vector<TrackerSample> samples_;
     double first_s_ = 0;
@@ -73,14 +78,22 @@ std::optional<std::string> tool_of(std::string_view name) {
     return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
 }
 
+/// Whether the source tells this tool from all others.
+bool is_followed(TrackerSource& source, const std::string& tool) {
+    try {
+        (void)source.index_of(tool);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 /// Follows what has come since the last time; returns what is no tool.
 std::vector<std::string> follow_all(TrackerSource& source) {
     std::vector<std::string> others;
     for (const auto& [name, count] : source.status().names) {
-        if (const auto tool = tool_of(name))
-            source.index_of(*tool);
-        else
-            others.push_back(name);
+        const auto tool = tool_of(name);
+        if (!tool || !is_followed(source, *tool)) others.push_back(name);
     }
     return others;
 }
@@ -97,13 +110,33 @@ std::string status_text(const SourceStatus& status, std::size_t samples, double 
     return text;
 }
 
+/// What is kept in memory is saved in time: the program or the machine may not live until its end.
+class Saving {
+  public:
+    explicit Saving(const ListenOptions& options) : options_(options) {}
+    void in_time(const TrackerSource& source, const SampleLog& log) {
+        const double now_s = steady_seconds();
+        if (!options_.save || now_s < due_s_ || log.size() == 0) return;
+        try {
+            options_.save(log.recording(source.tools()));
+        } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
+            std::fputs(fmt::format("{}; recording goes on\n", error.what()).c_str(), stderr);
+        }
+        due_s_ = steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));
+    }
+
+  private:
+    const ListenOptions& options_;
+    double due_s_ = steady_seconds() + options_.save_every_s;
+};
+
 /// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is asked for; returns what
 /// is no tool.
 std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log, const ListenOptions& options) {
-    const Interruptible interruptible;
     const double began_s = steady_seconds();
     ProgressLine line(options.title);
     Rate rate;
+    Saving saving(options);
     std::vector<std::string> others;
     while (!stop_asked) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -116,6 +149,7 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
         else
             line.say(text + " (Ctrl-C ends it)");
         if (options.seconds > 0 && seconds >= options.seconds) break;
+        saving.in_time(source, log);
     }
     return others;
 }
@@ -136,8 +170,7 @@ Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
     Heard heard;
     heard.left_out = wait_for_end(*open.source, log, options);
     const SourceStatus status = open.source->status();
-    heard.recording.tools = open.source->tools();
-    heard.recording.samples = log.take(heard.recording.tools.size());
+    heard.recording = log.recording(open.source->tools());
     if (heard.recording.samples.empty()) refuse_nothing(name, options.tools, status);
     if (!options.tools.empty()) heard.never_came = status.never_came;
     return heard;
@@ -167,6 +200,7 @@ Heard listen(const std::string& source, const ListenOptions& options) {
 }
 
 Recording read_source(const std::string& source, const ListenOptions& options) {
+    const Interruptible interruptible;
     Heard heard = listen(source, options);
     if (!heard.never_came.empty())
         fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),

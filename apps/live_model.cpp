@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "io/tip_file.hpp"
+#include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -29,7 +30,21 @@ const TrackedPose& pose_of(const TrackerSample& sample, std::size_t tool) {
     return tool < sample.poses.size() ? sample.poses[tool] : missing;
 }
 
+std::vector<RigidTransform<Tool, Tip>> read_tips(const TrackOptions& track) {
+    std::vector<RigidTransform<Tool, Tip>> tips;
+    for (const ToolOptions& tool : track.tools)
+        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(tool.tip, tool.tool).tool_from_tip());
+    return tips;
+}
+
 }  // namespace
+
+SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
+    SceneChange change{scene, SceneConstraints(scene, mesh), read_tips(*scene.track)};
+    change.constraints.move_to_share(1);
+    check_held(scene, mesh, change.constraints);
+    return change;
+}
 
 ToolFinder tool_finder(std::vector<std::string> tools) {
     return [recording = Recording{std::move(tools), {}}](const std::string& tool) { return tool_index(recording, tool); };
@@ -45,12 +60,12 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
       reference_filter_(filter_options(*scene.track)),
       registration_(image_from_reference, scene.track->hold_s),
       constraints_(body.mesh().nodes.size()),
+      surface_(surface_nodes(body.mesh())),
       driven_slot_(body.mesh().nodes.size(), -1) {
-    scene_constraints_.emplace(scene_, body_.mesh());
-    scene_constraints_->move_to_share(1);
-    check_held(scene_, body_.mesh(), *scene_constraints_);
+    SceneChange whole = prepare_change(scene_, body_.mesh());
+    scene_constraints_.emplace(std::move(whole.constraints));
     for (const SensorOptions& options : scene_.track->sensors) sensors_.push_back(new_sensor(options));
-    find_shown();
+    find_shown(std::move(whole.tips));
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
@@ -78,34 +93,26 @@ LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
     return {options, find_tool_(options.tool), false, SensorPatch(patch)};
 }
 
-void LiveModel::find_shown() {
+void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     std::vector<ShownTool> shown{{scene_.track->reference_tool, false, reference_}};
     for (const SensorOptions& sensor : scene_.track->sensors)
         shown.push_back({sensor.tool, false, find_tool_(sensor.tool)});
-    std::vector<RigidTransform<Tool, Tip>> tips(shown.size());
-    for (const ToolOptions& tool : scene_.track->tools) {
+    tips.insert(tips.begin(), shown.size(), {});
+    for (const ToolOptions& tool : scene_.track->tools)
         shown.push_back({tool.tool, !tool.tip.empty(), find_tool_(tool.tool)});
-        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(tool.tip).tool_from_tip());
-    }
     shown_ = std::move(shown);
     tips_ = std::move(tips);
     frame_.image_from_tool.assign(shown_.size(), {});
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
-void LiveModel::change(const Scene& scene) {
+void LiveModel::change(SceneChange&& change) {
     // 1. what can fail
     Scene next = scene_;
-    next.fix = scene.fix;
-    next.track->sensors = scene.track->sensors;
-    next.track->tools = scene.track->tools;
+    next.fix = change.scene.fix;
+    next.track->sensors = change.scene.track->sensors;
+    next.track->tools = change.scene.track->tools;
     const bool fix_changed = !(next.fix == scene_.fix);
-    std::optional<SceneConstraints> next_constraints;
-    if (fix_changed) {
-        next_constraints.emplace(next, body_.mesh());
-        next_constraints->move_to_share(1);
-        check_held(next, body_.mesh(), *next_constraints);
-    }
     std::list<Sensor> sensors, leaving;
     for (const SensorOptions& options : next.track->sensors) {
         const auto same = std::find_if(sensors_.begin(), sensors_.end(),
@@ -113,10 +120,7 @@ void LiveModel::change(const Scene& scene) {
         if (same == sensors_.end()) sensors.push_back(new_sensor(options));
         (void)find_tool_(options.tool);
     }
-    for (const ToolOptions& tool : next.track->tools) {
-        (void)find_tool_(tool.tool);
-        if (!tool.tip.empty()) (void)read_tip(tool.tip);
-    }
+    for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
 
     // 2. what cannot
     scene_ = std::move(next);
@@ -129,36 +133,44 @@ void LiveModel::change(const Scene& scene) {
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
     sensors_ = std::move(leaving);
-    find_shown();
+    find_shown(std::move(change.tips));
     if (fix_changed) {
-        Settling settling;
-        const std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
-        scene_constraints_.emplace(std::move(*next_constraints));
-        const Constraints& now = scene_constraints_->constraints();
-        for (std::size_t n = 0; n < before.size(); ++n)
-            if (now.components[n] & ~before[n]) {
-                settling.nodes.push_back(static_cast<std::int32_t>(n));
-                settling.from.push_back(frame_.displacement[n]);
-            }
-        settling.now = settling.from;
-        settling.since_s = frame_.time_s;
-        settling_ = std::move(settling);
+        std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
+        if (settling_)
+            for (const std::int32_t n : settling_->nodes) before[n] = 0;  // they are not there yet
+        scene_constraints_.emplace(std::move(change.constraints));
+        begin_settling(before);
         pulled_ = true;  // springs are made anew
     }
     take_constraints();
+}
+
+/// Of nodes with components that are fixed and were not `before`.
+void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
+    Settling settling;
+    const Constraints& now = scene_constraints_->constraints();
+    for (std::size_t n = 0; n < before.size(); ++n)
+        if (now.components[n] & ~before[n]) {
+            settling.nodes.push_back(static_cast<std::int32_t>(n));
+            settling.from.push_back(frame_.displacement[n]);
+        }
+    settling.now = settling.from;
+    settling.since_s = frame_.time_s;
+    settling_ = std::move(settling);
 }
 
 void LiveModel::follow(const TrackerSample& sample) {
     const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
     frame_.registration = registration_.update(sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
     if (registration_.image_from_tracker()) frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
+    frame_.reference = trouble_of(pose_of(sample, reference_), reference.verdict);
     frame_.press = 0;
     std::size_t k = 0;
     for (Sensor& s : sensors_) {
         const TrackedPose nowhere;
         s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose), reference,
                        registration_.image_from_reference());
-        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.is_seen(), s.patch.press(), s.off_organ};
+        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(), s.off_organ};
         frame_.press = std::max(frame_.press, s.patch.press());
     }
     for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -175,7 +187,7 @@ void LiveModel::place_patches() {
     for (Sensor& s : sensors_) {
         if (s.leaving || !s.patch.is_to_be_placed()) continue;
         const Vector3 place = s.patch.drive().base()->translation;
-        const double distance = s.patch.place(body_.mesh(), frame_.displacement, farthest_from_organ);
+        const double distance = s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);
         s.off_organ = distance <= farthest_from_organ ? 0 : distance;
         if (s.off_organ > 0 && !misplaced_waits_)
             fail(

@@ -15,7 +15,7 @@ namespace livetet {
 /// What one deformation sensor does in a frame.
 struct SensorState {
     DriveStatus drive = DriveStatus::placing;
-    bool seen = false;
+    SensorTrouble trouble = SensorTrouble::lost;
     double press = 0;      ///< how far the middle of its patch was moved since the sensor was placed, m
     double off_organ = 0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
 };
@@ -25,6 +25,7 @@ struct FrameState {
     double time_s = 0;  ///< the sample's own time stamp
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
+    SensorTrouble reference = SensorTrouble::lost;
     double press = 0;                           ///< the largest of the sensors', m
     std::vector<SensorState> sensors;           ///< as the scene lists them
     std::vector<TrackedPose> image_from_tool;   ///< as `LiveModel::tools` lists them
@@ -50,6 +51,16 @@ using ToolFinder = std::function<std::size_t(const std::string& tool)>;
 /// That of a list of names.
 ToolFinder tool_finder(std::vector<std::string> tools);
 
+/// An edited scene with all that its files say of sensors, tools and fixed nodes.
+struct SceneChange {
+    Scene scene;
+    SceneConstraints constraints;
+    std::vector<RigidTransform<Tool, Tip>> tips;  ///< as track.tools lists them
+};
+
+/// Reads the masks and tips of `scene`. Throws Error where one is not good, or nothing would hold the body.
+SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
+
 /// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensors' patches,
 /// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
 class LiveModel {
@@ -63,10 +74,10 @@ class LiveModel {
     /// One frame. After the first ones nothing is allocated, but where a patch is placed, let go or taken hold of.
     const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
 
-    /// Takes up the sensors, tools and fixed nodes of another state of the scene. A sensor whose entry is gone or has
+    /// Takes up the sensors, tools and fixed nodes of another state of the scene, without reading any file. A sensor whose entry is gone or has
     /// changed holds its patch and lets it go as a lost one does; what is new is placed first. Nodes that are fixed from now
     /// on are led to their place at rest in `track.release_s`. Throws Error, and changes nothing, where that cannot be.
-    void change(const Scene& scene);
+    void change(SceneChange&& change);
 
     struct ShownTool {
         std::string tool;
@@ -98,7 +109,8 @@ class LiveModel {
         double since_s = 0;
     };
     Sensor new_sensor(const SensorOptions& options) const;
-    void find_shown();
+    void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
+    void begin_settling(const std::vector<std::uint8_t>& before);
     void follow(const TrackerSample& sample);
     void place_patches();
     void take_constraints();
@@ -121,6 +133,7 @@ class LiveModel {
     std::list<Sensor> sensors_;  ///< as the scene lists them, then those that leave
     std::vector<ShownTool> shown_;
     std::vector<RigidTransform<Tool, Tip>> tips_;  ///< of those shown
+    std::vector<std::int32_t> surface_;            ///< nodes of the mesh's surface
     std::vector<std::int32_t> driven_;
     std::vector<Vector3> driven_to_;
     std::vector<std::int32_t> driven_slot_;  ///< of each node, in driven_; -1

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "apps/commands.hpp"
+#include "apps/interruptible.hpp"
 #include "apps/listening.hpp"
 #include "apps/tracker_source.hpp"
 #include "base/error.hpp"
@@ -36,7 +37,9 @@ void check(const RecordArguments& a) {
 
 void record(const RecordArguments& a) {
     check(a);
-    const Heard heard = listen(a.source, {a.tools, a.seconds, "record"});
+    const Interruptible interruptible;  // until all is written
+    const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
+    const Heard heard = listen(a.source, {a.tools, a.seconds, "record", save});
     write_sequence(a.output, heard.recording);
     const auto& samples = heard.recording.samples;
     const double interval_s = sample_interval(heard.recording);

@@ -3,7 +3,9 @@
 #include <zlib.h>
 
 #include <chrono>
+#include <cmath>
 
+#include "apps/announcer.hpp"
 #include "base/error.hpp"
 #include "geometry/matrix_rows.hpp"
 
@@ -16,6 +18,15 @@ constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 /// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x 4 matrix by rows.
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
+
+/// A number of a file that stands for a whole one up to `most`.
+std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
+    if (!(x >= 0 && x <= most && x == std::floor(x)))
+        fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, most);
+    return static_cast<std::uint64_t>(x);
+}
+
+constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
 
 }  // namespace
 
@@ -37,18 +48,18 @@ void ArrivalLog::keep(const StreamSample& sample) {
     ring_.push();
 }
 
-Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals)
-    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals) {
+Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s)
+    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals), flush_s_(flush_s) {
     arrivals_.wanted_.store(true, std::memory_order_release);
     thread_ = std::thread([this] { run(); });
 }
 
 Recorder::~Recorder() {
-    if (thread_.joinable()) finish();
+    if (thread_.joinable()) (void)close();
 }
 
 bool Recorder::keep(const Frame& frame, const StreamSample& sample, double seconds) {
-    KeptFrame* slot = ring_.free_slot();
+    KeptFrame* slot = failed() ? nullptr : ring_.free_slot();
     if (!slot) return false;
     slot->frame = frame;
     slot->sample = sample.number;
@@ -60,20 +71,17 @@ bool Recorder::keep(const Frame& frame, const StreamSample& sample, double secon
     return true;
 }
 
-void Recorder::close() {
-    finish();
-    if (failure_) std::rethrow_exception(failure_);
-}
-
-void Recorder::finish() {
+std::optional<std::string> Recorder::close() {
     KeptFrame* slot = nullptr;
     while (!(slot = ring_.free_slot())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     slot->last = true;
     ring_.push();
     thread_.join();
+    return failure_;
 }
 
 void Recorder::run() {
+    flushed_s_ = steady_seconds();
     for (;;) {
         const KeptFrame* kept = ring_.oldest();
         if (!kept) {
@@ -83,13 +91,21 @@ void Recorder::run() {
         try {
             if (!failure_) write_arrivals();
             if (!failure_ && !kept->last) write(*kept);
-        } catch (...) {
-            failure_ = std::current_exception();
+            if (!failure_) flush_in_time();
+        } catch (const std::exception& error) {
+            failure_ = error.what();
             failed_.store(true, std::memory_order_release);
+            Announcer::note(*failure_ + ": nothing is recorded from here on; tracking goes on");
         }
         if (kept->last) return;
         ring_.pop();
     }
+}
+
+void Recorder::flush_in_time() {
+    if (steady_seconds() - flushed_s_ < flush_s_) return;
+    writer_.flush();
+    flushed_s_ = steady_seconds();
 }
 
 void Recorder::write_arrivals() {
@@ -146,7 +162,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
     RecordedRun run;
     const std::vector<double> rows = reader.rows(arrival_table, arrival_columns);
     for (const double* row = rows.data(); row < rows.data() + rows.size(); row += arrival_columns) {
-        const auto number = static_cast<std::uint64_t>(row[0]);
+        const std::uint64_t number = whole_number(row[0], most_samples, "sample", source);
         if (run.samples.empty() || run.samples.back().number != number) {
             if (!run.samples.empty() && number < run.samples.back().number)
                 fail("{}: sample {} comes after sample {}, expected them in order", source, number,
@@ -157,20 +173,21 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
             run.samples.back().arrived_s = row[2];
         }
         std::vector<TrackedPose>& poses = run.samples.back().sample.poses;
-        const int status = static_cast<int>(row[4]);
-        if (row[3] != static_cast<double>(poses.size()) || status < 0 || status > static_cast<int>(PoseStatus::invalid))
-            fail("{}: sample {} holds tool {} with status {}, expected tool {} and a known status", source, number, row[3],
-                 row[4], poses.size());
+        const auto status = whole_number(row[4], static_cast<double>(PoseStatus::broken), "status", source);
+        if (row[3] != static_cast<double>(poses.size()))
+            fail("{}: sample {} holds tool {}, expected tool {}", source, number, row[3], poses.size());
         const auto pose = transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
         poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
-        frame.sample = static_cast<std::uint64_t>(reader.values("sample", k, 1)[0]);
-        frame.checksum = static_cast<std::uint32_t>(reader.values("checksum", k, 1)[0]);
+        frame.sample = whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
+        frame.checksum =
+            static_cast<std::uint32_t>(whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
         for (int i = 0; i < most_recorded_solves; ++i)
-            frame.solves[i] = {static_cast<int>(solves[2 * i]), solves[2 * i + 1] != 0};
+            frame.solves[i] = {static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
+                               solves[2 * i + 1] != 0};
     }
     return run;
 }

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <atomic>
-#include <exception>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "apps/live_model.hpp"
@@ -43,19 +44,21 @@ std::uint32_t checksum(std::span<const Vector3> displacement);
 /// ever waits for a disk.
 class Recorder {
   public:
-    /// `solver`: what computed the frames; the live one alone estimates their errors.
-    Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals);
+    /// `solver`: what computed the frames; the live one alone estimates their errors. What was written is whole on the
+    /// disk every `flush_s`, should the program be killed.
+    Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s = 3);
     ~Recorder();
-    /// False where the disk is a whole ring behind: the frame is not kept. From the simulation's thread.
+    /// False where the disk is a whole ring behind, or writing has failed: the frame is not kept. From the simulation's
+    /// thread.
     bool keep(const Frame& frame, const StreamSample& sample, double seconds);
-    /// Whether writing has failed: `close` will throw why.
+    /// Whether writing has failed, which was said: nothing is kept from then on.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
-    /// Waits until all is written. Throws what the writing thread met.
-    void close();
+    /// Waits until all is written. Returns why writing failed, if it did: what was written before can still be kept.
+    std::optional<std::string> close();
 
   private:
-    void finish();
     void run();
+    void flush_in_time();
     void write(const KeptFrame& kept);
     void write_arrivals();
 
@@ -63,7 +66,9 @@ class Recorder {
     SolverKind solver_;
     Ring<KeptFrame> ring_;
     ArrivalLog& arrivals_;
-    std::exception_ptr failure_;
+    const double flush_s_;
+    double flushed_s_ = 0;  ///< when, steady clock
+    std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};
     std::thread thread_;
 };

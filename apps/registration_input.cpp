@@ -50,7 +50,7 @@ RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::string& 
             "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet calibrate pivot`) or "
             "--tip-mm X Y Z",
             source);
-    if (!a.tip.empty()) return read_tip(a.tip).tool_from_tip();
+    if (!a.tip.empty()) return read_tip(a.tip, a.tool).tool_from_tip();
     return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
 }
 

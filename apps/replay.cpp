@@ -5,6 +5,7 @@
 
 #include "apps/live_model.hpp"
 #include "apps/recorder.hpp"
+#include "apps/run_result.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "config/yaml.hpp"
@@ -17,6 +18,8 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
+
+constexpr int most_threads = 1024;
 
 /// What a run left of itself that a replay needs, checked.
 struct Origin {
@@ -34,6 +37,8 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
     try {
         const json about = json::parse(reader.text("replay"));
         about.at("threads").get_to(origin.threads);
+        if (origin.threads < 1 || origin.threads > most_threads)
+            fail("{}: was computed by {} threads, expected 1 to {}", source, origin.threads, most_threads);
         about.at("tools").get_to(origin.tools);
         const auto pose = about.at("image_from_reference").get<std::vector<double>>();
         if (pose.size() != 12) fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
@@ -53,6 +58,9 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
     const ResultReader reader(path);
     Origin origin = read_origin(reader, source);
     const RecordedRun run = read_recorded_run(reader, source);
+    if (const std::size_t lacking = parse_run_info(reader.text("run"), source).not_kept; lacking > 0)
+        fail("{}: lacks {} frames, for which the disk was too slow or too full, expected all of them for a replay", source,
+             lacking);
     if (origin.scene.output.every != 1)
         fail("{}: keeps every {}th frame, expected output.every = 1 for a replay", source, origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
@@ -68,7 +76,7 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
     for (std::size_t k = 0; k < run.frames.size(); ++k) {
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
-            model.change(read_yaml<Scene>(event->scene, source));
+            model.change(prepare_change(read_yaml<Scene>(event->scene, source), body.mesh()));
         const auto sample = std::lower_bound(run.samples.begin(), run.samples.end(), recorded.sample,
                                              [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
         if (sample == run.samples.end() || sample->number != recorded.sample)

@@ -73,7 +73,8 @@ std::string run_section(const Report& r) {
     out += line("result", r.source);
     out += line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
     if (!r.run.solver.empty()) out += line("solver", r.run.solver);
-    out += line("livetet", r.run.version);
+    if (!r.run.version.empty()) out += line("livetet", r.run.version);
+    if (!r.run.problem.empty()) out += line("ended early", r.run.problem);
     out += line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
     out += line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
     return out;
@@ -112,7 +113,7 @@ std::string frames_section(const Report& r) {
                                       share_of_frames(r, f.over_budget)));
     if (r.run.budget_given) out += line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
     out += line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
-    if (r.run.not_kept > 0) out += line("not kept", fmt::format("{} frames: the disk was too slow", r.run.not_kept));
+    if (r.run.not_kept > 0) out += line("not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
     out += line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
     return out + line("not converged", fmt::format("{} frames", f.not_converged));
 }
@@ -244,6 +245,7 @@ std::string report_text(const Report& report) {
 std::string report_json(const Report& r) {
     json out = {{"result", r.source},
                 {"version", r.run.version},
+                {"problem", r.run.problem},
                 {"verdicts", verdicts(r)},
                 {"mesh", {{"tets", r.run.tets}, {"nodes", r.run.nodes}, {"levels", r.run.levels}}},
                 {"solver", r.run.solver},

@@ -48,6 +48,7 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
     info.nodes = value_of<std::size_t>(object, "nodes", source);
     info.levels = value_of<std::size_t>(object, "levels", source);
     if (object.contains("not_kept")) info.not_kept = value_of<std::size_t>(object, "not_kept", source);
+    if (object.contains("problem")) info.problem = value_of<std::string>(object, "problem", source);
     if (object.contains("solver")) info.solver = value_of<std::string>(object, "solver", source);
     info.version = value_of<std::string>(object, "version", source);
     return info;

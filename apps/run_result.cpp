@@ -60,6 +60,16 @@ void mark_nodes(RunResult& result) {
     result.mesh.node_sets.try_emplace("patch", std::move(patch));
 }
 
+/// What a program that was killed could not say any more.
+RunInfo killed_run(const RunResult& result) {
+    RunInfo info;
+    info.samples = info.frames = result.frames.size();
+    info.tets = result.mesh.tets.size();
+    info.nodes = result.mesh.nodes.size();
+    info.problem = "the program was killed; these are the frames until a few seconds before";
+    return info;
+}
+
 }  // namespace
 
 RunResult read_run_result(const std::filesystem::path& path) {
@@ -72,7 +82,7 @@ RunResult read_run_result(const std::filesystem::path& path) {
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
         fail("{}: holds no tracked poses, expected the result of livetet track", result.source);
     for (std::size_t k = 0; k < reader->frame_count(); ++k) result.frames.push_back(read_frame(*reader, names, k));
-    result.info = parse_run_info(reader->text("run"), result.source);
+    result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source) : killed_run(result);
     result.displacement = [reader](std::size_t k) { return reader->displacement(k); };
     mark_nodes(result);
     return result;

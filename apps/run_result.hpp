@@ -38,7 +38,7 @@ struct RunFiducial {
 /// What a run says about itself as a whole.
 struct RunInfo {
     std::size_t samples = 0, frames = 0, missed = 0;  ///< tracker samples, frames computed, samples never computed
-    std::size_t not_kept = 0;                         ///< frames that the disk was too slow for
+    std::size_t not_kept = 0;                         ///< frames that the disk was too slow for, or too full
     double interval_ms = 0;                           ///< time between two samples
     double budget_ms = 0;                             ///< what a frame may take: track.budget, else the interval
     bool budget_given = false;                        ///< there is a track.budget: frames were cut short to keep it
@@ -46,6 +46,7 @@ struct RunInfo {
     std::vector<RunFiducial> fiducials;
     std::size_t tets = 0, nodes = 0, levels = 0;
     std::string solver, version;  ///< solver: empty where the run does not say
+    std::string problem;          ///< what ended the recording before its time; empty where nothing did
 };
 
 /// A tracked run as plain data. Displacements are large and are read one frame at a time.

@@ -77,6 +77,10 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
         fail("track.source is missing, expected openigtlink://host:port, a tracker recording, or a script ({})", file);
     if (scene.track && scene.track->registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
+    if (scene.track && scene.track->ahead_ms > 0 && scene.track->smoothing_Hz == 0)
+        fail("track.ahead_ms = {} with track.smoothing_Hz = 0: poses are carried on by the filter's speeds, expected a filter, or "
+             "ahead_ms: 0 ({})",
+             scene.track->ahead_ms, file);
     if (scene.track) {
         std::vector<std::string> names{scene.track->reference_tool};
         for (const SensorOptions& sensor : scene.track->sensors) {
@@ -84,6 +88,12 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
                 fail("track.sensors: {} is named twice, expected each tool once, and not the reference ({})", sensor.tool,
                      file);
             names.push_back(sensor.tool);
+        }
+        for (const ToolOptions& tool : scene.track->tools) {
+            const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
+            if (std::find(names.begin(), names.end(), name) != names.end())
+                fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})", tool.tool, name, file);
+            names.push_back(name);
         }
     }
     if (scene.probes && scene.probes->points.empty())

@@ -126,6 +126,7 @@ struct TrackOptions {
     std::string budget{};
     Pace pace = Pace::recorded;
     double speed = 1;
+    std::optional<int> request_ms;
     std::optional<PublishOptions> publish;
 };
 
@@ -327,6 +328,9 @@ void visit_fields(Visitor& v, TrackOptions& t) {
                "played at its own pace: the newest sample when a frame begins, others are missed"},
               {Pace::every_sample, "every-sample", "each sample, one after the other, however long it takes"}});
     v.field("speed", t.speed, "", "a recording is played at so many times its own pace", greater_than<0>());
+    v.field("request_ms", t.request_ms, "ms",
+            "asks the server for TDATA so often (STT_TDATA), 0 for as often as it can: for one that sends none unasked",
+            at_least<0, int>());
     v.group("publish", t.publish, "OpenIGTLink server: 3D Slicer shows the organ deform by connecting to it");
 }
 

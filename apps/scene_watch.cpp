@@ -24,7 +24,9 @@ Scene with_changes(const Scene& running, const Scene& edited) {
     return scene;
 }
 
-SceneWatch::SceneWatch(std::filesystem::path path, Scene scene) : path_(std::move(path)), scene_(std::move(scene)) {
+SceneWatch::SceneWatch(std::filesystem::path path, std::filesystem::file_time_type written, Scene scene,
+                       const TetMesh& mesh)
+    : path_(std::move(path)), written_(written), scene_(std::move(scene)), mesh_(mesh) {
     thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
 
@@ -33,12 +35,11 @@ void SceneWatch::watch(const std::stop_token& stop) {
     std::unique_lock lock(mutex);
     std::condition_variable_any sleep;
     std::error_code gone;  // between an editor's removing a file and its writing it anew
-    auto seen = std::filesystem::last_write_time(path_, gone);
     std::string text = to_yaml(scene_);
     while (!sleep.wait_for(lock, stop, look_every, [&] { return stop.stop_requested(); })) {
         const auto now = std::filesystem::last_write_time(path_, gone);
-        if (gone || now == seen) continue;
-        seen = now;
+        if (gone || now == written_) continue;
+        written_ = now;
         try {
             const Scene edited = load_scene(path_);
             if (!edited.track) fail("{}: track is missing, expected it while the scene runs", path_.string());
@@ -48,9 +49,10 @@ void SceneWatch::watch(const std::stop_token& stop) {
                 Announcer::note(path_.string() + ": other changes than of track.sensors, track.tools and fix wait for the "
                                                  "next start");
             if (next_text == text) continue;
+            auto change = std::make_shared<SceneChange>(prepare_change(next, mesh_));
             text = next_text;
             scene_ = std::move(next);
-            mailbox_.outgoing() = scene_;
+            mailbox_.outgoing() = std::move(change);
             mailbox_.post();
         } catch (const Error& error) {
             Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));

@@ -5,6 +5,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/frame_loop.hpp"
+#include "apps/interruptible.hpp"
 #include "apps/replay.hpp"
 #include "apps/report.hpp"
 #include "apps/tracker_source.hpp"
@@ -29,10 +30,8 @@ struct TrackArguments {
 };
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
-                  const FrameCounts& counts, std::optional<double> budget_s) {
-    const double interval_s = open.interval_s > 0    ? open.interval_s
-                              : counts.samples > 1 ? (counts.last_s - counts.first_s) / static_cast<double>(counts.samples - 1)
-                                                     : 0;
+                  const FrameCounts& counts, std::optional<double> budget_s, const std::string& problem) {
+    const double interval_s = open.interval_s > 0 ? open.interval_s : counts.interval_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
         fiducials.push_back(
@@ -41,6 +40,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"frames", counts.frames},
             {"missed", counts.missed},
             {"not_kept", counts.not_kept},
+            {"problem", problem},
             {"interval_ms", 1e3 * interval_s},
             {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
             {"budget_given", budget_s.has_value()},
@@ -93,6 +93,8 @@ RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistrati
 
 int track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked: everything is read and checked before anything runs
+    std::error_code gone;  // load_scene says so
+    const auto written = std::filesystem::last_write_time(arguments.scene, gone);
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
         fail("{}: track is missing, expected the tracker's source and registration (livetet scene lists its keys)",
@@ -114,7 +116,8 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     const bool every_sample = scene.track->pace == Pace::every_sample;
     ArrivalLog arrivals;
     OpenSource open = open_source(scene.track->source, tools,
-                                  {every_sample ? 0 : scene.track->speed, [&](const StreamSample& s) { arrivals.keep(s); }});
+                                  {every_sample ? 0 : scene.track->speed, [&](const StreamSample& s) { arrivals.keep(s); },
+                                   scene.track->request_ms});
 
     // 2. mesh, body, model
     PetscSession session("livetet", petsc);
@@ -132,24 +135,35 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
 
     // 3. frames
-    const FrameCounts counts = [&] {
+    const Interruptible interruptible;  // until all is written
+    FrameCounts counts;
+    std::optional<std::string> problem;
+    try {
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
-        if (!every_sample) watch.emplace(arguments.scene, scene);
-        return run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
-                          {budget_s, every_sample, arguments.seconds});
-    }();
-    recorder.close();
+        if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
+        run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
+                   {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own},
+                   counts);
+    } catch (const std::exception& error) {  // what came until then is kept where it does not come again
+        if (!open.is_live() || counts.frames == 0) throw;
+        problem = error.what();
+    }
+    if (const auto not_written = recorder.close(); not_written && !problem) problem = not_written;
     if (arrivals.not_kept() > 0)
         Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
                                     arrivals.not_kept()));
     if (counts.frames == 0) fail("{}: no sample came, nothing is kept", scene.track->source);
-    writer.write_text("run", describe_run(open, registration, body, counts, budget_s).dump());
+    const auto every = static_cast<std::size_t>(scene.output.every);
+    counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
+    if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
+    writer.write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump(-1, ' ', false, json::error_handler_t::replace));
     writer.write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
     writer.close();
 
     // 4. report
     report_result(scene.output.file, arguments.json);
+    if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer.frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
 

@@ -7,6 +7,7 @@
 #include "apps/tracker_source.hpp"
 #include "base/progress.hpp"
 #include "io/openigtlink/border.hpp"
+#include "io/plus_pose.hpp"
 #include "tracking/playback.hpp"
 
 namespace livetet {
@@ -14,18 +15,6 @@ namespace livetet {
 namespace {
 
 constexpr std::chrono::milliseconds pause{20};
-
-const char* word_of(PoseStatus status) {
-    switch (status) {
-        case PoseStatus::ok:
-            return "OK";
-        case PoseStatus::missing:
-            return "MISSING";
-        case PoseStatus::invalid:
-            return "INVALID";
-    }
-    return "";
-}
 
 void wait(double seconds) {
     const double end_s = steady_seconds() + seconds;
@@ -61,7 +50,7 @@ std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools
         const RigidTransform<Tracker, Tool> tracker_from_tool{pose.rotation, pose.translation};
         igtl::Message& m =
             messages.emplace_back(igtl::transform_message(tools[i] + "ToTracker", tracker_from_tool, time_s));
-        m.metadata = {{"TransformValid", 3, seen ? "true" : "false"}, {"TransformStatus", 3, word_of(pose.status)}};
+        m.metadata = {{"TransformValid", 3, seen ? "true" : "false"}, {"TransformStatus", 3, std::string(pose_status_word(pose.status))}};
         m.version = seen ? 1 : 2;
     }
     return messages;

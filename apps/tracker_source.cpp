@@ -83,6 +83,7 @@ OpenSource open_source(const std::string& name, const std::vector<std::string>& 
         const auto [host, port] = host_and_port(name);
         OpenIgtLinkSourceOptions stream;
         stream.listener = options.listener;
+        stream.request_ms = options.request_ms;
         return {std::make_unique<OpenIgtLinkSource>(host, port, tools, stream)};
     }
     auto [recording, delays_s] = read_stored(name);

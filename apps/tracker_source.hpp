@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace livetet {
 struct SourceOptions {
     double speed = 1;             ///< of a recording: times its own pace; 0: every sample, one after the other
     SampleListener listener{};    ///< called with each sample that comes, by the source's thread
+    std::optional<int> request_ms{};  ///< of a stream: asks for TDATA so often
 };
 
 struct OpenSource {

@@ -1,9 +1,13 @@
 #include "io/hdf5.hpp"
 
+#include <fcntl.h>
 #include <hdf5.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "base/error.hpp"
@@ -71,6 +75,14 @@ bool is_stored(const Handle& dataset, std::size_t values) {
     const Handle type(H5Dget_type(dataset.id()), H5Tclose);
     const std::size_t size = H5Tget_size(type.id());
     return size > 0 && H5Dget_storage_size(dataset.id()) / size >= values;
+}
+
+/// The descriptor under an open file and the size that HDF5 has given it so far; nothing where there is none.
+std::optional<std::pair<int, off_t>> place_on_disk(const Handle& file) {
+    void* descriptor = nullptr;
+    hsize_t size = 0;
+    if (H5Fget_vfd_handle(file.id(), H5P_DEFAULT, &descriptor) < 0 || H5Fget_filesize(file.id(), &size) < 0) return {};
+    return std::pair(*static_cast<int*>(descriptor), static_cast<off_t>(size));
 }
 
 }  // namespace
@@ -230,6 +242,20 @@ std::string File::read_text(const std::string& name) const {
 
 void File::flush() {
     if (H5Fflush(file_.id(), H5F_SCOPE_LOCAL) < 0) fail("{}: cannot be written (is the disk full?)", shown_);
+}
+
+bool File::reserve(std::size_t bytes) {
+    const auto place = place_on_disk(file_);
+    struct stat now {};
+    if (!place || ::fstat(place->first, &now) != 0) return false;
+    const off_t more = static_cast<off_t>(bytes), wanted = place->second + more;
+    if (now.st_size >= wanted) return true;
+    return ::posix_fallocate(place->first, 0, wanted + more) == 0 || ::posix_fallocate(place->first, 0, wanted) == 0;
+}
+
+void File::give_back() {
+    if (const auto place = place_on_disk(file_); !place || ::ftruncate(place->first, place->second) != 0)
+        fail("{}: cannot be written (is the disk full?)", shown_);
 }
 
 void write_format(File& file, const std::string& format, int version) {

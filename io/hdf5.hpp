@@ -76,8 +76,13 @@ class File {
     void write_text(const std::string& name, const std::string& text);
     std::string read_text(const std::string& name) const;
 
-    /// All that was written so far is on its way to the disk.
+    /// All that was written so far is on its way to the disk: the file is whole should the program be killed.
     void flush();
+    /// Takes disk space for so many bytes more ahead of their being written; false where there is none. A disk that is
+    /// full is met here, where the file is whole, and not within a table.
+    bool reserve(std::size_t bytes);
+    /// Gives back what was reserved and not used. For a file that was flushed.
+    void give_back();
     const std::string& shown() const { return shown_; }
 
   private:

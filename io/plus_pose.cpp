@@ -16,9 +16,27 @@ bool is_rigid(const Eigen::Matrix4d& m) {
 
 PoseStatus parse_pose_status(std::string_view word) {
     if (word == "OK") return PoseStatus::ok;
-    for (const auto* missing : {"MISSING", "OUT_OF_VIEW", "OUT_OF_VOLUME", "REQ_TIMEOUT"})
-        if (word == missing) return PoseStatus::missing;
+    if (word == "MISSING" || word == "OUT_OF_VIEW") return PoseStatus::missing;
+    if (word == "OUT_OF_VOLUME") return PoseStatus::out_of_volume;
+    if (word == "REQ_TIMEOUT") return PoseStatus::stale;
     return PoseStatus::invalid;  // INVALID, PATH_NOT_FOUND, UNKNOWN and what later versions may say
+}
+
+std::string_view pose_status_word(PoseStatus status) {
+    switch (status) {
+        case PoseStatus::ok:
+            return "OK";
+        case PoseStatus::missing:
+            return "MISSING";
+        case PoseStatus::out_of_volume:
+            return "OUT_OF_VOLUME";
+        case PoseStatus::stale:
+            return "REQ_TIMEOUT";
+        case PoseStatus::invalid:
+        case PoseStatus::broken:
+            return "INVALID";
+    }
+    return "";
 }
 
 std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(const Eigen::Matrix4d& matrix) {

@@ -92,7 +92,7 @@ void write_registration(const std::filesystem::path& path, const FiducialRegistr
                         {"rms_after_mm", 1e3 * s->rms_after},
                         {"iterations", s->iterations},
                         {"free_motions", s->free_motions}};
-    write_text_file(path, j.dump(2) + "\n");
+    write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");  // names may be Latin-1
 }
 
 FiducialRegistration read_registration(const std::filesystem::path& path) {

@@ -15,6 +15,9 @@ namespace fs = std::filesystem;
 constexpr const char* format_name = "livetet result";
 constexpr int format_version = 1;
 
+/// What a frame's values and the texts at the end may take beside its displacement: tables grow by 64 kB each.
+constexpr std::size_t room_beside = 4 << 20;
+
 /// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
 std::string field_table(const std::string& name, std::size_t k) { return fmt::format("fields/{}/{:06}", name, k); }
@@ -64,6 +67,8 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
             fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
         for (int i = 0; i < 3; ++i) row_.push_back(displacement[n][i]);
     }
+    if (!file_->reserve(row_.size() * sizeof(double) + room_beside))
+        fail("{}: no room on the disk for frame {}", path_.string(), k);
     if (precision_ == Precision::full)
         file_->write<double>(frame_table(k), row_, 3);
     else
@@ -110,6 +115,7 @@ void ResultWriter::write_text(const std::string& name, const std::string& text) 
 void ResultWriter::close() {
     if (!file_) return;
     file_->flush();
+    file_->give_back();
     file_.reset();
     if (!pending_) return;
     pending_->commit();

@@ -19,7 +19,7 @@ enum class Precision { single, full };
 
 /// Records a run: mesh and scene once, then a displacement (metres) for each frame, in HDF5; `close`
 /// moves the file to its place and writes an `.xdmf` of the same name beside it, which ParaView opens. Without `close`
-/// nothing is left behind.
+/// nothing is left behind, but where the program is killed: then all to the last `flush`, as `.NAME.partPID.h5`.
 class ResultWriter {
   public:
     /// Throws Error where the name does not end in .h5 or the file cannot be written. The ranks of a communicator write
@@ -28,7 +28,7 @@ class ResultWriter {
                  Precision precision = Precision::full, MPI_Comm comm = MPI_COMM_SELF);
 
     /// One frame more: a displacement for each node. Throws Error where they are not as many as the nodes or not
-    /// finite, or time goes backwards.
+    /// finite, time goes backwards, or the disk has no room for it; the frames before it can still be kept by `close`.
     void append(double time_s, std::span<const Vector3> displacement);
     /// A field of the frame last appended, shown by ParaView under its name: `components` (1, 3 or 9) numbers for each
     /// node or tet, the same fields with each frame.
@@ -39,6 +39,7 @@ class ResultWriter {
     void append_row(const std::string& name, std::span<const double> row);
     /// A text about the run as a whole, under a name of its own.
     void write_text(const std::string& name, const std::string& text);
+    void flush() { file_->flush(); }
     void close();
 
     std::size_t frame_count() const { return times_.size(); }
@@ -69,6 +70,7 @@ class ResultReader {
 
     const TetMesh& mesh() const { return mesh_; }
     const std::string& scene_text() const { return scene_text_; }
+    bool has_text(const std::string& name) const { return file_.has("texts/" + name); }
     /// A text given to `write_text`. Throws Error where there is none of that name.
     std::string text(const std::string& name) const { return file_.read_text("texts/" + name); }
     const std::vector<double>& times_s() const { return times_; }

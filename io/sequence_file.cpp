@@ -123,7 +123,7 @@ TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std:
     if (!status) pose.status = PoseStatus::ok;
     const auto tracker_from_tool = tracker_from_tool_of_mm(matrix);
     if (!tracker_from_tool) {
-        pose.status = PoseStatus::invalid;
+        if (pose.status == PoseStatus::ok) pose.status = PoseStatus::broken;
         return pose;
     }
     pose.rotation = tracker_from_tool->rotation;
@@ -230,10 +230,9 @@ void write_sequence(const fs::path& path, const Recording& recording) {
         const TrackerSample& sample = recording.samples[k];
         const std::string frame = fmt::format("{}{:04}_", frame_prefix, k);
         for (std::size_t i = 0; i < recording.tools.size(); ++i) {
-            constexpr const char* words[] = {"OK", "MISSING", "INVALID"};
             const std::string field = frame + recording.tools[i] + std::string(to_tracker);
             text += fmt::format("{} = {}\n{}Status = {}\n", field, matrix_text(sample.poses[i]), field,
-                                words[static_cast<int>(sample.poses[i].status)]);
+                                pose_status_word(sample.poses[i].status));
         }
         text += fmt::format("{0}Timestamp = {1}\n{0}ImageStatus = INVALID\n", frame, sample.time_s);
     }

@@ -10,7 +10,7 @@ namespace livetet {
 
 /// Reads the tracker's part of a PLUS sequence file (.mha, .mhd, .nrrd); pixels are ignored, compressed or not.
 /// `StylusToTracker` becomes the tool "Stylus"; transforms into other frames are skipped. Millimetres become metres and
-/// rotations are re-orthonormalised; a matrix that is not finite or not rigid makes the pose invalid, a tool without a
+/// rotations are re-orthonormalised; a matrix that is not finite or not rigid makes the pose broken, a tool without a
 /// field in a frame is missing there. Throws Error, with frame and field, where the file is truncated or malformed,
 /// holds no tool, or its time stamps go backwards.
 Recording read_sequence(const std::filesystem::path& path);

@@ -62,7 +62,7 @@ void write_tip(const std::filesystem::path& path, const ToolTip& tip) {
                       {"tilt_deg", tip.spin->tilt_deg},
                       {"turn_deg", tip.spin->turn_deg},
                       {"used", tip.spin->used}};
-    write_text_file(path, j.dump(2) + "\n");
+    write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 ToolTip read_tip(const std::filesystem::path& path) {
@@ -86,6 +86,12 @@ ToolTip read_tip(const std::filesystem::path& path) {
     } catch (const json::exception& e) {
         fail("{}: not a tool tip that `livetet calibrate` wrote: {}", where, e.what());
     }
+    return tip;
+}
+
+ToolTip read_tip(const std::filesystem::path& path, const std::string& tool) {
+    ToolTip tip = read_tip(path);
+    if (tip.tool != tool) fail("{}: is the tip of {}, expected that of {}", path.string(), tip.tool, tool);
     return tip;
 }
 

@@ -27,5 +27,7 @@ void write_tip(const std::filesystem::path& path, const ToolTip& tip);
 
 /// Throws Error, naming file and key, where something is missing or of another kind.
 ToolTip read_tip(const std::filesystem::path& path);
+/// The tip of `tool`: throws Error, too, where the file holds that of another one.
+ToolTip read_tip(const std::filesystem::path& path, const std::string& tool);
 
 }  // namespace livetet

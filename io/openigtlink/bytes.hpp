@@ -19,6 +19,11 @@ namespace livetet::igtl {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
+/// Whether a text could do more on a terminal than be read.
+inline bool holds_controls(std::string_view text) {
+    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+}
+
 template <class T>
 concept Number = std::integral<T> || std::floating_point<T>;
 
@@ -76,7 +81,7 @@ class ByteReader {
     void name(std::string& text, std::size_t width) {
         const ByteView field = take(width);
         text.assign(field.begin(), std::find(field.begin(), field.end(), 0));
-        if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+        if (holds_controls(text))
             fail("{}: a name holds control characters, expected text", what_);
     }
     void text(std::string& text, std::uint64_t size) {

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t type_size = 12, extended_header_size = 12;
 constexpr std::string_view device_name_key = "IGTL_DEVICE_NAME";
+constexpr std::size_t longest_name = 128;
 
 /// The sizes of a version-2 body's parts: its content lies between extended header and metadata.
 struct ExtendedHeader {
@@ -90,7 +91,7 @@ Header decode_header(ByteView bytes) {
     Header header;
     in(header.version);
     in.name(header.type, type_size);
-    if (header.version == 0) fail("{}: version 0, expected 1 or 2", in.what());
+    if (header.version == 0) fail("{}: version 0, expected 1 to {}", in.what(), newest_version);
     if (header.type.empty() ||
         std::any_of(header.type.begin(), header.type.end(), [](unsigned char c) { return c > 0x7e; }))
         fail("{}: the type is no printable text", in.what());
@@ -112,8 +113,9 @@ Message decode_body(const Header& header, ByteView body) {
         fail("{}: {} bytes of body, expected {}", header.type, body.size(), header.body_size);
     if (const auto crc = crc64(body); crc != header.crc)
         fail("{}: a CRC of {:016x}, expected {:016x}", header.type, header.crc, crc);
-    if (header.version > 2) fail("{}: version {} of the header, expected 1 or 2", header.type, header.version);
-    Message message{header.version, header.type, {}, header.time_stamp, {}, 0, {}};
+    if (header.version > newest_version)
+        fail("{}: version {} of the header, expected 1 to {}", header.type, header.version, newest_version);
+    Message message{std::min<std::uint16_t>(header.version, 2), header.type, {}, header.time_stamp, {}, 0, {}};
     const Bytes device(header.device.begin(), header.device.end());
     ByteReader(device, header.type).name(message.device, device.size());
     if (header.version == 1) {
@@ -153,7 +155,8 @@ const std::string* find_metadata(const Message& message, std::string_view key) {
 
 const std::string& whole_name(const Message& message) {
     const std::string* name = find_metadata(message, device_name_key);
-    return name && !name->empty() ? *name : message.device;
+    const bool good = name && !name->empty() && name->size() <= longest_name && !holds_controls(*name);
+    return good ? *name : message.device;
 }
 
 double seconds_of_stamp(std::uint64_t time_stamp) {

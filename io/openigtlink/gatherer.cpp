@@ -15,6 +15,9 @@ constexpr std::string_view to_tracker = "ToTracker";
 constexpr std::size_t most_names = 256;
 constexpr double clock_was_set_s = 1;
 
+/// While no tool comes, samples say so this often: a twentieth of the quiet is a small step of whatever is let go in it.
+constexpr double quiet_share = 0.05, shortest_quiet_step_s = 0.05, longest_quiet_step_s = 0.5;
+
 std::string cut(const std::string& name) { return name.substr(0, igtl::device_name_size); }
 
 /// What the metadata say of a pose; `prefix` names the tool where a message has several. OK where they say nothing.
@@ -36,8 +39,9 @@ void check_tools_differ(const std::vector<std::string>& tools) {
                      other->second, name, on_wire);
 }
 
-PoseGatherer::PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post)
-    : options_(options), post_(std::move(post)) {
+PoseGatherer::PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post,
+                           double now_s, double utc_s)
+    : options_(options), post_(std::move(post)), heard_s_(now_s), posted_s_(now_s), utc_from_steady_s_(utc_s - now_s) {
     check_tools_differ(tools);
     for (const std::string& tool : tools) add_tool(tool);
 }
@@ -93,25 +97,50 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
     if (names_.size() < most_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
     if (!tool) return nullptr;
+    if (tool->clock != stamp) {
+        tool->clock = stamp;
+        tool->clock_since_s = now_s;
+    }
+    tool->left_out = false;
+    tool->stands = clock_stands(*tool, now_s) && others_go_on(*tool);
+    if (tool->stands) return tool;  // a pose of long ago, sent again and again
+    if (clock_stands(*tool, now_s)) stamp = 0;
     if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
     if (!stamp_) {
         stamp_ = stamp;
         due_s_ = now_s + options_.gather_s;
     }
     tool->pose = {};
-    tool->pose.status = status != PoseStatus::ok ? status : PoseStatus::invalid;
+    tool->pose.status = status != PoseStatus::ok ? status : PoseStatus::broken;
     if (status == PoseStatus::ok && pose) tool->pose = {pose->rotation, pose->translation, status};
     tool->times = {igtl::seconds_of_stamp(stamp), now_s};
     tool->stamp = stamp;
     tool->in_sample = true;
-    tool->left_out = false;
     return tool;
 }
 
-std::optional<double> PoseGatherer::due_s() const { return stamp_ ? std::optional(due_s_) : std::nullopt; }
+bool PoseGatherer::clock_stands(const State& tool, double now_s) const {
+    return tool.clock != 0 && now_s - tool.clock_since_s > options_.stale_after_s;
+}
+
+bool PoseGatherer::others_go_on(const State& tool) const {
+    return std::ranges::any_of(
+        tools_, [&](const State& t) { return t.clock != 0 && t.clock_since_s - tool.clock_since_s > options_.stale_after_s; });
+}
+
+double PoseGatherer::due_s() const {
+    if (stamp_) return due_s_;
+    const double quiet_s = posted_s_ - heard_s_;
+    if (quiet_s == 0) return heard_s_ + options_.stale_after_s;
+    return posted_s_ + std::clamp(quiet_share * quiet_s, shortest_quiet_step_s, longest_quiet_step_s);
+}
 
 void PoseGatherer::post_due(double now_s) {
-    if (stamp_ && now_s >= due_s_) post(now_s);
+    if (now_s < due_s()) return;
+    if (stamp_)
+        post(now_s);
+    else
+        post_quiet(now_s);
 }
 
 void PoseGatherer::post_if_complete(double now_s) {
@@ -119,34 +148,36 @@ void PoseGatherer::post_if_complete(double now_s) {
         post(now_s);
 }
 
-void PoseGatherer::post(double now_s) {
-    double time_s = now_s;
-    const double last_s = sample_.sample.time_s, since_last_s = now_s - sample_.arrived_s;
+/// By the arrivals alone.
+double PoseGatherer::expected_time_s(double now_s) const {
     const bool first = sample_.arrived_s == 0;
+    return first ? now_s + utc_from_steady_s_ : sample_.sample.time_s + (now_s - sample_.arrived_s);
+}
+
+void PoseGatherer::post(double now_s) {
+    const bool first = sample_.arrived_s == 0;
+    const double last_s = sample_.sample.time_s, expected_s = expected_time_s(now_s);
+    double time_s = expected_s;
     if (*stamp_ != 0) {
         time_s = igtl::seconds_of_stamp(*stamp_) + clock_shift_s_;
-        if (!first && time_s < last_s - clock_was_set_s) {
-            clock_shift_s_ += last_s + since_last_s - time_s;
-            time_s = last_s + since_last_s;
+        if (!first && (time_s < last_s - clock_was_set_s || time_s > expected_s + clock_was_set_s)) {
+            clock_shift_s_ += expected_s - time_s;
+            time_s = expected_s;
         }
-    } else if (!first) {
-        time_s = last_s + since_last_s;
     }
+    heard_s_ = now_s;
+    ++samples_;
     hand_over(first ? time_s : std::max(time_s, last_s), now_s);
 }
 
-void PoseGatherer::post_silence(double now_s) {
-    for (State& tool : tools_) tool.left_out = true;
-    const double since_last_s = sample_.arrived_s == 0 ? now_s : now_s - sample_.arrived_s;
-    hand_over(sample_.sample.time_s + since_last_s, now_s);
-}
+void PoseGatherer::post_quiet(double now_s) { hand_over(expected_time_s(now_s), now_s); }
 
 void PoseGatherer::hand_over(double time_s, double now_s) {
     sample_.sample.time_s = time_s;
-    sample_.arrived_s = now_s;
+    sample_.arrived_s = posted_s_ = now_s;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
         State& tool = tools_[i];
-        sample_.sample.poses[i] = is_alive(tool, now_s) ? tool.pose : TrackedPose();
+        sample_.sample.poses[i] = pose_of(tool, now_s);
         sample_.times[i] = tool.times;
         tool.in_sample = false;
     }
@@ -169,7 +200,15 @@ bool PoseGatherer::is_up_to_date(const State& tool) const {
 }
 
 bool PoseGatherer::is_alive(const State& tool, double now_s) const {
-    return tool.times.arrived_s > 0 && !tool.left_out && now_s - tool.times.arrived_s <= options_.stale_after_s;
+    return tool.times.arrived_s > 0 && !tool.left_out && !tool.stands &&
+           now_s - tool.times.arrived_s < options_.stale_after_s;
+}
+
+TrackedPose PoseGatherer::pose_of(const State& tool, double now_s) const {
+    if (is_alive(tool, now_s)) return tool.pose;
+    TrackedPose none;
+    if (tool.times.arrived_s > 0 && !tool.left_out) none.status = PoseStatus::stale;
+    return none;
 }
 
 std::vector<std::string> PoseGatherer::never_came() const {

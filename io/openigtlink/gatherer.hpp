@@ -19,19 +19,22 @@ void check_tools_differ(const std::vector<std::string>& tools);
 class PoseGatherer {
   public:
     using Post = std::function<void(const StreamSample&)>;
-    PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post);
+    /// It begins at `now_s`, when the wall clock shows `utc_s`.
+    PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post, double now_s,
+                 double utc_s);
 
     /// One tool more, behind the others.
     void add_tool(const std::string& tool);
 
     /// Takes in a message; others than of tracking data are left alone.
     void take(const igtl::Message& message, double now_s);
-    /// When a sample under way must be posted, whatever is missing; nothing where none is.
-    std::optional<double> due_s() const;
+    /// When the next sample is to be posted whatever comes: the one under way, or one in which every tool is missing.
+    double due_s() const;
+    /// Posts what is due.
     void post_due(double now_s);
-    /// Posts a sample in which every tool is missing.
-    void post_silence(double now_s);
 
+    /// Samples for which a tool came.
+    std::uint64_t samples() const { return samples_; }
     const std::map<std::string, std::uint64_t>& names() const { return names_; }
     std::vector<std::string> never_came() const;
 
@@ -41,9 +44,12 @@ class PoseGatherer {
         std::string list;             ///< the device of the TDATA that it came in, if it did
         TrackedPose pose;
         PoseTimes times;
-        std::uint64_t stamp = 0;  ///< of the newest pose, as sent
-        bool in_sample = false;   ///< came since the last post
-        bool left_out = false;    ///< of the last TDATA of its device
+        std::uint64_t stamp = 0;    ///< of the newest pose, as sent; 0 where the sender's clock stands
+        std::uint64_t clock = 0;    ///< what the sender's clock showed last,
+        double clock_since_s = 0;   ///< and when it first showed that
+        bool in_sample = false;     ///< came since the last post
+        bool left_out = false;      ///< of the last TDATA of its device
+        bool stands = false;        ///< its time stamp does, while others go on
     };
     using Pose = std::optional<RigidTransform<Tracker, Tool>>;
 
@@ -51,10 +57,15 @@ class PoseGatherer {
     State* update(const std::string& name, const Pose& pose, PoseStatus status, std::uint64_t stamp, double now_s);
     void post_if_complete(double now_s);
     void post(double now_s);
+    void post_quiet(double now_s);
     void hand_over(double time_s, double now_s);
+    double expected_time_s(double now_s) const;
+    bool clock_stands(const State& tool, double now_s) const;
+    bool others_go_on(const State& tool) const;
     State* find(const std::string& name);
     bool is_up_to_date(const State& tool) const;
     bool is_alive(const State& tool, double now_s) const;
+    TrackedPose pose_of(const State& tool, double now_s) const;
 
     OpenIgtLinkSourceOptions options_;
     Post post_;
@@ -63,7 +74,10 @@ class PoseGatherer {
     std::optional<std::uint64_t> stamp_;  ///< of the sample under way
     double due_s_ = 0;
     StreamSample sample_;
-    double clock_shift_s_ = 0;  ///< added to the sender's clock since it was set back
+    std::uint64_t samples_ = 0;
+    double heard_s_, posted_s_;  ///< when a tool last came (or this began), and when a sample was last posted
+    const double utc_from_steady_s_;
+    double clock_shift_s_ = 0;  ///< added to the sender's clock since it was set
 };
 
 }  // namespace livetet

@@ -8,8 +8,9 @@
 
 namespace livetet::igtl {
 
-/// Bytes in pieces of any size into messages. A message that is wrong in itself (CRC, sizes, counts, names) is dropped
-/// and counted; one that is not wanted, of an unknown type or version, is passed over by its size without being kept.
+/// Bytes in pieces of any size into messages. A message that is wrong in itself (CRC, sizes, counts, names), or of a later
+/// header version, is dropped and counted; one that is not wanted, or of an unknown type, is passed over by its size. Of
+/// neither is anything kept that need not be.
 /// What is kept grows with what has arrived, never with what a header promises.
 class MessageParser {
   public:

@@ -109,7 +109,8 @@ class OpenIgtLinkServer::Listener {
         std::uint16_t version = 1;
         std::deque<OutgoingPointer> waiting;
         OutgoingPointer sending;
-        bool asked = false;  ///< something that must be answered
+        bool asked = false;     ///< something that must be answered
+        std::string to_start;   ///< STT_TDATA or STT_QTDATA, which wait for their RTS_
     };
     using ClientPointer = std::shared_ptr<Client>;
 
@@ -139,6 +140,7 @@ class OpenIgtLinkServer::Listener {
         client->parser = igtl::MessageParser([raw = client.get()](const igtl::Header& header) {
             raw->version = std::max<std::uint16_t>(raw->version, header.version >= 2 ? 2 : 1);
             raw->asked |= header.type.starts_with("GET_");
+            if (header.type == "STT_TDATA" || header.type == "STT_QTDATA") raw->to_start = header.type;
             return false;
         });
         clients_.push_back(client);
@@ -160,6 +162,11 @@ class OpenIgtLinkServer::Listener {
             if (std::exchange(client->asked, false))
                 enqueue(client, std::make_shared<Outgoing>(
                                     igtl::status_message("Livetet", 4, "queries are not answered here", 0)));
+            if (const std::string start = std::exchange(client->to_start, {}); !start.empty()) {
+                igtl::Message no = igtl::dated_message("RTS_" + start.substr(4), "Livetet", 0);
+                no.content = igtl::Reply{1};  // what there is comes as TRANSFORM, to everyone
+                enqueue(client, std::make_shared<Outgoing>(std::move(no)));
+            }
             read(client);
         });
     }

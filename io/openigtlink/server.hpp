@@ -31,7 +31,8 @@ struct OpenIgtLinkServerStatistics {
 ///
 /// A client that reads too slowly loses messages, oldest first: one of the same type and device that still waits is
 /// replaced by its newer one, in its place; what is being sent is sent to its end. What clients send is read, checked
-/// by its header and passed over without being kept; a query (GET_...) is answered by STATUS 4, not found. Who sends
+/// by its header and passed over without being kept; a query (GET_...) is answered by STATUS 4, not found, and
+/// STT_TDATA by an RTS_TDATA of 1, no. Who sends
 /// what cannot be a header is disconnected.
 class OpenIgtLinkServer {
   public:

@@ -23,7 +23,11 @@ std::chrono::steady_clock::duration duration_of(double seconds) {
     return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+/// Hundreds of tools with their metadata. More would keep the source busy with one message.
+constexpr std::uint64_t largest_tracking_body = 1 << 16;
+
 bool is_tracking_data(const igtl::Header& header) {
+    if (header.body_size > largest_tracking_body) return false;
     for (const auto* type : {"TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"})
         if (header.type == type) return true;
     return false;
@@ -67,11 +71,13 @@ class OpenIgtLinkSource::Connector {
           options_(options),
           hand_on_(std::move(hand_on)),
           retry_s_(options.first_retry_s),
-          gatherer_(std::move(tools), options, [this](const StreamSample& sample) { post(sample); }) {
+          last_message_s_(steady_seconds()),
+          gatherer_(std::move(tools), options, [this](const StreamSample& sample) { post(sample); }, last_message_s_,
+                    utc_seconds()) {
         check_options(options_);
-        last_message_s_ = last_post_s_ = steady_seconds();
         statistics_.never_came = gatherer_.never_came();
         connect();
+        wait_for_due();
         watch();
         thread_ = std::thread([this] { io_.run(); });
     }
@@ -174,31 +180,26 @@ class OpenIgtLinkSource::Connector {
         retry_s_ = options_.first_retry_s;
         set_state(State::receiving);
         gatherer_.take(message, last_message_s_);
-        wait_for_rest();
+        wait_for_due();
     }
 
-    /// Wakes up when the sample under way can wait no longer.
-    void wait_for_rest() {
-        const auto due_s = gatherer_.due_s();
-        if (!due_s) return;
-        gathering_.expires_at(std::chrono::steady_clock::time_point(duration_of(*due_s)));
+    /// Wakes up when the gatherer has something to post, whatever comes.
+    void wait_for_due() {
+        gathering_.expires_at(std::chrono::steady_clock::time_point(duration_of(gatherer_.due_s())));
         gathering_.async_wait([this](Failure failure) {
             if (failure) return;
             gatherer_.post_due(steady_seconds());
-            wait_for_rest();
+            wait_for_due();
         });
     }
 
-    /// Says where nothing comes, and wakes up who waits for a sample.
+    /// Says where nothing comes.
     void watch() {
         watching_.expires_after(duration_of(options_.silence_after_s / 4));
         watching_.async_wait([this](Failure failure) {
             if (failure) return;
-            const double now_s = steady_seconds();
-            if (now_s - last_message_s_ > options_.silence_after_s) {
-                if (state_ == State::receiving) set_state(State::silent);
-                if (now_s - last_post_s_ > options_.silence_after_s) gatherer_.post_silence(now_s);
-            }
+            const bool is_quiet = steady_seconds() - last_message_s_ > options_.silence_after_s;
+            if (is_quiet && state_ == State::receiving) set_state(State::silent);
             watch();
         });
     }
@@ -224,10 +225,9 @@ class OpenIgtLinkSource::Connector {
     }
 
     void post(const StreamSample& sample) {
-        last_post_s_ = sample.arrived_s;
         hand_on_(sample);
         const std::lock_guard lock(mutex_);
-        ++statistics_.samples;
+        statistics_.samples = gatherer_.samples();
     }
 
     void set_state(State state) {
@@ -261,7 +261,7 @@ class OpenIgtLinkSource::Connector {
     const OpenIgtLinkSourceOptions options_;
     const Post hand_on_;
     double retry_s_;
-    double last_message_s_ = 0, last_post_s_ = 0;
+    double last_message_s_;
     State state_ = State::connecting;
     PoseGatherer gatherer_;
     igtl::MessageParser::Counts finished_;
@@ -289,7 +289,7 @@ OpenIgtLinkStatistics OpenIgtLinkSource::statistics() const { return connector_-
 
 SourceStatus OpenIgtLinkSource::status() const {
     const OpenIgtLinkStatistics s = connector_->statistics();
-    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came};
+    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came, s.last_error};
 }
 
 std::size_t OpenIgtLinkSource::index_of(const std::string& tool) {

@@ -8,6 +8,13 @@
 
 namespace livetet {
 
+namespace {
+
+/// A terminal that is gone ends nothing: fmt::print would throw.
+void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+}  // namespace
+
 ProgressLine::ProgressLine(std::string title) : title_(std::move(title)), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 ProgressLine::~ProgressLine() {
@@ -23,7 +30,7 @@ void ProgressLine::update(double fraction, std::string_view what) {
         last_ = now;
         rewrite(fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'), 100 * fraction, what));
     } else if (tenth != tenth_) {
-        fmt::print(stderr, "{} {:3.0f} % {}\n", title_, 100 * fraction, what);
+        print(fmt::format("{} {:3.0f} % {}\n", title_, 100 * fraction, what));
         tenth_ = tenth;
     }
 }
@@ -35,11 +42,11 @@ void ProgressLine::say(std::string_view what) {
     if (terminal_)
         rewrite(fmt::format("{}: {}", title_, what));
     else
-        fmt::print(stderr, "{}: {}\n", title_, what);
+        print(fmt::format("{}: {}\n", title_, what));
 }
 
 void ProgressLine::rewrite(const std::string& line) {
-    fmt::print(stderr, "\r{:<{}}", line, width_);
+    print(fmt::format("\r{:<{}}", line, width_));
     width_ = line.size();
     std::fflush(stderr);
 }

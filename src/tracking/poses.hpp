@@ -14,6 +14,11 @@ inline bool is_usable(const TrackedPose& pose) {
     return pose.status == PoseStatus::ok && pose.rotation.allFinite() && pose.translation.allFinite();
 }
 
+/// Whether the tracker said anything of the tool for this sample.
+inline bool has_come(const TrackedPose& pose) {
+    return pose.status != PoseStatus::missing && pose.status != PoseStatus::stale;
+}
+
 /// A tracked pose as a transform: `tracker_from<Reference>(pose)` is tracker_from_reference.
 template <class Frame>
 RigidTransform<Tracker, Frame> tracker_from(const TrackedPose& pose) {

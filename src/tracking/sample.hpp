@@ -8,7 +8,9 @@
 
 namespace livetet {
 
-enum class PoseStatus { ok, missing, invalid };
+/// Why a tool has no pose. `missing`: not seen, or never came; `invalid`: the tracker says so; `stale`: it came, but not
+/// of late; `broken`: its numbers are not finite or no rigid motion. Results hold these numbers.
+enum class PoseStatus { ok, missing, invalid, out_of_volume, stale, broken };
 
 /// One tracked tool's pose in the tracker's frame: rotation re-orthonormalised, translation in metres.
 struct TrackedPose {

@@ -35,6 +35,7 @@ SensorDrive::SensorDrive(const SensorDriveOptions& options) : options_(options) 
     not_negative("base_window_s", options.base_window_s);
     not_negative("hold_s", options.hold_s);
     not_negative("release_s", options.release_s);
+    if (!(options.max_base_scatter > 0)) fail("sensor drive: max_base_scatter = {} m must be > 0", options.max_base_scatter);
     if (!(options.max_displacement > 0)) fail("sensor drive: max_displacement = {} m must be > 0", options.max_displacement);
     if (!(options.max_return_speed > 0))
         fail("sensor drive: max_return_speed = {} m/s must be > 0", options.max_return_speed);
@@ -49,12 +50,16 @@ DriveStatus SensorDrive::update(double time_s,
     last_s_ = now;
     const bool finite =
         image_from_sensor && image_from_sensor->rotation.allFinite() && image_from_sensor->translation.allFinite();
-    if (finite && !base_) {
+    too_far_ = false;
+    if (!base_) {
+        if (now - seen_s_ > options_.hold_s && !finite) begin_base();  // it may be elsewhere when it is back
+        if (!finite) return status_;
         seen_s_ = now;
         place(now, *image_from_sensor);
-    } else if (base_) {
+    } else {
         const Motion target = finite ? motion_to(*image_from_sensor) : Motion{};
-        if (finite && target.translation.norm() <= options_.max_displacement) {
+        too_far_ = finite && target.translation.norm() > options_.max_displacement;
+        if (finite && !too_far_) {
             seen_s_ = now;
             follow(dt, target);
         } else {
@@ -65,13 +70,20 @@ DriveStatus SensorDrive::update(double time_s,
 }
 
 void SensorDrive::place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose) {
-    if (!first_s_) first_s_ = time_s;
+    if (poses_ > 0 && (pose.translation - translation_sum_ / poses_).norm() > options_.max_base_scatter) begin_base();
+    if (poses_ == 0) first_s_ = time_s;
     rotation_sum_ += pose.rotation;
     translation_sum_ += pose.translation;
     ++poses_;
-    if (time_s - *first_s_ < options_.base_window_s) return;
+    if (time_s - first_s_ < options_.base_window_s) return;
     base_ = RigidTransform<ImageFrame, Sensor>{nearest_rotation(rotation_sum_), translation_sum_ / poses_};
     status_ = DriveStatus::following;
+}
+
+void SensorDrive::begin_base() {
+    rotation_sum_.setZero();
+    translation_sum_.setZero();
+    poses_ = 0;
 }
 
 SensorDrive::Motion SensorDrive::motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const {

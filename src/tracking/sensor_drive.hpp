@@ -12,14 +12,15 @@ namespace livetet {
 /// What of the sensor's motion the patch follows.
 enum class DriveMotion { translation, rigid };
 
-/// `placing`: the base pose is being measured, nothing moves; `following`; `returning`: following again, limited in
+/// `placing`: the base pose is being measured, from where the sensor rests on, nothing moves; `following`; `returning`: following again, limited in
 /// speed until caught up; `holding`: the sensor is lost and the last motion stands; `releasing`: the patch is let go,
 /// little by little; `released`: it is free.
 enum class DriveStatus { placing, following, returning, holding, releasing, released };
 
 struct SensorDriveOptions {
     DriveMotion motion = DriveMotion::translation;
-    double base_window_s = 0.5;  ///< the base pose is the mean of the valid poses over this long from the first
+    double base_window_s = 0.5;  ///< the base pose is the mean of the valid poses over this long
+    double max_base_scatter = 0.01;  ///< m; a pose farther from the mean so far begins the base anew: several times the noise
     double hold_s = 0.5;
     double release_s = 1;
     double max_displacement = 0.1;    ///< m; a pose that would move the patch farther counts as missing
@@ -46,6 +47,8 @@ class SensorDrive {
     double grip() const { return grip_; }
 
     DriveStatus status() const { return status_; }
+    /// Whether the last pose was farther from the base than `max_displacement`.
+    bool is_too_far() const { return too_far_; }
     /// The pose when placed; empty while placing.
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
     /// Forgets the base: the sensor is placed anew.
@@ -59,6 +62,7 @@ class SensorDrive {
         Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     };
     void place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose);
+    void begin_base();
     Motion motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const;
     void follow(double dt, const Motion& target);
     void release(double time_s);
@@ -66,8 +70,9 @@ class SensorDrive {
     SensorDriveOptions options_;
     DriveStatus status_ = DriveStatus::placing;
     std::optional<RigidTransform<ImageFrame, Sensor>> base_;
-    std::optional<double> first_s_, last_s_;
-    double seen_s_ = 0;
+    std::optional<double> last_s_;
+    double first_s_ = 0, seen_s_ = 0;
+    bool too_far_ = false;
     Eigen::Matrix3d rotation_sum_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d translation_sum_ = Eigen::Vector3d::Zero();
     int poses_ = 0;

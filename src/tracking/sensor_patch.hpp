@@ -12,6 +12,14 @@
 
 namespace livetet {
 
+/// Why a sensor is not followed: what its pose lacks (see PoseStatus; `lost`: missing), `jumped`: it lies farther from the
+/// last pose than a sensor could go, `too_far`: than the organ could be moved, `no_reference`: the reference sensor's pose
+/// is not to be had.
+enum class SensorTrouble { none, lost, invalid, out_of_volume, stale, broken, jumped, too_far, no_reference };
+
+/// Of a pose and what the gate says of it.
+SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict);
+
 struct SensorPatchOptions {
     SensorDriveOptions drive{};
     PoseFilterOptions filter{};
@@ -33,9 +41,11 @@ class SensorPatch {
 
     /// Whether the sensor's place at rest is known and no patch is chosen yet.
     bool is_to_be_placed() const { return drive_.base() && nodes_.empty(); }
-    /// Chooses the patch on the body as it is now: each node displaced (m) from the mesh's rest shape. Nothing is chosen
-    /// where the sensor lies farther than `farthest` (m) off the surface: it has to be placed anew. Returns how far it is.
-    double place(const TetMesh& mesh, std::span<const Eigen::Vector3d> displacement, double farthest);
+    /// Chooses the patch on the body as it is now: each node displaced (m) from the mesh's rest shape, whose surface has the
+    /// nodes `surface`. Nothing is chosen, and nothing allocated, where the sensor lies farther than `farthest` (m) off
+    /// them: it has to be placed anew. Returns how far it is.
+    double place(const TetMesh& mesh, std::span<const std::int32_t> surface,
+                 std::span<const Eigen::Vector3d> displacement, double farthest);
 
     const std::vector<std::int32_t>& nodes() const { return nodes_; }
     /// Where the k-th node is moved to: its displacement, m.
@@ -49,7 +59,7 @@ class SensorPatch {
     double spring_stiffness() const;
 
     const SensorDrive& drive() const { return drive_; }
-    bool is_seen() const { return seen_; }
+    SensorTrouble trouble() const { return trouble_; }
 
   private:
     struct Placed {
@@ -62,7 +72,7 @@ class SensorPatch {
     std::vector<std::int32_t> nodes_;
     std::vector<Placed> placed_;
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-    bool seen_ = false;
+    SensorTrouble trouble_ = SensorTrouble::lost;
 };
 
 }  // namespace livetet

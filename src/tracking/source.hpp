@@ -19,9 +19,9 @@ struct PoseTimes {
     double arrived_s = 0;  ///< by this machine's steady clock; 0 where it never came
 };
 
-/// The newest of every tool. Of a stream, `sample.time_s` is the sender's newest time stamp (the arrival's time where it
-/// sends none); it never goes backwards, and where the sender's clock is set back by more than a second it goes on by
-/// the arrivals.
+/// The newest of every tool. Of a stream, `sample.time_s` is the sender's newest time stamp (the arrival's, UTC, where it
+/// sends none); it never goes backwards, and where the sender's clock is set by more than a second, or turns out to be
+/// that far from what samples before the first stamp were dated by, it goes on by the arrivals.
 struct StreamSample {
     TrackerSample sample;
     std::vector<PoseTimes> times;
@@ -42,6 +42,7 @@ struct SourceStatus {
     std::uint64_t samples = 0, refused = 0;      ///< refused: messages that were dropped for what was in them
     std::map<std::string, std::uint64_t> names;  ///< how often each transform came ("StylusToTracker")
     std::vector<std::string> never_came;         ///< tools asked for
+    std::string refusal{};                       ///< why the last message was refused
 };
 
 /// Where tracker samples come from: a server on the network, a recording, a simulated tracker. A thread of its own leaves

@@ -1,8 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <future>
+
+#include "apps/listening.hpp"
+#include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/sockets.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
@@ -118,7 +124,10 @@ TEST(Stream, WithoutToolsAllThatComeAreRecordedUntilCtrlC) {
     Running record(folder, "record", {"record", server.url(), "-o", "out.igs.mha"});
     std::this_thread::sleep_for(std::chrono::milliseconds(2500));
     EXPECT_FALSE(std::filesystem::exists(folder / "out.igs.mha")) << "nothing half-written";
-    record.interrupt();
+    for (int i = 0; i < 10; ++i) {  // as from a shell and a wrapper
+        record.interrupt();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     const auto outcome = record.wait();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     server.interrupt();
@@ -128,6 +137,47 @@ TEST(Stream, WithoutToolsAllThatComeAreRecordedUntilCtrlC) {
     EXPECT_NE(outcome.out.find("Reference"), std::string::npos) << outcome.out;
     EXPECT_GT(usable_poses(out, "Stylus").size(), 20u);
     EXPECT_GT(usable_poses(out, "Reference").size(), 5u);
+}
+
+TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
+    const Folder folder;
+    write_text(folder / "pivot.yaml", pivot_script);
+    Server server(folder, "pivot.yaml");
+    std::vector<std::size_t> saved;
+    ListenOptions options{.tools = {"Stylus"}, .seconds = 2, .save_every_s = 0.2};
+    options.save = [&](const Recording& recording) {
+        saved.push_back(recording.samples.size());
+        if (saved.size() == 2) fail("the disk is full");
+        write_sequence(folder / "saved.igs.mha", recording);
+    };
+    const Heard heard = listen(server.url(), options);
+    ASSERT_GT(saved.size(), 3u) << "a save that fails ends nothing";
+    EXPECT_TRUE(std::is_sorted(saved.begin(), saved.end()));
+    EXPECT_GT(heard.recording.samples.size(), saved.front());
+    EXPECT_EQ(read_sequence(folder / "saved.igs.mha").samples.size(), saved.back());
+}
+
+TEST(Stream, TwoNamesThatTheWireCannotTellApartEndNoRecording) {
+    using namespace igtl::testing_sockets;
+    ListeningPeer server;
+    auto heard = std::async(std::launch::async, [&] {
+        return listen(fmt::format("openigtlink://127.0.0.1:{}", server.port()), {.seconds = 1});
+    });
+    Peer peer = server.accept();
+    const auto came = [&] { return heard.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready; };
+    try {
+        while (!came())
+            for (const char* name : {"DeformationSensorLeft1ToTracker", "DeformationSensorLeft2ToTracker"}) {
+                igtl::Message m = igtl::transform_message(name, RigidTransform<Tracker, Tool>{}, utc_seconds());
+                m.version = 2;
+                peer.send(m);
+            }
+    } catch (const std::exception&) {  // it has ended
+    }
+    const Heard all = heard.get();
+    EXPECT_EQ(all.recording.tools, std::vector<std::string>{"DeformationSensorLeft1"});
+    EXPECT_EQ(all.left_out, std::vector<std::string>{"DeformationSensorLeft2ToTracker"});
+    EXPECT_GT(all.recording.samples.size(), 5u);
 }
 
 TEST(Stream, WhereNothingOrTheWrongToolComesOneLineSaysSoAndNothingIsLeft) {

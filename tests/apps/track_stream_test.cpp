@@ -14,7 +14,9 @@
 #include "io/openigtlink/border.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"
+#include "support/server.hpp"
 #include "tracking/poses.hpp"
+#include "tracking/source.hpp"
 
 namespace livetet {
 namespace {
@@ -24,16 +26,21 @@ using namespace igtl::testing_sockets;
 using test::largest;
 using test::Tracked;
 
-constexpr double utc = 1.7e9, step_s = 0.02;
+constexpr double step_s = 0.02;
 
 /// A tracker server as PLUS is one, scripted: TRANSFORMs of version 2 with their status, fifty times a second.
 class ScriptedPlus {
   public:
     explicit ScriptedPlus(const SimulatedTrackerOptions& tracker) : tracker_(tracker) {}
     std::uint16_t port() const { return listening_.port(); }
-    double now() const { return time_s_; }
+    /// The clock that it stamps by: UTC.
+    double now() const { return began_s_ + time_s_; }
 
-    void accept() { peer_.emplace(listening_.accept()); }
+    void accept() {
+        peer_.emplace(listening_.accept());
+        if (began_s_ == 0) began_s_ = utc_seconds();
+        time_s_ = std::max(time_s_, utc_seconds() - began_s_);
+    }
     void close() { peer_.reset(); }
     /// Sends for so long; `sensor(t)`: the messages that stand for the sensor pressed `depth` deep.
     template <class Send>
@@ -58,7 +65,7 @@ class ScriptedPlus {
     template <class Frame>
     igtl::Message message(const char* name, const RigidTransform<Tracker, Frame>& pose, const char* status) const {
         const bool valid = std::string(status) == "OK";
-        return with_metadata(igtl::transform_message(name, pose, utc + time_s_),
+        return with_metadata(igtl::transform_message(name, pose, now()),
                              {{"TransformValid", valid ? "true" : "false"}, {"TransformStatus", status}});
     }
     template <class Frame>
@@ -69,7 +76,7 @@ class ScriptedPlus {
     SimulatedTrackerOptions tracker_;
     ListeningPeer listening_;
     std::optional<Peer> peer_;
-    double time_s_ = 0;
+    double began_s_ = 0, time_s_ = 0;
 };
 
 /// What a client like 3D Slicer is sent.
@@ -125,7 +132,7 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
 
     const auto held = [&](double depth) { return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); }; };
     std::map<std::string, double> at;  // when each part begins
-    const auto begins = [&](const char* part) { at[part] = utc + plus.now(); };
+    const auto begins = [&](const char* part) { at[part] = plus.now(); };
     plus.run(0.8, [&](double) { plus.peer().send(plus.sensor(0, {0, 0, 0.1})); });  // not on the organ yet
     plus.run(2, held(0));
     begins("press");
@@ -183,7 +190,7 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     std::map<std::string, int> frames;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k], now = largest(result.displacement(k));
-        EXPECT_LT(now, 0.013) << "never farther than it was pressed, at " << time - utc << " s";
+        EXPECT_LT(now, 0.013) << "never farther than it was pressed, at " << time - at["press"] << " s";
         std::string part = "start";
         for (const auto& [name, begin] : at)
             if (begin <= time && (part == "start" || begin > at[part])) part = name;
@@ -216,12 +223,97 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     EXPECT_GT(received.messages["STRING LivetetFrame"], 20);
     EXPECT_EQ(received.messages.count("TRANSFORM ProbeToRAS"), 0u) << "never came";
     EXPECT_TRUE(received.statuses.count(1) && received.statuses.count(7));
-    EXPECT_TRUE(received.texts.count("registration valid; Sensor released"));
+    std::string texts;
+    for (const std::string& text : received.texts) texts += text + "\n";
+    for (const char* text : {"Sensor holding (not a pose)", "Sensor released (too far)", "Sensor holding (out of volume)",
+                             "Sensor released (stale)", "registration valid; Sensor following\n"})
+        EXPECT_NE(texts.find(text), std::string::npos) << text << " is not in\n" << texts;
     EXPECT_TRUE(received.texts.count("registration valid; Sensor 100 mm off the organ"));
     EXPECT_NEAR(received.deepest_mm, 10, 1);
 
     const auto replay = test::livetet(t.folder, "track --replay result.h5");
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+}
+
+TEST(TrackStream, AServerThatComesLateAndFallsSilentIsFollowedAndLeftGently) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    ScriptedPlus plus(t.tracker);
+    t.set_source("openigtlink://127.0.0.1:" + std::to_string(plus.port()));
+    t.set_track("base_window_s: 0.5, hold_s: 0.5, release_s: 1, budget: 15 ms");
+    auto run = std::async(std::launch::async, [&] { return test::livetet(t.folder, "track scene.yaml --for 8"); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(2000));
+    plus.accept();
+    const auto held = [&](double depth) { return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); }; };
+    plus.run(1.5, held(0));
+    plus.run(0.5, [&](double share) { plus.peer().send(plus.sensor(0.01 * share)); });
+    plus.run(0.3, held(0.01));
+    const double last_s = plus.now();
+    const test::Outcome outcome = run.get();  // while nothing comes, it ends by itself
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+
+    const ResultReader result(t.folder / "result.h5");
+    const std::vector<double>& times = result.times_s();
+    EXPECT_NEAR(times.back() - times.front(), 8, 1) << "one axis of time, of --for";
+    std::size_t valid = 0, releasing = 0;
+    double least_gap_s = 1;
+    for (std::size_t k = 1; k < result.frame_count(); ++k) {
+        EXPECT_LT(times[k] - times[k - 1], 1);
+        valid += result.values("registration_status", k, 1)[0] == 0;
+        if (times[k] <= last_s) continue;
+        releasing += result.values("sensors", k, 6)[4] == 1;
+        least_gap_s = std::min(least_gap_s, times[k] - last_s);
+        const double step = std::abs(largest(result.displacement(k)) - largest(result.displacement(k - 1)));
+        EXPECT_LT(step, 0.0025) << "no jump, " << times[k] - last_s << " s after the last sample";
+    }
+    EXPECT_GT(valid, 30u);
+    EXPECT_LT(least_gap_s, 0.5) << "not only when the connection counts as silent";
+    EXPECT_GT(releasing, 7u) << "its grip falls little by little";
+    EXPECT_NEAR(nlohmann::json::parse(result.text("run"))["interval_ms"].get<double>(), 1e3 * step_s, 10);
+}
+
+TEST(TrackStream, WhereEveryNameIsWrongItSaysWhichComeAndEnds) {
+    Tracked t;
+    ListeningPeer server;
+    t.set_source("openigtlink://127.0.0.1:" + std::to_string(server.port()));
+    auto run = std::async(std::launch::async, [&] { return test::livetet(t.folder, "track scene.yaml --for 3"); });
+    Peer peer = server.accept();
+    try {
+        for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20)))
+            peer.send(igtl::transform_message("StylusToTracker", RigidTransform<Tracker, Tool>{}, utc_seconds()));
+    } catch (const std::exception&) {  // it has ended
+    }
+    const test::Outcome outcome = run.get();
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("no Reference, Sensor yet; what comes: StylusToTracker"), std::string::npos) << outcome.err;
+}
+
+TEST(TrackStream, NeitherCtrlCTwiceNorATerminalThatIsGoneNorSigkillLosesTheResult) {
+    Tracked t;
+    t.tracker.hold_s = 30;
+    t.record();
+    write_sequence(t.folder / "served.igs.mha", t.recording);
+    test::Server server(t.folder, "served.igs.mha", {"--loop"});
+    t.set_source(server.url());
+    for (const int signal : {SIGINT, SIGHUP, SIGKILL}) {
+        test::Running run(t.folder, "track", {"track", "scene.yaml", "--publish", "0"});
+        ASSERT_TRUE(eventually([&] { return run.errors().find("127.0.0.1 port ") != std::string::npos; }));
+        std::this_thread::sleep_for(std::chrono::milliseconds(5000));
+        for (int i = 0; i < 20; ++i, std::this_thread::sleep_for(std::chrono::milliseconds(20))) run.send(signal);
+        const test::Outcome outcome = run.wait();
+        std::string result = "result.h5";
+        if (signal == SIGKILL) {
+            for (const auto& entry : std::filesystem::directory_iterator(t.folder.path()))
+                if (entry.path().filename().string().starts_with(".result.part")) result = entry.path().filename();
+        } else {
+            EXPECT_EQ(outcome.status, 0) << signal << outcome.err;
+        }
+        const auto report = test::livetet(t.folder, "report " + result);
+        EXPECT_EQ(report.status, 0) << report.err;
+        EXPECT_EQ(report.out.find("the program was killed") != std::string::npos, signal == SIGKILL) << report.out;
+        EXPECT_GT(ResultReader(t.folder / result).frame_count(), 10u);
+        std::filesystem::remove(t.folder / result);
+    }
 }
 
 TEST(TrackStream, APortThatIsTakenIsSaidAndNothingIsLeft) {

@@ -9,6 +9,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
+#include "io/tip_file.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/hierarchy.hpp"
 #include "support/program.hpp"
@@ -247,6 +248,27 @@ TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
     EXPECT_EQ(outcome.status, 0) << "with its changes: " << outcome.out;
 }
 
+TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
+    Tracked t;
+    t.tracker.hold_s = 20;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    // A disk of 6 MB, in blocks of 512 bytes.
+    const auto outcome =
+        livetet(t.folder, "track scene.yaml --every-sample", "trap '' XFSZ && ulimit -f 12288 &&");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"), std::string::npos) << outcome.err;
+    const ResultReader result(t.folder / "result.h5");
+    EXPECT_GT(result.frame_count(), 20u);
+    const auto run = nlohmann::json::parse(result.text("run"));
+    EXPECT_EQ(run["frames"].get<std::size_t>(), t.recording.samples.size()) << "tracked to its end";
+    EXPECT_EQ(run["not_kept"].get<std::size_t>(), t.recording.samples.size() - result.frame_count());
+    EXPECT_NE(run["problem"].get<std::string>().find("no room"), std::string::npos);
+    EXPECT_NE(outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())), std::string::npos)
+        << outcome.err;
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "lacks", "expected all of them"});
+}
+
 TEST(Track, WhatCannotBeASourceIsRefused) {
     Tracked t;
     t.record();
@@ -259,6 +281,13 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     t.set_source("press.igs.mha");
     t.set_track("sensors: [{tool: Sensor}, {tool: Sensor}]");
     test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor is named twice"});
+    t.set_track("tools: [{tool: StylusTip}, {tool: Stylus, tip: stylus.json}]");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.tools: Stylus", "StylusTipToRAS"});
+    t.set_track("smoothing_Hz: 0, ahead_ms: 40");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.ahead_ms = 40", "smoothing_Hz = 0"});
+    write_tip(t.folder / "stylus.json", {"Stylus", {}, {}});
+    t.set_track("tools: [{tool: Sensor, tip: stylus.json}]");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"stylus.json", "is the tip of Stylus", "that of Sensor"});
     t.set_track("");
     test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"), {"--publish 70000", "65535"});
     test::expect_refused(livetet(t.folder, "track"), {"--replay"});

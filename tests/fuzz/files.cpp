@@ -6,6 +6,11 @@
 #include <fstream>
 #include <iterator>
 
+#include "apps/recorder.hpp"
+#include "apps/run_result.hpp"
+#include "apps/scene.hpp"
+#include "apps/truth_file.hpp"
+#include "base/file.hpp"
 #include "fuzz/fuzz.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/gmsh_file.hpp"
@@ -18,6 +23,7 @@
 #include "io/surface_file.hpp"
 #include "io/tip_file.hpp"
 #include "io/vtu_file.hpp"
+#include "tracking/motion_script.hpp"
 
 #include <gtest/gtest.h>
 
@@ -142,6 +148,72 @@ const std::string fcsv =
 const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 const std::string off = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
+const std::string sequence_nrrd =
+    "NRRD0005\n# Complete NRRD file format specification at:\ntype: unsigned char\ndimension: 3\nsizes: 0 0 2\n"
+    "kinds: domain domain list\nencoding: raw\n"
+    "Seq_Frame0000_StylusToTrackerTransform:=1 0 0 10 0 1 0 20 0 0 1 30 0 0 0 1\n"
+    "Seq_Frame0000_StylusToTrackerTransformStatus:=OK\nSeq_Frame0000_Timestamp:=0.5\n"
+    "Seq_Frame0001_StylusToTrackerTransform:=0 -1 0 10 1 0 0 20 0 0 1 30 0 0 0 1\n"
+    "Seq_Frame0001_StylusToTrackerTransformStatus:=OUT_OF_VOLUME\nSeq_Frame0001_Timestamp:=0.6\n\n";
+const std::string scene =
+    "mesh: {file: liver.nii.gz, labels: [1, 2], tets: 6000, threshold: \"100:\"}\n"
+    "materials: [{young_Pa: 3000, poisson: 0.45, region: 1}]\nstrain: green\nelements: P2\n"
+    "time: {scheme: newmark, rayleigh_alpha: 10}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}, {mask: m.nii}]\n"
+    "drive:\n  - sphere_mm: [-30, 20, 40, 15]\n    where: surface\n    displacement_mm: [0, 0, -15]\n"
+    "solver: {kind: live, petsc_options: \"-ksp_view\"}\n"
+    "track: {source: \"openigtlink://a:1\", registration: r.json, budget: 10 ms, publish: {port: 1},\n"
+    "  sensors: [{tool: Sensor, stiffness_N_per_m: 10}], tools: [{tool: Stylus, tip: tip.json}]}\n"
+    "probes: {points: p.csv}\noutput: {every: 2, fields: [stress]}\n";
+const std::string script =
+    "rate_Hz: 20\nduration_s: 12\nposition_noise_mm: 1.4\ndropout_rate: 0.02\nlatency_ms: 40\n"
+    "organ: {at_mm: [300, 0, -100], moves: [{at_s: 12, by_mm: [40, 0, 0], turn_deg: [0, 20, 0]}]}\n"
+    "tools:\n  - {tool: Reference, at_mm: [20, 100, 50]}\n"
+    "  - tool: Sensor\n    at_mm: [100, 50, 100]\n    moves: [{at_s: 3}, {at_s: 4, by_mm: [0, 0, -15]}]\n    lost_s: [5, 5.4]\n"
+    "  - {tool: Stylus, on: tracker, tip_mm: [4, -2, 150], moves: [{at_s: 6, turn_deg: [30, 20, 0]}]}\n";
+
+/// A header whose voxels lie in a file beside it.
+std::function<std::vector<Bytes>()> header_of_voxels(std::string header) {
+    return [header = std::move(header)] {
+        write_text_file(folder() / "voxels.raw", std::string(24, '\1'));
+        return std::vector<Bytes>{bytes_of_text(header)};
+    };
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+/// A tracked run of two frames, as the recorder leaves it.
+void write_run(const fs::path& path) {
+    const TetMesh cube = testing_meshes::cube();
+    ResultWriter writer(path, cube, scene, Precision::single);
+    for (int k = 1; k <= 2; ++k) {
+        std::vector<double> arrival{1.0 * k, 0.1 * k, 0.1 * k, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        writer.append_row("arrivals", arrival);
+        writer.append(0.1 * k, std::vector<Vector3>(cube.nodes.size(), Vector3(0, 0, 1e-3 * k)));
+        writer.append_values("tracker_from_image", {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
+        for (const char* name : {"frame_ms", "sensor_ms", "forces_ms", "operator_ms", "solve_ms", "finish_ms", "output_ms",
+                                 "iterations", "residual", "cut_short", "press_mm", "registration_status", "converged",
+                                 "checksum"})
+            writer.append_values(name, {{1.0}});
+        writer.append_values("sample", {{1.0 * k}});
+        writer.append_values("solves", std::vector<double>(2 * most_recorded_solves, 1));
+    }
+    writer.write_text("run",
+                      R"({"samples": 2, "frames": 2, "missed": 0, "budget_ms": 10.0, "fre_mm": 0.3, "fiducials": [],
+                          "tets": 6, "nodes": 8, "levels": 1, "version": "1"})");
+    writer.close();
+}
+
+Truth small_truth() {
+    Truth truth;
+    truth.depths = {0.005, 0.01};
+    truth.targets.push_back({"T1", {0.1, 0, 0}, {{0, 0, 0.001}, {0, 0, 0.002}}});
+    truth.samples.push_back({0, 0, {}});
+    truth.samples.push_back({0.1, 0.005, {}});
+    return truth;
+}
+
 Reader surface_reader() {
     return [](const fs::path& path) { read_surface(path, Space::ras); };
 }
@@ -161,6 +233,24 @@ std::vector<Target> targets() {
         target(
             "sequence", ".mha", [](const fs::path& p) { read_sequence(p); },
             written(".mha", [](const fs::path& p) { write_sequence(p, small_recording()); })),
+        target(
+            "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); }, texts({sequence_nrrd})),
+        target(
+            "scene", ".yaml", [](const fs::path& p) { load_scene(p); }, texts({scene})),
+        target(
+            "motion_script", ".yaml", [](const fs::path& p) { parse_motion_script(read_text_file(p), p.string()); },
+            texts({script})),
+        target(
+            "truth", ".json", [](const fs::path& p) { read_truth(p); },
+            written(".json", [](const fs::path& p) { write_truth(p, small_truth()); })),
+        target(
+            "run", ".h5",
+            [](const fs::path& p) {
+                const RunResult run = read_run_result(p);
+                for (std::size_t k = 0; k < run.frames.size(); ++k) run.displacement(k);
+                read_recorded_run(ResultReader(p), p.string());
+            },
+            written(".h5", write_run)),
         target(
             "fcsv", ".fcsv", [](const fs::path& p) { read_fiducials(p); }, texts({fcsv})),
         target(
@@ -191,6 +281,12 @@ std::vector<Target> targets() {
             "nrrd", ".nrrd", [](const fs::path& p) { read_grey_image(p); }, texts({with_voxels(nrrd)})),
         target(
             "meta_image", ".mha", [](const fs::path& p) { read_grey_image(p); }, texts({with_voxels(meta_image)})),
+        target(
+            "nrrd_header", ".nhdr", [](const fs::path& p) { read_grey_image(p); },
+            header_of_voxels(replaced(nrrd, "encoding: raw\n", "encoding: raw\ndata file: voxels.raw\n"))),
+        target(
+            "meta_header", ".mhd", [](const fs::path& p) { read_grey_image(p); },
+            header_of_voxels(replaced(meta_image, "LOCAL", "voxels.raw"))),
         target(
             "msh", ".msh", [](const fs::path& p) { read_gmsh(p, 1); },
             written(".msh", [](const fs::path& p) { write_gmsh(p, testing_meshes::cube(), 1); })),

@@ -40,13 +40,13 @@ void check_way_back(const igtl::Message& message) {
 }
 
 void run(ByteView bytes) {
+    double now_s = 100;
     PoseGatherer gatherer({"Stylus", "Reference"}, {}, [](const StreamSample& sample) {
         for (const TrackedPose& pose : sample.sample.poses)
             if (pose.status == PoseStatus::ok && !(pose.rotation.allFinite() && pose.translation.allFinite()))
                 throw std::logic_error("a pose that is ok and not finite");
-    });
+    }, now_s, now_s);
     igtl::MessageParser parser;
-    double now_s = 100;
     const auto take = [&](igtl::Message&& message) {
         check_way_back(message);
         gatherer.take(message, now_s += 0.01);

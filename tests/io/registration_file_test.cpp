@@ -113,6 +113,18 @@ TEST(TipFile, KeepsTheShaftWithTheTip) {
     j["tip_mm"] = {1, 2};
     write_text_file(file, j.dump());
     EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip_mm has 2 numbers"}));
+    write_tip(file, {"Stylus", {}, {}});
+    EXPECT_EQ(read_tip(file, "Stylus").tool, "Stylus");
+    EXPECT_TRUE(says(error_of([&] { read_tip(file, "Pointer"); }), {"tip.json", "is the tip of Stylus", "that of Pointer"}));
+}
+
+TEST(RegistrationFile, NamesInLatin1AreWritten) {
+    FiducialRegistration registration;
+    registration.fiducials.push_back({"Spitze \xfc", {0.1, 0, 0}, {0, 0.1, 0}, {}, 0.001, 0.002});
+    registration.fiducials.push_back({"F2", {0, 0.2, 0}, {0, 0.1, 0.3}, {}, 0.001, 0.002});
+    const auto file = fresh_folder() / "registration.json";
+    write_registration(file, registration);
+    EXPECT_TRUE(read_registration(file).fiducials[0].name.starts_with("Spitze "));
 }
 
 }  // namespace

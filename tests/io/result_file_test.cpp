@@ -1,6 +1,9 @@
 #include "io/result_file.hpp"
 
+#include <sys/resource.h>
+
 #include <cmath>
+#include <csignal>
 
 #include "files.hpp"
 #include "meshes.hpp"
@@ -60,6 +63,53 @@ TEST(ResultFile, WithoutCloseNothingIsLeft) {
     const auto folder = fresh_folder();
     { ResultWriter(folder / "r.h5", cube(), "").append(0, moved(1)); }
     EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+TEST(ResultFile, WhatWasFlushedIsWholeShouldTheProgramBeKilled) {
+    const auto folder = fresh_folder();
+    ResultWriter writer(folder / "r.h5", cube(), "scene");
+    const auto frame = [&](int k) {
+        writer.append(k, moved(0.001 * k));
+        writer.append_values("v", std::vector<double>{1.0 * k});
+    };
+    for (int k = 0; k < 50; ++k) frame(k);
+    writer.flush();
+    for (int k = 50; k < 53; ++k) frame(k);
+    std::filesystem::path left;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) left = entry.path();
+    std::filesystem::copy(left, folder / "left.h5");
+    const ResultReader reader(folder / "left.h5");
+    ASSERT_GE(reader.frame_count(), 50u);
+    EXPECT_LT((reader.displacement(49)[3] - moved(0.049)[3]).norm(), 1e-9);
+    EXPECT_EQ(reader.values("v", 49, 1)[0], 49);
+    EXPECT_FALSE(reader.has_text("run"));
+}
+
+TEST(ResultFile, AFullDiskIsMetBetweenFramesAndWhatCameBeforeIsKept) {
+    const auto path = fresh_folder() / "r.h5";
+    ResultWriter writer(path, cube(), "scene");
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const auto ignored = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{5 << 20, before.rlim_max};  // a disk of 5 MB
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    std::size_t frames = 0;
+    const std::string problem = error_of([&] {
+        for (; frames < 20000; ++frames) {
+            writer.append(static_cast<double>(frames), moved(0.001));
+            writer.append_values("v", std::vector<double>{1.0 * static_cast<double>(frames)});
+        }
+    });
+    writer.write_text("run", std::string(10000, '.'));
+    writer.close();
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, ignored);
+    EXPECT_TRUE(says(problem, {"r.h5", "no room on the disk for frame"}));
+    const ResultReader reader(path);
+    ASSERT_EQ(reader.frame_count(), frames);
+    EXPECT_EQ(reader.values("v", frames - 1, 1)[0], static_cast<double>(frames - 1));
+    EXPECT_EQ(reader.text("run").size(), 10000u);
+    EXPECT_LT(std::filesystem::file_size(path), (frames + 100) * 2048) << "what was reserved is given back";
 }
 
 TEST(ResultFile, FramesThatCannotBeAreRefused) {

@@ -69,13 +69,13 @@ TEST(SequenceFile, RotationsAreMadeOrthonormal) {
     EXPECT_LT((m.transpose() * m - Eigen::Matrix3d::Identity()).norm(), 1e-14);
 }
 
-TEST(SequenceFile, MatricesThatAreNoPoseAreInvalid) {
+TEST(SequenceFile, MatricesThatAreNoPoseAreBroken) {
     for (const char* matrix :
          {"nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "1 0 0 1e999 0 1 0 0 0 0 1 0 0 0 0 1",
           "-1.#IND 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
           "2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 5 1", "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0"}) {
         const TrackedPose pose = read_text(with_frames(frame(0, matrix, "0"), 1)).samples[0].poses[0];
-        EXPECT_EQ(pose.status, PoseStatus::invalid) << matrix;
+        EXPECT_EQ(pose.status, PoseStatus::broken) << matrix;
         EXPECT_TRUE(pose.translation.allFinite() && pose.rotation.allFinite()) << matrix;
     }
 }
@@ -83,8 +83,8 @@ TEST(SequenceFile, MatricesThatAreNoPoseAreInvalid) {
 TEST(SequenceFile, StatusesAreMapped) {
     const std::pair<const char*, PoseStatus> cases[] = {
         {"OK ", PoseStatus::ok},           {"INVALID", PoseStatus::invalid},     {"MISSING", PoseStatus::missing},
-        {"UNKNOWN", PoseStatus::invalid},  {"OUT_OF_VIEW", PoseStatus::missing}, {"OUT_OF_VOLUME", PoseStatus::missing},
-        {"whatever", PoseStatus::invalid}, {"REQ_TIMEOUT", PoseStatus::missing}};
+        {"UNKNOWN", PoseStatus::invalid},  {"OUT_OF_VIEW", PoseStatus::missing}, {"OUT_OF_VOLUME", PoseStatus::out_of_volume},
+        {"whatever", PoseStatus::invalid}, {"REQ_TIMEOUT", PoseStatus::stale}};
     for (const auto& [word, status] : cases)
         EXPECT_EQ(read_text(with_frames(frame(0, identity, "0", word), 1)).samples[0].poses[0].status, status) << word;
 }

@@ -42,7 +42,8 @@ class Running {
     Running& operator=(const Running&) = delete;
 
     /// As Ctrl-C does.
-    void interrupt() const { ::kill(child_, SIGINT); }
+    void interrupt() const { send(SIGINT); }
+    void send(int signal) const { ::kill(child_, signal); }
     /// Its end: exit status and output.
     Outcome wait() {
         int raw = 0;
@@ -58,6 +59,7 @@ class Running {
         return false;
     }
     std::string output() const { return text_of(out_); }
+    std::string errors() const { return text_of(err_); }
 
   private:
     static void redirect(const char* path, int flags, int descriptor) {

@@ -16,13 +16,20 @@ using testing_files::error_of;
 using testing_files::says;
 using namespace testing_messages;
 
-constexpr double when = 1.7e9;  // the sender's clock
+constexpr double when = 1.7e9;  // the sender's clock, and the wall's
 const OpenIgtLinkSourceOptions options;
 
 /// A gatherer for Stylus and Reference, and what it posted.
 struct Gathered {
     std::vector<StreamSample> samples;
-    PoseGatherer gatherer{{"Stylus", "Reference"}, options, [this](const StreamSample& s) { samples.push_back(s); }};
+    PoseGatherer gatherer{
+        {"Stylus", "Reference"}, options, [this](const StreamSample& s) { samples.push_back(s); }, 100, when};
+
+    /// Whatever is due until then, by a clock that ticks every 5 ms.
+    void wait_until(double end_s) {
+        for (double now_s = waited_s_; now_s < end_s; now_s += 0.005) gatherer.post_due(now_s);
+        waited_s_ = end_s;
+    }
 
     void transform(const std::string& name, double x_m, double sent_s, double now_s) {
         gatherer.take(transform_message(name, at(x_m), sent_s), now_s);
@@ -32,6 +39,9 @@ struct Gathered {
         const TrackedPose& pose = samples.at(sample).sample.poses.at(tool);
         return is_usable(pose) ? pose.translation.x() : -1;
     }
+
+  private:
+    double waited_s_ = 100;
 };
 
 TEST(PoseGatherer, TransformsOfOneMomentAreOneSampleWithoutAnyWait) {
@@ -47,7 +57,7 @@ TEST(PoseGatherer, TransformsOfOneMomentAreOneSampleWithoutAnyWait) {
     EXPECT_EQ(g.x(0, 1), 4);
     EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.1, 1e-6);
     EXPECT_EQ(g.samples[0].arrived_s, 100.1);
-    EXPECT_FALSE(g.gatherer.due_s());
+    EXPECT_GT(g.gatherer.due_s(), 100.1 + options.gather_s) << "nothing is under way";
 }
 
 TEST(PoseGatherer, AToolLeftOutIsWaitedForOnlyALittleAndKeepsItsPoseUntilItIsStale) {
@@ -56,8 +66,7 @@ TEST(PoseGatherer, AToolLeftOutIsWaitedForOnlyALittleAndKeepsItsPoseUntilItIsSta
     g.transform("ReferenceToTracker", 2, when, 100);
     g.samples.clear();
     g.transform("StylusToTracker", 3, when + 0.1, 100.1);
-    ASSERT_TRUE(g.gatherer.due_s());
-    EXPECT_NEAR(*g.gatherer.due_s(), 100.1 + options.gather_s, 1e-9);
+    EXPECT_NEAR(g.gatherer.due_s(), 100.1 + options.gather_s, 1e-9);
     g.gatherer.post_due(100.1 + options.gather_s / 2);
     EXPECT_TRUE(g.samples.empty());
     g.gatherer.post_due(100.1 + options.gather_s);
@@ -68,7 +77,7 @@ TEST(PoseGatherer, AToolLeftOutIsWaitedForOnlyALittleAndKeepsItsPoseUntilItIsSta
     g.transform("StylusToTracker", 4, when + 0.5, 100.5);
     ASSERT_EQ(g.samples.size(), 2) << "nobody waits for a tool that is stale";
     EXPECT_EQ(g.x(1, 0), 4);
-    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::missing);
+    EXPECT_EQ(g.samples[1].sample.poses[1].status, PoseStatus::stale);
 }
 
 TEST(PoseGatherer, ALaterTimeStampEndsTheSampleUnderWay) {
@@ -83,7 +92,7 @@ TEST(PoseGatherer, ALaterTimeStampEndsTheSampleUnderWay) {
     EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.001, 1e-6);
 }
 
-TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreInvalid) {
+TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreBroken) {
     Gathered g;
     const auto posted = [&](std::array<float, 12> matrix) {
         g.gatherer.take(message("TRANSFORM", Transform{matrix}, "StylusToTracker"), 100);
@@ -92,11 +101,11 @@ TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreInvalid) {
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::ok);
     EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isApprox(Eigen::Vector3d(0.005, 0.006, 0.007)));
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::invalid);
-    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::invalid) << "a reflection";
-    EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::invalid) << "twice as large";
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::broken);
+    EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::broken) << "a reflection";
+    EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::broken) << "twice as large";
     EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isZero()) << "no numbers of a pose that is none";
 }
 
@@ -111,10 +120,10 @@ TEST(PoseGatherer, PositionsAndQuaternionsAreTakenAsTransformsAre) {
     EXPECT_TRUE(pose.translation.isApprox(Eigen::Vector3d(0.01, 0.02, 0.03), 1e-6));
     for (const std::array<float, 4>& wrong : {std::array<float, 4>{0, 0, 0, 0}, {0, 0, 1, 1}, {NAN, 0, 0, 1}}) {
         g.gatherer.take(message("QTDATA", QuaternionTrackingData{{{"Stylus", 2, {}, wrong}}}), 100);
-        EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid);
+        EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken);
     }
     g.gatherer.take(message("POSITION", Position{{1, 2, 3}, {}, Position::Layout::without_rotation}, "Stylus"), 100);
-    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::invalid) << "a rotation that nobody sent";
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken) << "a rotation that nobody sent";
 }
 
 TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
@@ -125,6 +134,7 @@ TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
     };
     EXPECT_EQ(posted({{"TransformStatus", "OK"}}), PoseStatus::ok);
     EXPECT_EQ(posted({{"TransformStatus", "MISSING"}}), PoseStatus::missing);
+    EXPECT_EQ(posted({{"TransformStatus", "OUT_OF_VOLUME"}}), PoseStatus::out_of_volume);
     EXPECT_EQ(posted({{"TransformStatus", "INVALID"}, {"TransformValid", "true"}}), PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "false"}}), PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "true"}}), PoseStatus::ok);
@@ -168,7 +178,7 @@ TEST(PoseGatherer, CountsEveryNameAndKnowsWhoNeverCame) {
 TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     std::vector<StreamSample> samples;
     PoseGatherer gatherer({"LongInstrumentName", "LongInstrument"}, options,
-                          [&](const auto& s) { samples.push_back(s); });
+                          [&](const auto& s) { samples.push_back(s); }, 100, when);
     const auto ok = [&](const Message& m) {
         samples.clear();
         gatherer.take(decode_body(decode_header(ByteView(encode(m)).first(header_size)),
@@ -183,15 +193,22 @@ TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     m.device = "LongInstrumentNameToReference";
     EXPECT_FALSE(ok(m)) << "another transform, cut to the same 20 bytes";
     EXPECT_TRUE(says(error_of([] {
-                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"}, options, {});
+                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"}, options, {}, 100, when);
                      }),
                      {"LongInstrumentName_Left and LongInstrumentName_LeftToo", "20 bytes"}));
-    EXPECT_TRUE(says(error_of([] { PoseGatherer({"Stylus", "Stylus"}, options, {}); }), {"expected two names"}));
+    EXPECT_TRUE(says(error_of([] { PoseGatherer({"Stylus", "Stylus"}, options, {}, 100, when); }), {"expected two names"}));
+}
+
+TEST(PoseGatherer, ANameInMetadataThatIsNoneGivesWayToTheHeaders) {
+    Gathered g;
+    for (const std::string& name : {std::string("Stylus\x1b[2J"), std::string("a\nb"), std::string(100000, 'x')})
+        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "ProbeToTracker"), {{"IGTL_DEVICE_NAME", name}}), 100);
+    EXPECT_EQ(g.gatherer.names(), (std::map<std::string, std::uint64_t>{{"ProbeToTracker", 3}}));
 }
 
 TEST(PoseGatherer, TimeNeverGoesBackwards) {
     std::vector<StreamSample> samples;
-    PoseGatherer gatherer({"Stylus"}, options, [&](const auto& s) { samples.push_back(s); });
+    PoseGatherer gatherer({"Stylus"}, options, [&](const auto& s) { samples.push_back(s); }, 100, when);
     const auto time_of = [&](double sent_s, double now_s) {
         gatherer.take(transform_message("Stylus", Gathered::at(1), sent_s), now_s);
         return samples.back().sample.time_s;
@@ -202,9 +219,80 @@ TEST(PoseGatherer, TimeNeverGoesBackwards) {
     EXPECT_NEAR(time_of(500, 100.25), when + 0.2, 1e-6) << "the sender's clock was set back";
     EXPECT_NEAR(time_of(500.5, 100.75), when + 0.7, 1e-6);
     EXPECT_NEAR(time_of(0, 101), when + 0.95, 1e-6) << "no time stamp";
-    gatherer.post_silence(103);
+    gatherer.post_due(103);
     EXPECT_NEAR(samples.back().sample.time_s, when + 2.95, 1e-6);
-    EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::missing);
+    EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::stale);
+    EXPECT_NEAR(time_of(when + 1e6, 103.1), when + 3.05, 1e-6) << "the sender's clock was set forward";
+    EXPECT_NEAR(time_of(when + 1e6 + 0.1, 103.2), when + 3.15, 1e-6);
+}
+
+TEST(PoseGatherer, WhatIsPostedBeforeAnythingComesIsDatedByTheWallClockAndTimeGoesOnFromThere) {
+    for (const double ahead_s : {0.01, 5000.0, -5000.0}) {  // the sender's clock
+        Gathered g;
+        g.wait_until(101);
+        ASSERT_GT(g.samples.size(), 5u);
+        EXPECT_NEAR(g.samples[0].sample.time_s, when + 0.25, 0.01);
+        EXPECT_NEAR(g.samples.back().sample.time_s, when + 1, 0.06);
+        g.transform("StylusToTracker", 1, when + 1 + ahead_s, 101);
+        EXPECT_NEAR(g.samples.back().sample.time_s, when + 1, 0.011) << ahead_s;
+        g.transform("StylusToTracker", 1, when + 1.1 + ahead_s, 101.1);
+        EXPECT_NEAR(g.samples.back().sample.time_s, when + 1.1, 0.011) << ahead_s;
+    }
+}
+
+TEST(PoseGatherer, WhileNoToolOfItsOwnComesItSaysSoLittleByLittleWhateverElseComes) {
+    Gathered g;
+    g.transform("StylusToTracker", 1, when, 100);
+    g.transform("ReferenceToTracker", 2, when, 100);
+    g.samples.clear();
+    const std::uint64_t came = g.gatherer.samples();
+    for (double now_s = 100.02; now_s < 130; now_s += 0.02) {
+        g.transform("ProbeToTracker", 1, when + now_s - 100, now_s);
+        g.gatherer.take(message("STATUS", Status{1, 0, "", ""}), now_s);
+        g.wait_until(now_s);
+    }
+    ASSERT_GT(g.samples.size(), 60u);
+    EXPECT_NEAR(g.samples[0].sample.time_s, when + options.stale_after_s, 0.011) << "as soon as it is stale";
+    for (std::size_t k = 0; k < g.samples.size(); ++k) {
+        EXPECT_EQ(g.samples[k].sample.poses[0].status, PoseStatus::stale);
+        EXPECT_EQ(g.samples[k].sample.poses[1].status, PoseStatus::stale);
+        if (k == 0) continue;
+        const double quiet_s = g.samples[k].arrived_s - 100;
+        EXPECT_LT(g.samples[k].arrived_s - g.samples[k - 1].arrived_s, std::min(0.07 + 0.05 * quiet_s, 0.52)) << quiet_s;
+    }
+    EXPECT_LT(g.samples.size(), 130u) << "rarely in the end";
+    EXPECT_EQ(g.gatherer.samples(), came) << "nothing came";
+    g.transform("StylusToTracker", 5, when + 30, 130);
+    EXPECT_EQ(g.samples.back().sample.poses[0].translation.x(), 5);
+}
+
+TEST(PoseGatherer, ATimeStampThatStandsIsNone) {
+    Gathered g;
+    const auto send = [&](double now_s, double x_m) {
+        g.transform("StylusToTracker", x_m, when, now_s);
+        g.transform("ReferenceToTracker", x_m, when, now_s);
+        g.wait_until(now_s + 0.01);
+    };
+    for (int i = 1; i <= 100; ++i) send(100 + 0.02 * i, i);
+    EXPECT_EQ(g.samples.back().sample.poses[1].translation.x(), 100);
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::ok);
+    EXPECT_NEAR(g.samples.back().sample.time_s, when + 1.75, 0.05) << "it goes on by the arrivals";
+    for (std::size_t k = 1; k < g.samples.size(); ++k)
+        EXPECT_LT(g.samples[k].sample.time_s - g.samples[k - 1].sample.time_s, 0.03);
+}
+
+TEST(PoseGatherer, AToolWhoseTimeStampStandsWhileOthersGoOnIsStale) {
+    Gathered g;
+    for (int i = 0; i < 50; ++i) {
+        const double now_s = 100 + 0.02 * i;
+        g.transform("StylusToTracker", 1, when, now_s);
+        g.transform("ReferenceToTracker", 2, when + 0.02 * i, now_s);
+    }
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::stale);
+    EXPECT_EQ(g.samples.back().sample.poses[1].status, PoseStatus::ok);
+    g.transform("StylusToTracker", 3, when + 1, 101);
+    g.transform("ReferenceToTracker", 2, when + 1, 101);
+    EXPECT_EQ(g.x(g.samples.size() - 1, 0), 3);
 }
 
 }  // namespace

@@ -61,7 +61,9 @@ TEST(OpenIgtLinkParser, PassesOverUnknownTypesVersionsAndWhatIsNotWanted) {
     all[header_size + 48 + 1] = 7;  // a later version
     MessageParser parser([](const Header& header) { return header.type != "IMAGE"; });
     EXPECT_EQ(types_of(parser, all, 33), std::vector<std::string>{"STRING"});
-    EXPECT_EQ(parser.counts().passed_over, 3);
+    EXPECT_EQ(parser.counts().passed_over, 2);
+    EXPECT_EQ(parser.counts().malformed, 1) << "a later version is said, not passed over in silence";
+    EXPECT_TRUE(says(parser.counts().last_error, {"TRANSFORM", "version 7", "expected 1 to 3"}));
     EXPECT_EQ(parser.counts().bad_crc, 0);
 }
 

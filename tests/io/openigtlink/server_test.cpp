@@ -101,6 +101,15 @@ TEST(OpenIgtLinkServer, AQueryIsAnsweredByNotFound) {
     EXPECT_EQ(std::get<Status>(answer.content).code, 4);
 }
 
+TEST(OpenIgtLinkServer, WhoAsksForTrackingDataIsToldThatThereIsNone) {
+    OpenIgtLinkServer server(any_port);
+    Peer peer = connect_to(server.port());
+    peer.send(message("STT_TDATA", StartTracking{50, "RAS"}));
+    const Message answer = peer.receive_message();
+    EXPECT_EQ(answer.type, "RTS_TDATA");
+    EXPECT_EQ(std::get<Reply>(answer.content).status, 1);
+}
+
 TEST(OpenIgtLinkServer, AClientThatNeverReadsLosesMessagesAndDelaysNobody) {
     OpenIgtLinkServer server(any_port);
     Peer never_reads = connect_to(server.port()), reads = connect_to(server.port());

@@ -171,6 +171,31 @@ TEST(OpenIgtLinkSource, AMessageWithAWrongCrcIsDroppedAndCounted) {
     EXPECT_TRUE(says(source.statistics().last_error, {"TRANSFORM", "CRC"}));
 }
 
+TEST(OpenIgtLinkSource, ASenderOfALaterVersionIsSaidAndOneOfVersion3IsRead) {
+    ListeningPeer server;
+    OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());
+    Peer peer = server.accept();
+    Bytes bytes = encode(with_metadata(stylus_at(1), {{"TransformStatus", "OK"}}));
+    bytes[1] = 4;
+    peer.send(bytes);
+    ASSERT_TRUE(eventually([&] { return source.status().refused == 1; }));
+    EXPECT_TRUE(says(source.status().refusal, {"TRANSFORM", "version 4", "expected 1 to 3"}));
+    bytes[1] = 3;
+    peer.send(bytes);
+    EXPECT_TRUE(comes(source, 1));
+}
+
+TEST(OpenIgtLinkSource, ATrackingMessageThatIsFarTooLargeIsPassedOver) {
+    ListeningPeer server;
+    OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());
+    Peer peer = server.accept();
+    peer.send(message("TDATA", TrackingData{std::vector<TrackedTool>(3000, {"Stylus"})}));
+    peer.send(stylus_at(2));
+    ASSERT_TRUE(comes(source, 2));
+    ASSERT_TRUE(eventually([&] { return source.statistics().messages == 1; }));
+    EXPECT_EQ(source.statistics().passed_over, 1u);
+}
+
 TEST(OpenIgtLinkSource, WhatIsNoHeaderEndsTheConnectionAndItIsMadeAnew) {
     ListeningPeer server;
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());
@@ -185,7 +210,7 @@ TEST(OpenIgtLinkSource, WhatIsNoHeaderEndsTheConnectionAndItIsMadeAnew) {
 TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
     ListeningPeer server;
     OpenIgtLinkSourceOptions options = quick();
-    options.silence_after_s = 0.02;
+    options.silence_after_s = options.stale_after_s = 0.02;
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, options);
     Peer peer = server.accept();
     for (int i = 1; i <= 2; ++i) {
@@ -195,7 +220,30 @@ TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
             return sample && sample->sample.poses[0].translation.x() == i;
         }));
         EXPECT_TRUE(eventually([&] { return source.statistics().state == State::silent; }));
-        EXPECT_EQ(source.next()->sample.poses[0].status, PoseStatus::missing);
+        EXPECT_EQ(source.next()->sample.poses[0].status, PoseStatus::stale);
+    }
+}
+
+TEST(OpenIgtLinkSource, WhoWaitsWakesUpWhateverElseKeepsComing) {
+    const auto probe = [] {
+        Message m = stylus_at(1);
+        m.device = "ProbeToTracker";
+        return m;
+    };
+    for (const Message& other : {message("STATUS", Status{1, 0, "", ""}), probe()}) {
+        ListeningPeer server;
+        OpenIgtLinkSourceOptions options = quick();
+        options.stale_after_s = 0.05;
+        OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, options);
+        Peer peer = server.accept();
+        int woken = 0;
+        EXPECT_TRUE(eventually([&] {
+            peer.send(other);
+            const StreamSample* sample = source.take();
+            return sample && sample->sample.poses[0].status == PoseStatus::missing && ++woken == 5;
+        })) << other.type;
+        EXPECT_EQ(source.statistics().state, State::receiving);
+        EXPECT_EQ(source.statistics().samples, 0u) << "none in which a tool came";
     }
 }
 

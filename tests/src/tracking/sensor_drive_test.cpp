@@ -41,6 +41,28 @@ TEST(SensorDrive, BaseIsTheMeanOverItsWindow) {
     EXPECT_LT((drive.base()->rotation - Eigen::Matrix3d::Identity()).norm(), 1e-12);
 }
 
+TEST(SensorDrive, TheBaseIsOfOnePlace) {
+    SensorDriveOptions options;
+    options.base_window_s = 1;
+    const Vector3d elsewhere(0.03, 0, 0);
+    SensorDrive drive(options);
+    drive.update(0, at(elsewhere));  // in the hand, then lost for ten seconds
+    for (double t = 0.05; t < 10; t += 0.05) drive.update(t, std::nullopt);
+    const auto rest = [&](double from_s, const Vector3d& place) {
+        for (int i = 0; i <= 21; ++i) drive.update(from_s + 0.05 * i, at(place));
+    };
+    EXPECT_EQ(drive.update(10, at({0.004, 0, 0})), DriveStatus::placing) << "one pose of the new place is no mean";
+    rest(10, {0.004, 0, 0});
+    ASSERT_TRUE(drive.base());
+    EXPECT_LT((drive.base()->translation - placed - Vector3d(0.004, 0, 0)).norm(), 1e-12);
+
+    drive.reset();
+    for (int i = 0; i < 10; ++i) drive.update(0.05 * i, at(elsewhere));
+    rest(0.5, Vector3d::Zero());  // moved before the window was over, in sight
+    ASSERT_TRUE(drive.base());
+    EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
+}
+
 TEST(SensorDrive, TranslationIgnoresTurnsAndRigidMotionFollowsThem) {
     SensorDrive drive = placed_drive();
     drive.update(0.55, at({0, 0, -0.015}, 0.3));
@@ -101,6 +123,7 @@ TEST(SensorDrive, APoseFartherThanTheOrganCouldGoCountsAsMissing) {
     drive.update(0.6, at(pressed));
     EXPECT_EQ(drive.update(0.65, at({0.051, 0, 0})), DriveStatus::holding);
     EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15);
+    EXPECT_TRUE(drive.is_too_far());
     EXPECT_EQ(drive.update(1.6, at({0.051, 0, 0})), DriveStatus::releasing);
     EXPECT_EQ(drive.update(1.61, at(pressed)), DriveStatus::returning);
     for (int i = 1; i <= 40; ++i) drive.update(1.61 + 0.05 * i, at(pressed));

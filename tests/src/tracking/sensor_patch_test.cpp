@@ -1,0 +1,69 @@
+#include "tracking/sensor_patch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mesh/quadratic.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using Eigen::Vector3d;
+
+TrackedPose at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
+    return {Eigen::Matrix3d::Identity(), place, status};
+}
+
+/// A sensor whose image is the tracker's frame, followed every 20 ms.
+struct Followed {
+    SensorPatch patch{{.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
+    double time_s = 0;
+    SensorTrouble follow(const TrackedPose& sensor, const OutlierGate::Result& reference = {at({0, 0, 0})}) {
+        patch.follow(time_s += 0.02, sensor, reference, {});
+        return patch.trouble();
+    }
+    Followed() {
+        for (int i = 0; i < 10; ++i) follow(at({0.1, 0, 0}));
+    }
+};
+
+TEST(SensorPatch, SaysWhyItDoesNotFollow) {
+    Followed f;
+    EXPECT_EQ(f.follow(at({0.1, 0, 0})), SensorTrouble::none);
+    for (const auto& [status, trouble] : std::initializer_list<std::pair<PoseStatus, SensorTrouble>>{
+             {PoseStatus::missing, SensorTrouble::lost},
+             {PoseStatus::invalid, SensorTrouble::invalid},
+             {PoseStatus::out_of_volume, SensorTrouble::out_of_volume},
+             {PoseStatus::stale, SensorTrouble::stale},
+             {PoseStatus::broken, SensorTrouble::broken}})
+        EXPECT_EQ(f.follow(at({0.1, 0, 0}, status)), trouble);
+    EXPECT_EQ(f.follow(at({std::nan(""), 0, 0})), SensorTrouble::broken);
+    EXPECT_EQ(f.follow(at({0.1, 0, 0}), {at({0, 0, 0}), GateVerdict::held}), SensorTrouble::no_reference);
+    EXPECT_EQ(f.follow(at({0.1, 0, 0})), SensorTrouble::none);
+    EXPECT_EQ(f.follow(at({0.9, 0, 0})), SensorTrouble::jumped);
+    SensorTrouble last = SensorTrouble::none;
+    for (int i = 0; i < 10; ++i) last = f.follow(at({0.9, 0, 0}));
+    EXPECT_EQ(last, SensorTrouble::too_far) << "believed, and farther than the organ could be moved";
+}
+
+TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
+    const TetMesh block = test::block({4, 2, 2}, {0.2, 0.1, 0.1});
+    const std::vector<std::int32_t> surface = surface_nodes(block);
+    const std::vector<Vector3d> rest(block.nodes.size(), Vector3d::Zero());
+    Followed f;
+    ASSERT_TRUE(f.patch.is_to_be_placed());
+    const Vector3d nearest(0.1, 0, 0);
+    const std::vector<Vector3d> lifted(block.nodes.size(), Vector3d(0, 0.03, 0));
+    EXPECT_NEAR(f.patch.place(block, surface, lifted, 0.02), 0.03, 1e-12);
+    EXPECT_FALSE(f.patch.is_to_be_placed());
+    EXPECT_TRUE(f.patch.nodes().empty());
+    for (int i = 0; i < 10; ++i) f.follow(at(nearest));
+    ASSERT_TRUE(f.patch.is_to_be_placed());
+    EXPECT_NEAR(f.patch.place(block, surface, rest, 0.02), 0, 1e-12);
+    EXPECT_FALSE(f.patch.nodes().empty());
+}
+
+}  // namespace
+}  // namespace livetet
