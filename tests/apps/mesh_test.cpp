@@ -181,7 +181,7 @@ TEST(Mesh, MeshesABodyOfOneLabelAsOne) {
     EXPECT_EQ(json["levels"][0]["filled_by"].get<std::string>().find("CGAL"), std::string::npos);
     ASSERT_EQ(json["notes"].size(), 1u) << json["notes"];
     EXPECT_EQ(json["notes"][0].get<std::string>().find("label 7: 0.01 of its 0.01 ml"), 0u) << json["notes"];
-    const auto& regions = read_hierarchy(folder / "m.h5").levels.front().regions;
+    const auto regions = read_hierarchy(folder / "m.h5").levels.front().regions;
     EXPECT_EQ(std::count(regions.begin(), regions.end(), 1), std::ssize(regions));
 }
 
@@ -271,9 +271,10 @@ TEST(Mesh, OnTheSpotHasTheSameNotesAndSurfaceForALook) {
     const auto solved = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(solved.status, 0) << solved.err;
     EXPECT_NE(solved.out.find("label 7"), std::string::npos) << solved.out;
-    write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, edge_lengths_mm: [500]}\n" + rest);
-    expect_refused(livetet(folder, "solve scene.yaml"), {"labels.nii.gz", "labels.nii.failed.stl"});
-    EXPECT_FALSE(read_surface(folder / "labels.nii.failed.stl", Space::ras).triangles.empty());
+    write_surface(folder / "ball.stl", shapes::sphere(0.02, 4), Space::ras);
+    write_text_file(folder / "scene.yaml", "mesh: {file: ball.stl, edge_lengths_mm: [5000]}\n" + rest);
+    expect_refused(livetet(folder, "solve scene.yaml"), {"ball.stl", "ball.failed.stl"});
+    EXPECT_FALSE(read_surface(folder / "ball.failed.stl", Space::ras).triangles.empty());
 }
 
 TEST(Mesh, SaysAtOnceWhatItCannotDo) {

@@ -180,7 +180,7 @@ void expect_refused(const LabelImage& image, const MeshingOptions& options, std:
 /// Millimetres in a file that says metres; a grid that no memory holds; labels of nothing in one piece.
 TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
     const std::array<int, 3> size{20, 20, 20};
-    const auto ball = [](double spacing_mm) {
+    const auto ball = [&](double spacing_mm) {
         return label_image(size, centred_affine(size, Vector3::Constant(spacing_mm)),
                            [&](const Vector3& x) { return 1e3 * x.norm() < 8 * spacing_mm; });
     };
