@@ -245,6 +245,7 @@ void File::flush() {
 }
 
 bool File::reserve(std::size_t bytes) {
+    if (ranks_ > 1) return true;  // MPI-IO's file has no descriptor of ours
     const auto place = place_on_disk(file_);
     struct stat now {};
     if (!place || ::fstat(place->first, &now) != 0) return false;
@@ -254,6 +255,7 @@ bool File::reserve(std::size_t bytes) {
 }
 
 void File::give_back() {
+    if (ranks_ > 1) return;
     if (const auto place = place_on_disk(file_); !place || ::ftruncate(place->first, place->second) != 0)
         fail("{}: cannot be written (is the disk full?)", shown_);
 }

@@ -79,7 +79,7 @@ class File {
     /// All that was written so far is on its way to the disk: the file is whole should the program be killed.
     void flush();
     /// Takes disk space for so many bytes more ahead of their being written; false where there is none. A disk that is
-    /// full is met here, where the file is whole, and not within a table.
+    /// full is met here, where the file is whole, and not within a table. Several ranks reserve nothing.
     bool reserve(std::size_t bytes);
     /// Gives back what was reserved and not used. For a file that was flushed.
     void give_back();
