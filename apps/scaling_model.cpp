@@ -49,7 +49,8 @@ ScalingModel::ScalingModel(const ScalingRun& r)
       // tets, nodes, places in the next level, PETSc's numbers; coarser levels an eighth each
       replicated_bytes_an_unknown((tets_a_node * sizeof(Tet) + sizeof(Vector3) + sizeof(std::array<std::int32_t, 4>) +
                                    sizeof(std::array<double, 4>) + sizeof(double) + sizeof(std::int32_t)) /
-                                  3 * 8 / 7) {
+                                      3 * 8 / 7 +
+                                  4 * sizeof(Vector3) / 3.0) {  // constraints twice, forces, the result
     for (double ranks = 1; ranks <= 1e5; ranks *= 10) points.push_back(point_at(*this, ranks));
 }
 

@@ -307,18 +307,19 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     SceneBody scene_body{std::move(hierarchy), nullptr};
     if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
     const SolverOptions options = solver_options(scene, scene_body.hierarchy, live);
-    if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
-        kind != SolverKind::multigrid && kind != SolverKind::live) {
-        scene_body.hierarchy.levels.resize(1);  // the others are not solved on
-        scene_body.hierarchy.transfers.clear();
-        scene_body.hierarchy.parents.clear();
-    }
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     const auto start = std::chrono::steady_clock::now();
     std::vector<std::vector<std::int32_t>> parts;
     if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
     scene_body.partition_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
+        kind != SolverKind::multigrid && kind != SolverKind::live) {
+        MeshHierarchy& h = scene_body.hierarchy;  // the coarser levels are not solved on
+        h.levels.resize(1);
+        h.transfers.clear();
+        h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
+    }
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, parts,
                                                        elastic_model(scene, live), scene.time, options);
     return scene_body;

@@ -89,9 +89,8 @@ std::optional<std::pair<int, off_t>> place_on_disk(const Handle& file) {
 
 File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
-    int initialised = 0, rank = 0, ranks = 1;
-    MPI_Initialized(&initialised);
-    if (initialised) {
+    int rank = 0, ranks = 1;
+    if (comm != MPI_COMM_SELF) {  // who writes alone need not have MPI
         MPI_Comm_rank(comm, &rank);
         MPI_Comm_size(comm, &ranks);
     }

@@ -92,6 +92,10 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
         data.file = path;
         data.offset = header.end;
     } else if (name.find('%') != std::string::npos) {
+        // MetaIO and NrrdIO hand it to printf, with one number.
+        const std::size_t sign = name.find('%'), letter = name.find_first_not_of("0123456789", sign + 1);
+        if (letter == std::string::npos || name[letter] != 'd' || letter - sign > 3 || name.find('%', letter) != std::string::npos)
+            fail("{}: its voxels should lie in '{}', expected one %d, such as %03d, where the number of the file goes", where, name);
         for (const std::string_view word : split_words(name))  // MetaIO has room for 80 characters
             if (word.size() > 79) fail("{}: found {} characters in ElementDataFile's '{}...', expected at most 79", where, word.size(), word.substr(0, 20));
     } else if (!name.starts_with("LIST")) {

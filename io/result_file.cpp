@@ -35,12 +35,12 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
-    int initialised = 0, rank = 0;
-    MPI_Initialized(&initialised);
-    if (initialised) MPI_Comm_rank(comm, &rank);
+    const bool together = comm != MPI_COMM_SELF;  // who writes alone need not have MPI
+    int rank = 0;
+    if (together) MPI_Comm_rank(comm, &rank);
     if (rank == 0) pending_ = std::make_unique<PendingFile>(path);
     std::string temporary = pending_ ? pending_->path().string() : "";
-    if (initialised) {
+    if (together) {
         auto length = static_cast<int>(temporary.size());
         MPI_Bcast(&length, 1, MPI_INT, 0, comm);
         temporary.resize(static_cast<std::size_t>(length));

@@ -327,6 +327,11 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.mha", "", {"does not end"});
     refuses("a.mhd", meta(meta_place, "none.raw"), {"none.raw", "not there"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: none.raw\n", {"none.raw", "not there"});
+    // A pattern for printf that takes more than the one number it is given (found by fuzzing: a crash).
+    for (const char* pattern : {"s%ls.raw", "s%s.raw", "s%n.raw", "%d%d.raw", "s%9999d.raw", "s%"}) {
+        refuses("a.mhd", meta(meta_place, std::string(pattern) + " 1 2 1"), {pattern, "%03d"});
+        refuses("a.nhdr", nrrd(lps_lines) + "data file: " + std::string(pattern) + " 0 1 1 2\n", {pattern, "%03d"});
+    }
     EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "none.nrrd"); }), {"none.nrrd", "no such file"}));
     EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "a.tiff"); }), {"'.tiff'", ".nrrd", ".mha"}));
 }
