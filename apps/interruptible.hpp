@@ -13,15 +13,15 @@ inline std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 /// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
-/// or a wrapper may send the first one twice). It is to live until what the run leaves is written. A signal that was
-/// ignored before (nohup) still is.
+/// or a wrapper may send the first one twice). It is to live until what the run leaves is written. SIGHUP that
+/// was ignored before (nohup) still is; Ctrl-C that was (a shell's background job) is not: it is how a run is ended.
 class Interruptible {
   public:
     Interruptible() {
         stop_asked = false;
         for (std::size_t i = 0; i < signals.size(); ++i) {
             before_[i] = std::signal(signals[i], stop);
-            if (before_[i] == SIG_IGN) std::signal(signals[i], SIG_IGN);
+            if (before_[i] == SIG_IGN && signals[i] == SIGHUP) std::signal(SIGHUP, SIG_IGN);
         }
     }
     /// Once a stop was asked for, the program ends: a doubled signal still does no harm.
