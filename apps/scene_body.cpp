@@ -14,6 +14,7 @@
 #include "io/image_file.hpp"
 #include "geometry/transform.hpp"
 #include "mechanics/rigid_motions.hpp"
+#include "mechanics/tet_kernels.hpp"
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 #include "solvers/partition.hpp"

@@ -192,7 +192,7 @@ std::optional<std::string> StudyStore::given_up(std::size_t k) const {
 }
 
 StudyRow StudyStore::row(std::size_t k) const {
-    const hdf5::File file = hdf5::File::open(row_file(k));
+    const hdf5::File file = hdf5::File::open(row_file(k), true);
     hdf5::check_format(file, row_format, version);
     StudyRow row;
     try {

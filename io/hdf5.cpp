@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "base/error.hpp"
+#include "io/parse_apart.hpp"
 
 namespace livetet::hdf5 {
 
@@ -104,13 +105,41 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     return file;
 }
 
-File File::open(const std::filesystem::path& path) {
+File File::open(const std::filesystem::path& path, bool is_own) {
     begin();
     const std::string shown = path.string();
     if (!std::filesystem::is_regular_file(path)) fail("{}: no such file", shown);
-    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", shown);
-    return File(std::move(file), shown);
+    const auto open_here = [&] {
+        Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+        if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", shown);
+        return File(std::move(file), shown);
+    };
+    const auto look = [&] {
+        open_here().go_through("", 0);
+        return std::vector<char>();
+    };
+    if (!is_own) parse_apart(path, "HDF5", look);
+    return open_here();
+}
+
+void File::go_through(const std::string& group, int depth) const {
+    constexpr int deepest = 8;  // ours have four; links may lead round for ever
+    if (depth > deepest) fail("{}: has groups within groups deeper than {}", shown_, deepest);
+    for (const std::string& name : names(group.empty() ? "/" : group)) {
+        const std::string path = group + '/' + name;
+        const Handle object(has(path) ? H5Oopen(file_.id(), path.c_str(), H5P_DEFAULT) : -1, H5Oclose);
+        if (H5Iget_type(object.id()) == H5I_GROUP) go_through(path, depth + 1);
+        if (H5Iget_type(object.id()) != H5I_DATASET) continue;
+        const Handle type(H5Dget_type(object.id()), H5Tclose), space(H5Dget_space(object.id()), H5Sclose);
+        hsize_t size[H5S_MAX_RANK] = {0};
+        const int rank = H5Sget_simple_extent_ndims(space.id());
+        H5Sget_simple_extent_dims(space.id(), size, nullptr);
+        try {
+            if (H5Tget_class(type.id()) == H5T_STRING) read_text(path);
+            if (rank == 2 && size[0] > 0) read_row<double>(path, size[0] - 1, size[1]);
+        } catch (const Error&) {  // who needs it will say so
+        }
+    }
 }
 
 Handle File::dataset(const std::string& name) const {

@@ -45,11 +45,13 @@ struct Table {
 /// into it. T is double, float or std::int32_t. Every failure is an Error that names the file and the table.
 class File {
   public:
-    /// Makes a new file, or opens one to read. `shown` is the name that messages give it. With a communicator of several
-    /// ranks they write one file together (MPI-IO): each calls all of what follows alike and has all of the values; each
-    /// writes a share of the rows.
+    /// Makes a new file. `shown` is the name that messages give it. With a communicator of several ranks they write one
+    /// file together (MPI-IO): each calls all of what follows alike and has all of the values; each writes a share of the
+    /// rows.
     static File create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm = MPI_COMM_SELF);
-    static File open(const std::filesystem::path& path);
+    /// Opens a file to read. HDF5 crashes on damaged ones: a child process has gone through all of its groups and tables
+    /// before this one touches it, which takes milliseconds; not for the many files of a run's own (`is_own`).
+    static File open(const std::filesystem::path& path, bool is_own = false);
 
     /// Writes rows x columns values by rows.
     template <class T>
@@ -88,6 +90,8 @@ class File {
   private:
     File(Handle file, std::string shown) : file_(std::move(file)), shown_(std::move(shown)) {}
     Handle dataset(const std::string& name) const;
+    /// Has HDF5 interpret all that it does for any reading of what is in a group.
+    void go_through(const std::string& group, int depth) const;
     /// This rank's share of so many rows: from the first to before the last.
     std::pair<std::size_t, std::size_t> share_of(std::size_t rows) const { return {rows * rank_ / ranks_, rows * (rank_ + 1) / ranks_}; }
     Handle file_;

@@ -3,9 +3,10 @@
 #include <petscmat.h>
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
+
+#include "base/lists.hpp"
 
 namespace livetet {
 
@@ -41,23 +42,18 @@ BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
 void BlockMatrix::make_pattern(const MeshShare& share) {
     const int n = share.nodes_per_tet();
     // The tets at each owned node, then row by row the nodes of those.
-    std::vector<std::int32_t> start(owned_ + 1, 0);
-    const auto visit_rows = [&](auto&& visit) {
+    const Lists tets = make_lists(owned_, [&](auto&& add) {
         for (std::size_t e = 0; e < share.tets.size(); ++e)
             for (int i = 0; i < n; ++i)
-                if (const std::int32_t row = share.node(e, i); row < owned_) visit(row, static_cast<std::int32_t>(e));
-    };
-    visit_rows([&](std::int32_t row, std::int32_t) { ++start[row + 1]; });
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<std::int32_t> tets(start.back()), next(start.begin(), start.end() - 1);
-    visit_rows([&](std::int32_t row, std::int32_t e) { tets[next[row]++] = e; });
+                if (const std::int32_t row = share.node(e, i); row < owned_) add(row, static_cast<std::int32_t>(e));
+    });
     diagonal_.reserve(owned_);
     std::vector<std::int32_t> row, seen_in(share.nodes.size(), -1);
     for (std::int32_t i = 0; i < owned_; ++i) {
         row.clear();
-        for (std::int32_t k = start[i]; k < start[i + 1]; ++k)
+        for (const std::int32_t e : tets[i])
             for (int j = 0; j < n; ++j)
-                if (const std::int32_t node = share.node(tets[k], j); std::exchange(seen_in[node], i) != i) row.push_back(node);
+                if (const std::int32_t node = share.node(e, j); std::exchange(seen_in[node], i) != i) row.push_back(node);
         std::sort(row.begin(), row.end());
         for (const std::int32_t j : row) {
             if (j == i) diagonal_.push_back(static_cast<std::int32_t>(rows_[0].columns.size()));

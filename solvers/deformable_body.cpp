@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "mechanics/stress.hpp"
+#include "solvers/elastic_level_points.hpp"
 
 namespace livetet {
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "mechanics/rotation.hpp"
+#include "solvers/elastic_level_points.hpp"
 
 namespace livetet {
 

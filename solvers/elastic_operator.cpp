@@ -217,7 +217,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l],
-                       l < hierarchy.parents.size() && !hierarchy.parents[l].empty()),
+                       hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
         if (l == 0 || kind_ == SolverKind::live) continue;

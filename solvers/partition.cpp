@@ -5,10 +5,10 @@
 #include <petscmat.h>
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 
 #include "base/error.hpp"
+#include "base/lists.hpp"
 
 namespace livetet {
 
@@ -68,19 +68,14 @@ namespace {
 std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::size_t begin, std::size_t end) {
     std::int32_t nodes = 0;
     for (const Tet& t : tets) nodes = std::max(nodes, *std::max_element(t.begin(), t.end()) + 1);
-    std::vector<std::int32_t> start(nodes + 1, 0);
     std::vector<bool> mine(nodes, false);
     for (std::size_t e = begin; e < end; ++e)
         for (const std::int32_t n : tets[e]) mine[n] = true;
-    const auto visit = [&](auto&& at) {
+    const Lists at_nodes = make_lists(nodes, [&](auto&& add) {
         for (std::size_t e = 0; e < tets.size(); ++e)
             for (const std::int32_t n : tets[e])
-                if (mine[n]) at(n, static_cast<std::int32_t>(e));
-    };
-    visit([&](std::int32_t n, std::int32_t) { ++start[n + 1]; });
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<std::int32_t> at_nodes(start.back()), next(start.begin(), start.end() - 1);
-    visit([&](std::int32_t n, std::int32_t e) { at_nodes[next[n]++] = e; });
+                if (mine[n]) add(n, static_cast<std::int32_t>(e));
+    });
 
     PetscInt *rows = nullptr, *columns = nullptr;
     LIVETET_PETSC(PetscMalloc1(end - begin + 1, &rows));
@@ -89,7 +84,7 @@ std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::si
     std::vector<std::int32_t> around;
     for (std::size_t e = begin; e < end; ++e) {
         around.clear();
-        for (const std::int32_t n : tets[e]) around.insert(around.end(), at_nodes.begin() + start[n], at_nodes.begin() + start[n + 1]);
+        for (const std::int32_t n : tets[e]) around.insert(around.end(), at_nodes[n].begin(), at_nodes[n].end());
         std::sort(around.begin(), around.end());
         PetscInt& last = rows[e - begin + 1] = rows[e - begin];
         for (std::size_t i = 0; i + 2 < around.size(); ++i)
@@ -140,8 +135,7 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm, const Mes
         return static_cast<int>(std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / least_tets_a_rank, 1, ranks));
     };
     for (std::size_t l = hierarchy.levels.size(); l-- > 0;) {
-        const bool cut = l < hierarchy.parents.size() && !hierarchy.parents[l].empty();
-        if (cut && worthwhile(l) == worthwhile(l + 1)) {
+        if (hierarchy.is_cut(l) && worthwhile(l) == worthwhile(l + 1)) {
             parts[l].reserve(hierarchy.parents[l].size());
             for (const std::int32_t parent : hierarchy.parents[l]) parts[l].push_back(parts[l + 1][parent]);
         } else if (partitioner == Partitioner::ptscotch) {

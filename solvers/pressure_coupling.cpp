@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "solvers/elastic_level_points.hpp"
+
 namespace livetet {
 
 namespace {
@@ -25,7 +27,8 @@ PressureCoupling::PressureCoupling(const ElasticLevel& level) : level_(level) {
     const MeshShare& share = level.share();
     // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and m^3/Pa.
     double sums[4] = {0, 0, 0, 0};
-    for (const TetElement& e : level.elements()) {
+    for (std::size_t t = 0; t < share.tets.size(); ++t) {
+        const TetElement e = level.element(t);
         sums[0] += 2 * e.mu * e.volume * e.gradients.squaredNorm();
         sums[1] += e.volume / (2 * e.mu);
     }

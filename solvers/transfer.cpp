@@ -61,7 +61,8 @@ std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double>
 namespace {
 
 /// Rows and columns of single numbers, owned as the shares' nodes are; `columns_of(row, visit)` visits the PETSc numbers of
-/// the nodes that owned row number `row` has entries for, each once. `width` numbers a node.
+/// the nodes that owned row number `row` has entries for, each once; it is called once for every row, in order. `width`
+/// numbers a node.
 template <class ColumnsOf>
 PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt width, ColumnsOf&& columns_of) {
     const PetscInt first = columns.owned ? columns.numbers.front() : 0, end = first + columns.owned;

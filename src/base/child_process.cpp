@@ -1,9 +1,11 @@
 #include "base/child_process.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,7 +17,6 @@
 #include <limits>
 #include <memory>
 #include <system_error>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -83,13 +84,18 @@ void restore_default_signals() {
 
 /// Waits for the child, kills it at the deadline; true if it had to be killed.
 bool wait_or_kill(pid_t child, Clock::time_point deadline, int& status) {
-    for (auto pause = std::chrono::microseconds(500);; pause = std::min(2 * pause, std::chrono::microseconds(20000))) {
-        const pid_t ended = ::waitpid(child, &status, WNOHANG);
-        if (ended == child) return false;
-        if (ended < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
-        if (Clock::now() >= deadline) break;
-        std::this_thread::sleep_for(pause);
+    const int handle = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));  // none before Linux 5.3: looks again and again
+    pollfd end{handle, POLLIN, 0};
+    bool ended = false;
+    while (!ended) {
+        const pid_t answer = ::waitpid(child, &status, WNOHANG);
+        if (answer < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+        ended = answer == child;
+        if (ended || Clock::now() >= deadline) break;
+        ::poll(&end, 1, handle < 0 ? 1 : 100);
     }
+    if (handle >= 0) ::close(handle);
+    if (ended) return false;
     ::kill(child, SIGKILL);
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }

@@ -40,16 +40,17 @@ void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
 }
 
 PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& options) {
-    const auto count = static_cast<Eigen::Index>(poses.size());
-    Eigen::Matrix<double, Eigen::Dynamic, 6> A(3 * count, 6);
-    Eigen::VectorXd b(3 * count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        A.block<3, 3>(3 * i, 0) = poses[i].rotation;
-        A.block<3, 3>(3 * i, 3) = -Matrix3d::Identity();
-        b.segment<3>(3 * i) = -poses[i].translation;
+    // Least squares of R tip - pivot = -t by their normal equations: a fit that these would spoil is refused below.
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Vector6d right = Vector6d::Zero();
+    for (const Pose& pose : poses) {
+        Eigen::Matrix<double, 3, 6> rows;
+        rows << pose.rotation, -Matrix3d::Identity();
+        normal += rows.transpose() * rows;
+        right -= rows.transpose() * pose.translation;
     }
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const Vector6d values = svd.singularValues();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(normal);
+    const Vector6d values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();  // singular values of the rows
     PivotCalibration result;
     result.rank = static_cast<int>((values.array() > options.min_singular_ratio * values[0]).count());
     result.condition = values[0] / values[5];
@@ -58,7 +59,7 @@ PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& optio
             "pivot calibration: the poses determine {} of 6 unknowns (smallest singular value {:.2g} of the largest, "
             "expected at least {}): turn the tool about more than one axis",
             result.rank, values[5] / values[0], options.min_singular_ratio);
-    const Vector6d x = svd.solve(b);
+    const Vector6d x = eigen.eigenvectors() * (eigen.eigenvectors().transpose() * right).cwiseQuotient(eigen.eigenvalues());
     result.tool_from_tip.translation = x.head<3>();
     result.pivot_in_tracker = x.tail<3>();
     return result;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 
 #include <span>
@@ -60,10 +58,6 @@ inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
 
 /// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for trackers whose rotations
 /// are not quite orthonormal.
-inline Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-    return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-}
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 
 }  // namespace livetet

@@ -5,6 +5,7 @@
 
 #include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/rotation.hpp"
+#include "mechanics/tet_kernels.hpp"
 
 // Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"

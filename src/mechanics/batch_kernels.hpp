@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "mechanics/tet_kernels.hpp"
+#include "mechanics/material.hpp"
+#include "mechanics/tet_element.hpp"
 
 /// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector register;
 /// `Real` is float or double. All are pure, allocate nothing, and run over a range of batches: ranges whose tets share

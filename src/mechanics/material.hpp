@@ -12,6 +12,11 @@ namespace livetet {
 /// `neohookean`: rubber and tissue at large strain, finite through inversion.
 enum class StrainModel { linear, corotated, green, neohookean };
 
+/// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive semi-definite
+/// (corotated; the other models have none and take `positive`). `exact`: the second derivative of the energy.
+/// `positive`: the exact one with its negative eigenvalues, of each quadrature point, set to zero.
+enum class Tangent { held_rotation, exact, positive };
+
 /// How the volumetric part of the energy is discretised. `displacement`: from the displacement alone, which locks as
 /// Poisson's ratio nears 1/2. `mixed`: by a pressure of its own at the corners of the tets.
 enum class Formulation { automatic, displacement, mixed };

@@ -96,12 +96,16 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const 
         while (count < 6 && eigen.eigenvalues()[count] < limit) ++count;
         if (count == 0) continue;
         const std::string where = all.size() == 1 ? "" : fmt::format(" of the piece with node {}", first);
-        // Pure translations first: the free motions without a turn; the others span the rest.
-        const Eigen::MatrixXd space = eigen.eigenvectors().leftCols(count);
-        const Eigen::JacobiSVD<Eigen::MatrixXd> turns(space.bottomRows(3), Eigen::ComputeFullV);
-        for (int k = count; k-- > 0;) {
-            const bool pure = k >= turns.singularValues().size() || turns.singularValues()[k] < 1e-6;
-            Vector6 motion = space * turns.matrixV().col(k);
+        // Pure translations first: the free motions without a turn; the others span the rest. A column that is not free is
+        // a turn by more than any: what mixes none of these in comes before it.
+        Matrix6 space = eigen.eigenvectors();
+        space.rightCols(6 - count).setZero();
+        Matrix6 turns = space.bottomRows<3>().transpose() * space.bottomRows<3>();
+        for (int k = count; k < 6; ++k) turns(k, k) = 2;
+        const Eigen::SelfAdjointEigenSolver<Matrix6> mixed(turns);
+        for (int k = 0; k < count; ++k) {
+            const bool pure = mixed.eigenvalues()[k] < 1e-12;
+            Vector6 motion = space * mixed.eigenvectors().col(k);
             if (pure) motion.tail<3>().setZero();
             free.push_back({describe(motion, piece.centre, piece.size, where)});
         }

@@ -13,11 +13,6 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 /// their turn against each other, which has no end to it there.
 constexpr double least_turned_stretch = 0.05;
 
-/// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive semi-definite
-/// (corotated; the other models have none and take `positive`). `exact`: the second derivative of the energy.
-/// `positive`: the exact one with its negative eigenvalues, of each quadrature point, set to zero.
-enum class Tangent { held_rotation, exact, positive };
-
 /// The energy density of a strain model (J/m^3), split into
 ///     psi(F) = psi_mu(F) + lambda / 2 theta(F)^2
 /// so that one code serves the displacement form, where the pressure is p = lambda theta, and the mixed form, where p is

@@ -1,34 +1,10 @@
 #pragma once
 
-#include <Eigen/Dense>
-
-#include <array>
-
 #include "mechanics/strain_energy.hpp"
+#include "mechanics/tet_element.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
-
-/// What a tetrahedron with straight edges needs to know of its rest shape and material.
-/// gradients.col(i): gradient of barycentric coordinate L_i (1/m); they sum to zero. volume in m^3; lambda, mu in Pa.
-struct TetElement {
-    Eigen::Matrix<double, 3, 4> gradients;
-    double volume;
-    double lambda;
-    double mu;
-};
-
-/// Gradients and volume of the tet x0..x3 (metres). Precondition: positive volume.
-inline TetElement make_element(const std::array<Eigen::Vector3d, 4>& x, double lambda, double mu) {
-    const Eigen::Vector3d a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
-    const double six_volumes = a.dot(b.cross(c));
-    TetElement e{{}, six_volumes / 6, lambda, mu};
-    e.gradients.col(1) = b.cross(c) / six_volumes;
-    e.gradients.col(2) = c.cross(a) / six_volumes;
-    e.gradients.col(3) = a.cross(b) / six_volumes;
-    e.gradients.col(0) = -e.gradients.col(1) - e.gradients.col(2) - e.gradients.col(3);
-    return e;
-}
 
 /// Shape functions and quadrature of a tet with `nodes` nodes: 4 (P1; one point, its gradients are constant) or 10 (P2;
 /// four points, exact to degree 2: the stiffness of a small strain, and a pressure's work).

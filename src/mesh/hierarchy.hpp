@@ -17,6 +17,9 @@ struct MeshHierarchy {
     /// Empty, or for each transfer: of every tet of level l the one of level l + 1 that it was cut from; empty where the two
     /// were meshed each on its own.
     std::vector<std::vector<std::int32_t>> parents{};
+
+    /// Whether level `l` was cut from the next one.
+    bool is_cut(std::size_t l) const { return l < parents.size() && !parents[l].empty(); }
 };
 
 /// A hierarchy of these levels (finest first), with its transfers built.

@@ -76,6 +76,13 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
     return peaks;
 }
 
+/// The x of least |A x - b|, by the normal equations: the columns here are of one size and far from parallel.
+template <class Matrix>
+auto least_squares(const Matrix& A, const Eigen::VectorXd& b) {
+    const auto normal = A.transpose().lazyProduct(A).eval();
+    return normal.ldlt().solve(A.transpose().lazyProduct(b).eval()).eval();
+}
+
 /// The voxels of a window, where they are and what they hold.
 struct Window {
     std::vector<Vector3> place;
@@ -154,19 +161,18 @@ class BallFit {
         // Without a ball: the background and its slope.
         for (Eigen::Index n = 0; n < count; ++n)
             J.row(n).tail<4>() << 1, ((window.place[n] - start) / radius_).transpose();
-        const Eigen::Matrix<double, Eigen::Dynamic, 4> plane = J.rightCols<4>();
-        const Eigen::Vector4d flat = plane.colPivHouseholderQr().solve(value);
-        const double without = (value - plane * flat).squaredNorm();
+        const Eigen::Vector4d flat = least_squares(J.rightCols<4>(), value);
+        const double without = (value - J.rightCols<4>().lazyProduct(flat)).squaredNorm();
 
         Vector3 centre = start;
         Eigen::Matrix<double, 5, 1> linear;  // contrast, background, slope: the best for each centre
         for (int i = 0; i < iterations; ++i) {
             for (Eigen::Index n = 0; n < count; ++n) J(n, 3) = coverage(window.place[n], centre).first;
-            linear = J.rightCols<5>().colPivHouseholderQr().solve(value);
-            residual = value - J.rightCols<5>() * linear;
+            linear = least_squares(J.rightCols<5>(), value);
+            residual = value - J.rightCols<5>().lazyProduct(linear);
             for (Eigen::Index n = 0; n < count; ++n)
                 J.row(n).head<3>() = linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
-            const Unknowns move = J.colPivHouseholderQr().solve(residual);
+            const Unknowns move = least_squares(J, residual);
             const double step = move.head<3>().norm(), most = 0.2;
             centre += radius_ * move.head<3>() * (step > most ? most / step : 1);
             if (!(step > 1e-5)) break;
@@ -175,9 +181,9 @@ class BallFit {
         const double sign = options_.shade == MarkerShade::bright ? 1 : -1;
         ImageMarker marker{centre, 0, sign * linear[0], without > 0 ? 1 - left / without : 0};
         const double variance = left / std::max<double>(1, static_cast<double>(count - 8));
-        const Eigen::Matrix<double, 8, 8> information = J.transpose() * J;
+        const Eigen::Matrix<double, 8, 8> information = J.transpose().lazyProduct(J);
         const Eigen::Matrix<double, 8, 8> covariance =
-            information.completeOrthogonalDecomposition().pseudoInverse() * variance;
+            variance * information.ldlt().solve(Eigen::Matrix<double, 8, 8>::Identity());
         marker.uncertainty = radius_ * std::sqrt(covariance.topLeftCorner<3, 3>().trace());
         return marker;
     }

@@ -115,6 +115,28 @@ TEST(HierarchyFile, OtherFilesAreErrors) {
     EXPECT_TRUE(says(error_of([&] { write_hierarchy(folder / "no" / "h.h5", example()); }), {"no folder"}));
 }
 
+/// HDF5 follows wrong addresses and sizes to where there is nothing.
+TEST(HierarchyFile, AWrongNumberAnywhereInItNeverCrashes) {
+    const auto path = fresh_folder() / "h.h5";
+    MeshHierarchy small;
+    small.levels.push_back(cube());
+    write_hierarchy(path, small);
+    const std::string good = read_text_file(path);
+    int refused = 0;
+    for (std::size_t at = 0; at + 8 <= good.size(); at += 40) {
+        std::string bad = good;
+        bad.replace(at, 8, std::string("\xff\xff\x7f\xff\0\0\0\0", 8));
+        write_text_file(path, bad);
+        try {
+            read_hierarchy(path);
+        } catch (const Error& error) {
+            ++refused;
+            EXPECT_NE(std::string(error.what()).find("h.h5"), std::string::npos) << at << ": " << error.what();
+        }
+    }
+    EXPECT_GT(refused, 20);
+}
+
 TEST(HierarchyFile, ATruncatedFileIsAnError) {
     const auto path = fresh_folder() / "h.h5";
     write_hierarchy(path, example());

@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "mechanics/strain_energy.hpp"
 #include "verification/meshes.hpp"
 #include "verification/problem.hpp"
 

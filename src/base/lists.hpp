@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace livetet {
+
+/// Lists of numbers in one array, one after the other.
+struct Lists {
+    std::vector<std::int32_t> start;  ///< of each list in `items`, and the end of the last
+    std::vector<std::int32_t> items;
+
+    std::span<const std::int32_t> operator[](std::size_t list) const {
+        return {items.data() + start[list], items.data() + start[list + 1]};
+    }
+};
+
+/// `count` lists. `visit(add)` calls `add(list, item)` for every item, each list's in order; it is called twice, to count
+/// and to fill.
+template <class Visit>
+Lists make_lists(std::size_t count, Visit&& visit) {
+    Lists lists;
+    lists.start.assign(count + 1, 0);
+    visit([&](std::size_t list, std::int32_t) { ++lists.start[list + 1]; });
+    std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
+    lists.items.resize(lists.start.back());
+    std::vector<std::int32_t> next(lists.start.begin(), lists.start.end() - 1);
+    visit([&](std::size_t list, std::int32_t item) { lists.items[next[list]++] = item; });
+    return lists;
+}
+
+}  // namespace livetet
