@@ -4,18 +4,20 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
-#include "apps/scaling_bench.hpp"
+#include "apps/bench/convergence_bench.hpp"
+#include "apps/bench/scaling_bench.hpp"
+#include "apps/bench/workprecision_bench.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
 #include "solvers/petsc_session.hpp"
 #include "verification/suite.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/accuracy_bench.hpp"
-#include "apps/latency_bench.hpp"
+#include "apps/bench/accuracy_bench.hpp"
+#include "apps/bench/latency_bench.hpp"
 #include "apps/pictures.hpp"
 #include "apps/pictures_display.hpp"
-#include "apps/realtime_bench.hpp"
+#include "apps/bench/realtime_bench.hpp"
 #endif
 
 namespace livetet {
@@ -184,6 +186,40 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     scaling->callback([scaled, &status] {
         check_drawable(scaled->figure);
         status.value = bench_scaling(*scaled);
+    });
+    CLI::App* choices = bench->add_subcommand(
+        "workprecision", "Error against run time and memory of one scene over the choices that matter, against ten-node tets on its "
+                         "finest mesh; ends with what to choose");
+    auto chosen = std::make_shared<WorkPrecisionArguments>();
+    choices->add_option("scene", chosen->scene, "scene file (YAML)")->required();
+    choices->add_option("--repeats", chosen->repeats, "rounds that times are medians of")->capture_default_str()->check(CLI::Range(1, 100));
+    choices->add_option("--only", chosen->only, "only choices with this in their name, as \"solver\" or \"level 1, P2\"");
+    choices->add_option("--folder", chosen->folder, "keep meshes, scenes and logs here");
+    choices->add_option("--csv", chosen->csv, "write every choice's figures to this file");
+    choices->add_option("--json", chosen->json, "the same as JSON");
+#ifdef LIVETET_IMAGES
+    choices->add_option("--figure", chosen->figure, "draw error against run time to this PNG (needs an X server, or xvfb-run)");
+    choices->add_option("--memory-figure", chosen->memory_figure, "draw error against memory to this PNG");
+#endif
+    choices->callback([chosen, &status] {
+        check_drawable(chosen->figure);
+        check_drawable(chosen->memory_figure);
+        status.value = bench_workprecision(*chosen);
+    });
+    CLI::App* convergence = bench->add_subcommand(
+        "convergence", "Iterations and time to 1e-8 of each preconditioner against mesh size, nu, contrast, anisotropy, levels and "
+                       "smoothing steps; exit 1 where multigrid's iterations grow by more than a fifth");
+    auto converged = std::make_shared<ConvergenceArguments>();
+    convergence->add_option("--most-nodes", converged->most_nodes, "of the largest mesh")->capture_default_str()->check(CLI::Range(1e3, 1e9));
+    convergence->add_option("--folder", converged->folder, "keep meshes, scenes and logs here");
+    convergence->add_option("--csv", converged->csv, "write every figure to this file");
+    convergence->add_option("--json", converged->json, "the same as JSON");
+#ifdef LIVETET_IMAGES
+    convergence->add_option("--figure", converged->figure, "draw iterations and time against mesh size to this PNG (needs an X server, or xvfb-run)");
+#endif
+    convergence->callback([converged, &status] {
+        check_drawable(converged->figure);
+        status.value = bench_convergence(*converged);
     });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(

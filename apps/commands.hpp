@@ -21,6 +21,7 @@ void add_scene_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
 void add_solve_command(CLI::App& app, ExitStatus& status);
 void add_study_command(CLI::App& app, ExitStatus& status);
+void add_tune_command(CLI::App& app, ExitStatus& status);
 void add_bench_command(CLI::App& app, ExitStatus& status);
 void add_track_command(CLI::App& app, ExitStatus& status);
 void add_record_command(CLI::App& app);

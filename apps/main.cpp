@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
     add_solve_command(app, status);
     add_study_command(app, status);
     add_explain_command(app);
+    add_tune_command(app, status);
     add_bench_command(app, status);
     add_scene_command(app);
     try {

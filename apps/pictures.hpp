@@ -46,6 +46,21 @@ struct WorkPrecisionChart {
 /// Charts side by side.
 void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts);
 
+/// One choice: what it costs and what its error is, both above 0.
+struct ChoicePoint {
+    std::string group, name;
+    double x, y;
+};
+
+struct ChoicesChart {
+    std::string title, x_axis, y_axis;
+    std::vector<ChoicePoint> points;
+};
+
+/// Error against cost, both logarithmic, with the Pareto front; each point has its number, and beside the chart stands
+/// what it is.
+void write_choices_picture(const std::filesystem::path& path, const ChoicesChart& chart);
+
 /// Means and their spread against something.
 struct SpreadLine {
     std::string name;

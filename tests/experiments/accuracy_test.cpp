@@ -1,11 +1,11 @@
 #ifdef LIVETET_IMAGES
-#include "apps/accuracy_run.hpp"
+#include "apps/bench/accuracy_run.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "apps/accuracy_result.hpp"
+#include "apps/bench/accuracy_result.hpp"
 #include "apps/phantom_shape.hpp"
 #include "apps/phantom_truth.hpp"
 #include "solvers/petsc_session.hpp"

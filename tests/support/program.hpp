@@ -17,10 +17,10 @@ namespace livetet::test {
 /// A folder of a test's own, empty at first, gone with the guard.
 class Folder {
   public:
-    Folder()
+    explicit Folder(const std::string& which = "")
         : path_(std::filesystem::path(testing::TempDir()) /
                 ("livetet_" + std::to_string(::getpid()) + "_" +
-                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + which)) {
         std::filesystem::remove_all(path_);
         std::filesystem::create_directories(path_);
     }

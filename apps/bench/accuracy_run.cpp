@@ -1,4 +1,4 @@
-#include "apps/accuracy_run.hpp"
+#include "apps/bench/accuracy_run.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include "apps/live_model.hpp"
 #include "apps/phantom.hpp"
 #include "apps/phantom_shape.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "geometry/umeyama.hpp"
 #include "tracking/dwell.hpp"

@@ -1,4 +1,4 @@
-#include "apps/accuracy_truth.hpp"
+#include "apps/bench/accuracy_truth.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "apps/accuracy_truth.hpp"
+#include "apps/bench/accuracy_truth.hpp"
 #include "apps/scene_body.hpp"
 #include "mesh/quadratic.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/accuracy_run.hpp"
+#include "apps/bench/accuracy_run.hpp"
 #include "apps/pictures.hpp"
 
 namespace livetet {

@@ -1,4 +1,4 @@
-#include "apps/memory_bandwidth.hpp"
+#include "apps/bench/memory_bandwidth.hpp"
 
 #include <Eigen/Core>
 

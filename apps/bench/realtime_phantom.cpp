@@ -6,7 +6,7 @@
 #include "apps/live_model.hpp"
 #include "apps/phantom.hpp"
 #include "apps/phantom_shape.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "mesh/node_selection.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"

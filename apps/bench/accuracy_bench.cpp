@@ -1,13 +1,13 @@
-#include "apps/accuracy_bench.hpp"
+#include "apps/bench/accuracy_bench.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "apps/accuracy_result.hpp"
-#include "apps/accuracy_run.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/accuracy_result.hpp"
+#include "apps/bench/accuracy_run.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"

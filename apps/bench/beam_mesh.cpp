@@ -1,4 +1,4 @@
-#include "apps/beam_mesh.hpp"
+#include "apps/bench/beam_mesh.hpp"
 
 #include <fmt/format.h>
 

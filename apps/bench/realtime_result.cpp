@@ -1,4 +1,4 @@
-#include "apps/realtime_result.hpp"
+#include "apps/bench/realtime_result.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "apps/allocation_count.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/realtime_cases.hpp"
 
 namespace livetet {
 

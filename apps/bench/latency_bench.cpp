@@ -1,4 +1,4 @@
-#include "apps/latency_bench.hpp"
+#include "apps/bench/latency_bench.hpp"
 
 #define ASIO_STANDALONE
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 #include "apps/frame_loop.hpp"
 #include "apps/interruptible.hpp"
 #include "apps/phantom.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "apps/tracker_server.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "apps/scaling_run.hpp"
+#include "apps/bench/solve_run.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
 #endif
@@ -27,7 +27,7 @@ struct ScalingPoint {
 /// visits level l 2^l times, each visit 14 products with one exchange with 12 neighbours; an iteration of conjugate
 /// gradients reduces three times over log2 of the ranks.
 struct ScalingModel {
-    explicit ScalingModel(const ScalingRun& measured);
+    explicit ScalingModel(const SolveRun& measured);
 
     double unknowns_a_rank = 1e5;
     double latency_s = 2e-6, bytes_a_second = 1e10;  ///< of a message, on a cluster's network today

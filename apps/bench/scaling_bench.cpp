@@ -1,7 +1,6 @@
-#include "apps/scaling_bench.hpp"
+#include "apps/bench/scaling_bench.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +8,11 @@
 #include <optional>
 #include <thread>
 
-#include "apps/beam_mesh.hpp"
-#include "apps/memory_bandwidth.hpp"
-#include "apps/scaling_model.hpp"
-#include "apps/scaling_run.hpp"
+#include "apps/bench/beam_mesh.hpp"
+#include "apps/bench/memory_bandwidth.hpp"
+#include "apps/bench/scaling_model.hpp"
+#include "apps/bench/solve_run.hpp"
+#include "apps/bench/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
@@ -27,28 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// A folder that is kept where the user names one, else gone with the guard.
-class WorkFolder {
-  public:
-    explicit WorkFolder(const fs::path& asked) : path_(asked), kept_(!asked.empty()) {
-        if (!kept_) path_ = fs::temp_directory_path() / fmt::format("livetet_scaling_{}", ::getpid());
-        std::error_code error;
-        fs::create_directories(path_, error);
-        if (error) fail("{}: cannot be made: {}", path_.string(), error.message());
-    }
-    ~WorkFolder() {
-        std::error_code ignored;
-        if (!kept_) fs::remove_all(path_, ignored);
-    }
-    WorkFolder(const WorkFolder&) = delete;
-    WorkFolder& operator=(const WorkFolder&) = delete;
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-
-  private:
-    fs::path path_;
-    bool kept_;
-};
 
 /// The edge of a beam's mesh with so many unknowns after being refined. A tet has about 0.2 e^3 of volume, a node 5.75 tets.
 double edge_for(double unknowns, int refine) {
@@ -80,13 +58,13 @@ std::string solver_of(const std::string& kind) {
     fail("--compare {}: expected gamg or boomeramg", kind);
 }
 
-void print_runs(const std::vector<ScalingRun>& runs) {
+void print_runs(const std::vector<SolveRun>& runs) {
     fmt::print("\n{:<34} {:>5} {:>10} | {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} | {:>8} | {:>6} {:>6} | {:>6} | {:>9} {:>9} {:>7}\n", "",
                "ranks", "unknowns", "mesh", "part.", "set-up", "forces", "assem.", "prec.", "solve", "output", "solution", "linea-",
                "iter. ", "kB an", "messages", "MB sent", "reduc-");
     fmt::print("{:<34} {:>5} {:>10} | {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} | {:>8} | {:>6} {:>6} | {:>6} | {:>9} {:>9} {:>7}\n", "", "", "",
                "s", "s", "s", "s", "s", "s", "s", "s", "s", "risat.", "a one", "unkn.", "", "", "tions");
-    for (const ScalingRun& r : runs)
+    for (const SolveRun& r : runs)
         fmt::print("{:<34} {:>5} {:>10.0f} | {:>6.1f} {:>6.1f} {:>6.1f} {:>6.1f} {:>6.1f} {:>6.1f} {:>6.1f} {:>6.1f} | {:>8.1f} | {:>6} {:>6.1f} | "
                    "{:>6.2f} | {:>9.0f} {:>9.1f} {:>7.0f}{}\n",
                    r.name, r.ranks, r.unknowns, r.mesh_s, r.partition_s, r.setup_s, r.forces_s, r.assembly_s, r.preconditioner_s,
@@ -121,12 +99,12 @@ int bench_scaling(const ScalingArguments& a) {
         const fs::path scene = folder / fmt::format("{}_{}.yaml", of_mesh, kind);
         write_text_file(scene, scene_text(of_mesh + ".h5", a.refine, solver_of(kind), fmt::format("{}_{}.h5", of_mesh, kind) + ".result.h5"));
         progress->update(static_cast<double>(count++) / static_cast<double>(total), fmt::format("{} on {} ranks", name, ranks));
-        return run_scaled(name, a.launcher, ranks, scene);
+        return run_solve(name, a.launcher, ranks, scene);
     };
 
     // 1. strong, weak, others
     mesh(a.unknowns, a.refine, "whole");
-    std::vector<ScalingRun> strong, weak, others;
+    std::vector<SolveRun> strong, weak, others;
     for (const int ranks : a.ranks) strong.push_back(run("multigrid, one size", "whole", "multigrid", ranks));
     int most = *std::min_element(a.ranks.begin(), a.ranks.end());  // of those asked for, what the cores allow
     for (const int ranks : a.ranks)
@@ -141,24 +119,24 @@ int bench_scaling(const ScalingArguments& a) {
     progress.reset();
 
     // 2. told
-    std::vector<ScalingRun> all = strong;
+    std::vector<SolveRun> all = strong;
     all.insert(all.end(), weak.begin(), weak.end());
     all.insert(all.end(), others.begin(), others.end());
     print_runs(all);
     const auto by_ranks = [&](int ranks) {
-        return std::find_if(strong.begin(), strong.end(), [&](const ScalingRun& r) { return r.ranks == ranks; });
+        return std::find_if(strong.begin(), strong.end(), [&](const SolveRun& r) { return r.ranks == ranks; });
     };
     fmt::print("\n");
-    bool good = std::all_of(all.begin(), all.end(), [](const ScalingRun& r) { return r.converged; });
+    bool good = std::all_of(all.begin(), all.end(), [](const SolveRun& r) { return r.converged; });
     if (!good) fmt::print("a run did not converge: its times are no comparison\n");
     const auto one = by_ranks(1), two = by_ranks(2), ours = by_ranks(most);
-    for (const ScalingRun& r : others) {
+    for (const SolveRun& r : others) {
         const double least = r.name.starts_with("gamg") ? 3 : 5;
         good &= judge(fmt::format("{}: times multigrid's time to solution", r.name), r.solution_s() / ours->solution_s(),
                       fmt::format(">= {}", least), r.solution_s() >= least * ours->solution_s());
     }
     double memory = 0;
-    for (const ScalingRun& r : strong)
+    for (const SolveRun& r : strong)
         if (r.ranks <= most) memory = std::max(memory, r.bytes_an_unknown() / 1e3);
     good &= judge("kB an unknown at the peak, all ranks together", memory, "<= 1.5", memory <= 1.5);
     if (one != strong.end() && two != strong.end() && cores >= 2) {
@@ -166,7 +144,7 @@ int bench_scaling(const ScalingArguments& a) {
         good &= judge("two ranks: times as fast as one", faster, ">= 1.7", faster >= 1.7);
         fmt::print("{:<70} {:>8.2f}   (two cores read {:.2f} times what one does)\n", "  bound by memory: at most about", of_all / of_one, of_all / of_one);
     }
-    const auto [fewest, greatest] = std::minmax_element(strong.begin(), strong.end(), [](const ScalingRun& x, const ScalingRun& y) {
+    const auto [fewest, greatest] = std::minmax_element(strong.begin(), strong.end(), [](const SolveRun& x, const SolveRun& y) {
         return x.iterations_a_solve() < y.iterations_a_solve();
     });
     const double apart = greatest->iterations_a_solve() - fewest->iterations_a_solve();
@@ -177,7 +155,7 @@ int bench_scaling(const ScalingArguments& a) {
     // 3. the files
     if (!a.json.empty()) {
         json runs = json::array();
-        for (const ScalingRun& r : all) runs.push_back(json_of(r));
+        for (const SolveRun& r : all) runs.push_back(json_of(r));
         write_text_file(a.json, json{{"bandwidth_of_one", of_one}, {"bandwidth_of_all", of_all}, {"runs", runs}, {"model", json_of(model)}}.dump(2) + "\n");
     }
 #ifdef LIVETET_IMAGES

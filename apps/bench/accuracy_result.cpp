@@ -1,4 +1,4 @@
-#include "apps/accuracy_result.hpp"
+#include "apps/bench/accuracy_result.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "apps/scaling_run.hpp"
+#include "apps/bench/solve_run.hpp"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -14,23 +14,25 @@ namespace livetet {
 
 using nlohmann::json;
 
-ScalingRun run_scaled(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene) {
+SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene) {
     std::filesystem::path told = scene, log = scene;
     told.replace_extension(fmt::format("{}.json", ranks));
     log.replace_extension(fmt::format("{}.log", ranks));
     std::filesystem::remove(told);
     std::string start = launcher;
     const std::size_t place = start.find("{}");
-    if (place == std::string::npos) fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
-    start.replace(place, 2, fmt::format("{}", ranks));
+    if (place != std::string::npos)
+        start.replace(place, 2, fmt::format("{}", ranks));
+    else if (!launcher.empty())
+        fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
     const std::string command =
         fmt::format("{} '{}' solve '{}' --json '{}' >'{}' 2>&1 </dev/null", start,
                     std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string(), log.string());
     const int raw = std::system(command.c_str());
     const int status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
-    if (!std::filesystem::exists(told)) fail("{}: ended with status {}: {}", command, status, last_words(read_text_file(log)));
+    if (!std::filesystem::exists(told)) fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status, last_words(read_text_file(log)));
     const json j = json::parse(read_text_file(told));
-    ScalingRun run{.name = name, .solver = j.at("solver"), .ranks = j.at("ranks"), .converged = j.at("converged")};
+    SolveRun run{.name = name, .solver = j.at("solver"), .ranks = j.at("ranks"), .converged = j.at("converged")};
     run.unknowns = 3 * j.at("nodes").get<double>();
     run.mesh_s = j.at("mesh_s");
     run.partition_s = j.at("partition_s");
@@ -40,6 +42,7 @@ ScalingRun run_scaled(const std::string& name, const std::string& launcher, int 
     run.preconditioner_s = j.at("preconditioner_s");
     run.linear_s = j.at("linear_s");
     run.output_s = j.at("output_s");
+    run.steps = static_cast<int>(j.at("steps").size());
     run.linearisations = j.at("linearisations");
     run.iterations = j.at("iterations");
     run.largest_mm = j.at("largest_displacement_mm");
@@ -50,7 +53,7 @@ ScalingRun run_scaled(const std::string& name, const std::string& launcher, int 
     return run;
 }
 
-json json_of(const ScalingRun& r) {
+json json_of(const SolveRun& r) {
     return {{"name", r.name},
             {"solver", r.solver},
             {"ranks", r.ranks},

@@ -2,8 +2,8 @@
 
 #include "apps/phantom_images.hpp"
 #include "apps/pictures.hpp"
-#include "apps/realtime_bench.hpp"
-#include "apps/realtime_result.hpp"
+#include "apps/bench/realtime_bench.hpp"
+#include "apps/bench/realtime_result.hpp"
 #include "apps/scene.hpp"
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"

@@ -7,13 +7,13 @@
 namespace livetet {
 
 /// What one run of `livetet solve` took: its own words (--json), all ranks together.
-struct ScalingRun {
+struct SolveRun {
     std::string name, solver;
     int ranks = 1;
     bool converged = false;
     double unknowns = 0;
     double mesh_s = 0, partition_s = 0, setup_s = 0, forces_s = 0, assembly_s = 0, preconditioner_s = 0, linear_s = 0, output_s = 0;
-    int linearisations = 0, iterations = 0;
+    int steps = 0, linearisations = 0, iterations = 0;
     double largest_mm = 0;
     double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
 
@@ -23,10 +23,10 @@ struct ScalingRun {
     double iterations_a_solve() const { return linearisations > 0 ? static_cast<double>(iterations) / linearisations : 0; }
 };
 
-/// Starts the program on so many ranks; what it prints goes to a log beside the scene. Throws Error where it fails, with
+/// Starts the program on so many ranks, or alone where the launcher is empty; what it prints goes to a log beside the scene. Throws Error where it fails, with
 /// its last words; not where it does not converge.
-ScalingRun run_scaled(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene);
+SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene);
 
-nlohmann::json json_of(const ScalingRun& run);
+nlohmann::json json_of(const SolveRun& run);
 
 }  // namespace livetet

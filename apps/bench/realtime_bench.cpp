@@ -1,12 +1,12 @@
-#include "apps/realtime_bench.hpp"
+#include "apps/bench/realtime_bench.hpp"
 
 #include <fmt/format.h>
 
 #include <thread>
 
-#include "apps/beam_mesh.hpp"
-#include "apps/memory_bandwidth.hpp"
-#include "apps/realtime_cases.hpp"
+#include "apps/bench/beam_mesh.hpp"
+#include "apps/bench/memory_bandwidth.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "solvers/petsc_session.hpp"

@@ -1,4 +1,4 @@
-#include "apps/scaling_model.hpp"
+#include "apps/bench/scaling_model.hpp"
 
 #include <fmt/format.h>
 
@@ -43,7 +43,7 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
 
 }  // namespace
 
-ScalingModel::ScalingModel(const ScalingRun& r)
+ScalingModel::ScalingModel(const SolveRun& r)
     : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
       partition_s_an_unknown(r.partition_s / r.unknowns),
       // tets, nodes, places in the next level, PETSc's numbers; coarser levels an eighth each

@@ -1,0 +1,239 @@
+#include "apps/bench/convergence_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/bench/beam_mesh.hpp"
+#include "apps/bench/solve_run.hpp"
+#include "apps/bench/work_folder.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/progress.hpp"
+#include "io/hierarchy_file.hpp"
+#include "meshing/refine.hpp"
+#ifdef LIVETET_IMAGES
+#include "apps/pictures.hpp"
+#endif
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double tolerance = 1e-8;
+constexpr int most_iterations = 2000;
+
+struct Method {
+    std::string name, solver;
+    double most_nodes;  ///< beyond which it takes minutes: left out there, and said
+};
+
+const std::vector<Method>& methods() {
+    static const std::vector<Method> all{
+        {"multigrid", "kind: multigrid", 1e9},
+        {"multigrid, Galerkin", "kind: multigrid, coarse: galerkin", 1e9},
+        {"multigrid, nested", "kind: multigrid", 1e9},
+        {"BoomerAMG", "kind: boomeramg", 2.5e5},
+        {"GAMG", "kind: gamg", 2.5e5},
+        {"ICC", "kind: petsc, petsc_options: -ksp_type cg -pc_type icc", 2.5e5},
+        {"Jacobi", "kind: petsc, petsc_options: -ksp_type cg -pc_type jacobi", 2.5e5},
+    };
+    return all;
+}
+
+/// A beam, and what is said of it.
+struct Setting {
+    std::string against;  ///< what is varied: "nodes", "nu", ...
+    double value = 0;
+    double edge_m = 0.0054;
+    int refine = 0;         ///< nested: cut so often from a mesh that much coarser
+    double poisson = 0.45;
+    double contrast = 1;    ///< of Young's modulus, the upper half to the lower
+    double stretch = 1;     ///< of the mesh along z
+    int levels = 0;         ///< 0: all
+    int smoothing = 0;      ///< 0: the solver's own
+};
+
+struct Point {
+    Setting setting;
+    std::string method;
+    std::string failure;
+    double nodes = 0, iterations = 0, seconds = 0;
+
+    double factor() const { return std::pow(tolerance, 1 / std::max(1.0, iterations)); }
+};
+
+/// Scenes of settings, solved once each.
+class Beams {
+  public:
+    explicit Beams(const WorkFolder& folder) : folder_(folder) {}
+
+    Point solve(const Setting& s, const Method& method) {
+        const std::string mesh = mesh_of(s);
+        const fs::path scene = folder_ / fmt::format("{}.yaml", ++count_);
+        const double top = 1e3 * 0.1 * s.stretch;
+        write_text_file(
+            scene, fmt::format("mesh: {{file: {}, refine: {}}}\n"
+                               "strain: linear\nformulation: displacement\n"
+                               "materials: [{{region: 1, young_Pa: 5000, poisson: {}}}, {{region: 2, young_Pa: {}, poisson: {}}}]\n"
+                               "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
+                               "drive: [{{box_mm: [83.5, 33.5, {}, 116.5, 66.5, {}], displacement_mm: [0, 0, -1]}}]\n"
+                               "solver: {{{}, smoothing_steps: {}, relative_tolerance: {}, max_iterations: {}, newton_tolerance: 1.0e-6, max_newton: 1}}\n"
+                               "output: {{file: result.h5}}\n",
+                               mesh, s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001, top + 0.001, method.solver, s.smoothing, tolerance,
+                               most_iterations));
+        Point point{s, method.name, "", 0, 0, 0};
+        try {
+            const SolveRun run = run_solve(method.name, "", 1, scene);
+            point.nodes = run.unknowns / 3;
+            point.iterations = run.iterations_a_solve();
+            point.seconds = run.assembly_s + run.preconditioner_s + run.linear_s;
+            if (point.iterations >= most_iterations) point.failure = fmt::format("not in {} iterations", most_iterations);
+            else if (!run.converged) point.failure = "did not converge";
+        } catch (const Error& error) {
+            point.failure = error.what();
+        }
+        return point;
+    }
+
+  private:
+    std::string mesh_of(const Setting& s) {
+        const std::string name = fmt::format("{:.6f}_{}_{}.h5", s.edge_m, s.stretch, s.levels);
+        if (fs::exists(folder_ / name)) return name;
+        MeshHierarchy hierarchy = mesh_beam(s.edge_m, {});
+        if (s.levels > 0 && hierarchy.levels.size() > static_cast<std::size_t>(s.levels)) hierarchy.levels.resize(s.levels);
+        for (TetMesh& level : hierarchy.levels) {
+            for (const Tet& t : level.tets) {
+                double z = 0;
+                for (const std::int32_t n : t) z += level.nodes[n].z() / 4;
+                level.regions.push_back(z < 0.05 ? 1 : 2);
+            }
+            for (Vector3& x : level.nodes) x.z() *= s.stretch;
+        }
+        write_hierarchy(folder_ / name, make_hierarchy(std::move(hierarchy.levels), "beam"));
+        return name;
+    }
+
+    const WorkFolder& folder_;
+    int count_ = 0;
+};
+
+/// The edge of the beam's mesh with about so many nodes.
+double edge_for(double nodes) { return std::cbrt(4.955 * 0.002 / (5.75 * nodes)); }
+
+void print(const std::vector<Point>& points) {
+    fmt::print("\n{:<12} {:>9} {:<22} {:>9} {:>11} {:>7} {:>9}\n", "against", "", "preconditioner", "nodes", "iterations", "factor", "seconds");
+    for (const Point& p : points) {
+        fmt::print("{:<12} {:>9.4g} {:<22} ", p.setting.against, p.setting.value, p.method);
+        if (p.failure.empty())
+            fmt::print("{:>9.0f} {:>11.0f} {:>7.3f} {:>9.2f}\n", p.nodes, p.iterations, p.factor(), p.seconds);
+        else
+            fmt::print("{}\n", p.failure);
+    }
+}
+
+std::string csv_text(const std::vector<Point>& points) {
+    std::string text = "against,value,preconditioner,nodes,iterations,factor,seconds,failure\n";
+    for (const Point& p : points)
+        text += fmt::format("{},{},\"{}\",{},{},{:.4f},{:.4f},\"{}\"\n", p.setting.against, p.setting.value, p.method, p.nodes, p.iterations, p.factor(),
+                            p.seconds, p.failure);
+    return text;
+}
+
+json json_of(const std::vector<Point>& points) {
+    json list = json::array();
+    for (const Point& p : points)
+        list.push_back({{"against", p.setting.against}, {"value", p.setting.value}, {"preconditioner", p.method}, {"nodes", p.nodes},
+                        {"iterations", p.iterations}, {"factor", p.factor()}, {"seconds", p.seconds}, {"failure", p.failure}});
+    return list;
+}
+
+#ifdef LIVETET_IMAGES
+void draw(const fs::path& path, const std::vector<Point>& points) {
+    WorkPrecisionChart iterations{"Iterations to 1e-8", "iterations", {}, "nodes"}, seconds{"Time to 1e-8", "seconds, operator and solve", {}, "nodes"};
+    for (const Method& m : methods()) {
+        WorkPrecisionLine of_iterations{m.name, {}, {}}, of_seconds{m.name, {}, {}};
+        for (const Point& p : points) {
+            if (p.setting.against != "nodes" || p.method != m.name || !p.failure.empty()) continue;
+            for (WorkPrecisionLine* line : {&of_iterations, &of_seconds}) line->seconds.push_back(p.nodes);
+            of_iterations.error.push_back(p.iterations);
+            of_seconds.error.push_back(p.seconds);
+        }
+        if (of_iterations.error.empty()) continue;
+        iterations.lines.push_back(of_iterations);
+        seconds.lines.push_back(of_seconds);
+    }
+    const WorkPrecisionChart charts[] = {iterations, seconds};
+    write_work_precision_picture(path, charts);
+}
+#endif
+
+}  // namespace
+
+int bench_convergence(const ConvergenceArguments& a) {
+    const WorkFolder folder(a.folder);
+    Beams beams(folder);
+    std::vector<std::pair<Setting, Method>> all;
+    for (double nodes = 1000; nodes < 1.01 * a.most_nodes; nodes *= std::sqrt(10)) {
+        for (const Method& m : methods()) {
+            if (nodes > m.most_nodes) continue;
+            Setting s{.against = "nodes", .value = std::round(nodes), .edge_m = edge_for(nodes)};
+            if (m.name.ends_with("nested")) {
+                s.refine = nodes > 3e4 ? 2 : 1;
+                s.edge_m *= std::pow(2, s.refine);
+            }
+            all.emplace_back(s, m);
+        }
+    }
+    const auto vary = [&](const std::string& against, std::initializer_list<double> values, auto&& set) {
+        for (const double value : values)
+            for (const std::size_t m : {0, 1, 3, 4}) {
+                Setting s{.against = against, .value = value};
+                set(s, value);
+                all.emplace_back(s, methods()[m]);
+            }
+    };
+    vary("nu", {0, 0.3, 0.45, 0.49, 0.499}, [](Setting& s, double v) { s.poisson = v; });
+    vary("contrast", {1, 1e2, 1e4, 1e6}, [](Setting& s, double v) { s.contrast = v; });
+    vary("anisotropy", {1, 0.3, 0.1, 0.03}, [](Setting& s, double v) { s.stretch = v; });
+    for (const auto& [against, values] : {std::pair{"levels", std::vector<double>{2, 3, 4}}, std::pair{"smoothing", std::vector<double>{1, 2, 4, 6, 8}}})
+        for (const double value : values)
+            for (const std::size_t m : {0, 1}) {
+                Setting s{.against = against, .value = value};
+                (s.against == "levels" ? s.levels : s.smoothing) = static_cast<int>(value);
+                all.emplace_back(s, methods()[m]);
+            }
+    std::vector<Point> points;
+    {
+        ProgressLine progress("convergence");
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const auto& [setting, method] = all[k];
+            progress.update(static_cast<double>(k) / static_cast<double>(all.size()),
+                            fmt::format("{} {:.4g}, {}", setting.against, setting.value, method.name));
+            points.push_back(beams.solve(setting, method));
+        }
+    }
+    print(points);
+    double at_ten_thousand = 0, most = 0;
+    for (const Point& p : points)
+        if (p.setting.against == "nodes" && p.method == methods().front().name && p.setting.value > 9e3) {
+            if (at_ten_thousand == 0) at_ten_thousand = p.iterations;
+            most = std::max(most, p.failure.empty() ? p.iterations : 1e9);
+        }
+    const bool holds = at_ten_thousand > 0 && most <= 1.2 * at_ten_thousand;
+    fmt::print("\nmultigrid's iterations: {} at 10^4 nodes, {} at most beyond: grow by {:.0f} %, asked at most 20: {}\n", at_ten_thousand, most,
+               100 * (most / std::max(1.0, at_ten_thousand) - 1), holds ? "holds" : "MISSED");
+    if (!a.csv.empty()) write_text_file(a.csv, csv_text(points));
+    if (!a.json.empty()) write_text_file(a.json, json_of(points).dump(2) + "\n");
+#ifdef LIVETET_IMAGES
+    if (!a.figure.empty()) draw(a.figure, points);
+#endif
+    return holds ? 0 : 1;
+}
+
+}  // namespace livetet

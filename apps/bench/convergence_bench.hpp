@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+namespace livetet {
+
+struct ConvergenceArguments {
+    double most_nodes = 1.1e6;
+    std::filesystem::path csv, json, figure, folder;
+};
+
+/// Iterations and time of one linear solve to 1e-8 of a held and pressed beam, by each preconditioner, against mesh size,
+/// Poisson's ratio, contrast, anisotropy, levels and smoothing steps. Returns the exit status: 1 where multigrid's
+/// iterations grow by more than a fifth from 10^4 nodes to the most.
+int bench_convergence(const ConvergenceArguments& arguments);
+
+}  // namespace livetet

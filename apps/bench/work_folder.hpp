@@ -1,0 +1,37 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+/// A folder for what a measurement writes: kept where the user names one, else gone with the guard.
+class WorkFolder {
+  public:
+    explicit WorkFolder(const std::filesystem::path& asked) : path_(asked), kept_(!asked.empty()) {
+        if (!kept_) path_ = std::filesystem::temp_directory_path() / fmt::format("livetet_bench_{}", ::getpid());
+        std::error_code error;
+        std::filesystem::create_directories(path_, error);
+        if (error) fail("{}: cannot be made: {}", path_.string(), error.message());
+        path_ = std::filesystem::absolute(path_);
+    }
+    ~WorkFolder() {
+        std::error_code ignored;
+        if (!kept_) std::filesystem::remove_all(path_, ignored);
+    }
+    WorkFolder(const WorkFolder&) = delete;
+    WorkFolder& operator=(const WorkFolder&) = delete;
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+    bool kept_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,120 @@
+#include "apps/bench/workprecision_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/bench/work_folder.hpp"
+#include "apps/scene_body.hpp"
+#include "base/error.hpp"
+#include "base/progress.hpp"
+
+namespace livetet {
+
+namespace {
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t n = values.size();
+    return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+/// The times of one choice, round by round.
+struct Times {
+    std::vector<double> total, setup, step;
+
+    void add(const SolveRun& run) {
+        const double before = run.partition_s + run.setup_s;
+        total.push_back(run.solution_s());
+        setup.push_back(before);
+        step.push_back((run.solution_s() - before) / std::max(1, run.steps));
+    }
+};
+
+}  // namespace
+
+const ChoiceResult* WorkPrecision::cheapest(double error_m, std::optional<double> step_s) const {
+    const ChoiceResult* best = nullptr;
+    for (const ChoiceResult& r : results)
+        if (r.has_figures() && r.error.largest_m <= error_m && (!step_s || r.step_s <= *step_s) && (!best || r.total_s < best->total_s))
+            best = &r;
+    return best;
+}
+
+const ChoiceResult* WorkPrecision::most_accurate(double step_s) const {
+    const ChoiceResult* best = nullptr;
+    for (const ChoiceResult& r : results)
+        if (r.has_figures() && r.step_s <= step_s && (!best || r.error.largest_m < best->error.largest_m)) best = &r;
+    return best;
+}
+
+WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats, const std::string& only) {
+    ProgressLine progress("workprecision");
+    const Choices choices(scene, load_mesh(scene.mesh, progress.callback()), folder);
+    std::vector<SceneChoice> all = choices.all();
+    std::erase_if(all, [&](const SceneChoice& c) { return (c.varied + ": " + c.name).find(only) == std::string::npos; });
+    if (all.empty()) fail("--only {}: no choice has that in its name", only);
+    const SamplePoints points(choices.hierarchy().levels.front(), scene.probes ? read_points_csv(scene.probes->points) : std::vector<NamedPoint>{});
+    SceneRuns runs(folder, points);
+
+    // 1. the reference
+    progress.update(0, "the reference: ten-node tets on the finest mesh");
+    const SampledRun& reference = runs.run(choices.reference());
+    if (!reference.is_good()) fail("the reference failed: {}", reference.failure);
+    SampledRun rest = reference;
+    for (auto& frame : rest.displacement) std::fill(frame.begin(), frame.end(), Vector3::Zero());
+    const Difference whole = difference(points, reference, rest);
+    WorkPrecision out{points.probes, whole.largest_m, whole.l2_m, reference.took->solution_s(), {}};
+
+    // 2. each choice's error, and what it is made of
+    std::vector<Times> times(all.size());
+    const double count = static_cast<double>(all.size()) * (repeats + 3.0);
+    double done = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        ChoiceResult r{all[k], "", 0, 0, 0, 0, 0, {}, 0, 0, 0, 0};
+        progress.update(done / count, all[k].name);
+        done += 4;
+        const SampledRun& own = runs.run(all[k].scene);
+        if (own.is_good()) {
+            times[k].add(*own.took);
+            r.peak_bytes = own.took->peak_bytes;
+            r.error = difference(points, own, reference);
+            const SampledRun* before = &own;
+            double* parts[] = {&r.algebraic_m, &r.time_m, &r.model_m};
+            const Scene scenes[] = {choices.tight(all[k]), choices.fine_in_time(all[k]), choices.same_model(all[k])};
+            for (int i = 0; i < 3; ++i) {
+                const SampledRun& next = runs.run(scenes[i]);
+                if (!next.is_good()) {
+                    r.failure = fmt::format("no error to be said: {}", next.failure);
+                    break;
+                }
+                *parts[i] = difference(points, *before, next).l2_m;
+                before = &next;
+            }
+            r.mesh_m = difference(points, *before, reference).l2_m;
+        } else {
+            r.failure = own.failure;
+        }
+        out.results.push_back(std::move(r));
+    }
+
+    // 3. their times, round by round
+    for (int round = 1; round < repeats; ++round)
+        for (std::size_t k = 0; k < all.size(); ++k, ++done) {
+            if (!out.results[k].has_figures()) continue;
+            progress.update(done / count, fmt::format("{}, once more", all[k].name));
+            times[k].add(runs.again(all[k].scene));
+        }
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        if (!out.results[k].has_figures()) continue;
+        ChoiceResult& r = out.results[k];
+        const auto [least, most] = std::minmax_element(times[k].total.begin(), times[k].total.end());
+        r.spread_s = (*most - *least) / 2;
+        r.total_s = median(times[k].total);
+        r.setup_s = median(times[k].setup);
+        r.step_s = median(times[k].step);
+    }
+    return out;
+}
+
+}  // namespace livetet

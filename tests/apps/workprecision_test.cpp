@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include <future>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/bench/pareto.hpp"
+#include "apps/bench/sampled_run.hpp"
+#include "io/hierarchy_file.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using nlohmann::json;
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+void prepare(const Folder& folder, const std::string& time = "") {
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
+    write_text(folder / "scene.yaml", R"(
+mesh: {file: block.h5}
+materials: [{young_Pa: 5000, poisson: 0.4}]
+fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
+loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, -0.5]}]
+probes: {points: points.csv, displacements: moved.csv}
+)" + time);
+}
+
+/// The choices by what they vary and their name.
+std::map<std::string, json> choices_of(const Folder& folder) {
+    std::map<std::string, json> by_name;
+    const json all = json::parse(text_of(folder / "w.json"));
+    for (const json& choice : all.at("choices"))
+        by_name[choice.at("varied").get<std::string>() + "|" + choice.at("name").get<std::string>()] = choice;
+    return by_name;
+}
+
+TEST(Pareto, HoldsWhatNothingIsBetterThan) {
+    EXPECT_EQ(pareto_front({4, 1, 2, 3, 2}, {1, 9, 5, 6, 5.5}), (std::vector<std::size_t>{1, 2, 0}));
+    EXPECT_EQ(pareto_front({}, {}), std::vector<std::size_t>{});
+    EXPECT_EQ(pareto_front({1, 1}, {2, 2}).size(), 1u);
+}
+
+TEST(Samples, DifferencesAreWeighedByVolumeAndTakenAtTimesThatBothHave) {
+    const TetMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}, {}, {}, {}, {}};
+    const SamplePoints points(mesh, {{"middle", {0.25, 0.25, 0.25}}});
+    SampledRun a, b;
+    a.times_s = {1, 2, 3};
+    b.times_s = {2, 2.5, 3};
+    a.displacement.assign(3, std::vector<Vector3>(5, Vector3::Zero()));
+    b.displacement = a.displacement;
+    a.displacement[0][0].x() = 100;  // at a time that b has not
+    b.displacement[2][1].y() = 2;
+    b.displacement[0][4].z() = 0.5;
+    const Difference d = difference(points, a, b);
+    EXPECT_DOUBLE_EQ(d.largest_m, 2);
+    EXPECT_DOUBLE_EQ(d.l2_m, std::sqrt(4.0 / 8));
+    EXPECT_DOUBLE_EQ(d.probes_m.at(0), 0.5);
+}
+
+TEST(WorkPrecision, FinerMeshesAndTighterSolvesAreNearerAndThePartsSayWhy) {
+    const Folder folder;
+    prepare(folder);
+    const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --json w.json --csv w.csv --folder kept");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    auto all = choices_of(folder);
+    const auto of = [&](const std::string& name, const char* key) { return all.at(name).at(key).get<double>(); };
+    const std::string fine = "P1, to 1e-04|level 0, P1, 1e-04", coarse = "P1, to 1e-04|level 1, P1, 1e-04", loose = "P1, to 1e-01|level 0, P1, 1e-01";
+    EXPECT_LT(of(fine, "largest_mm"), 0.6 * of(coarse, "largest_mm"));
+    EXPECT_LT(of("P2, to 1e-04|level 1, P2, 1e-04", "largest_mm"), of(fine, "largest_mm")) << "ten nodes on half the edges' number";
+    EXPECT_GT(of(loose, "algebraic_mm"), 3 * of(fine, "algebraic_mm"));
+    EXPECT_GT(of("strain model|level 0, P1, linear", "model_mm"), 20 * of(fine, "algebraic_mm"));
+    EXPECT_EQ(of(fine, "model_mm"), 0);
+    EXPECT_EQ(of(fine, "time_mm"), 0);
+    for (const auto& [name, c] : all) {
+        ASSERT_TRUE(c.at("converged").get<bool>()) << name << c;
+        const double parts = of(name, "mesh_mm") + of(name, "time_mm") + of(name, "algebraic_mm") + of(name, "model_mm");
+        EXPECT_LE(of(name, "l2_mm"), parts * (1 + 1e-9)) << name;
+        EXPECT_LE(of(name, "l2_mm"), of(name, "largest_mm")) << name;
+        EXPECT_LE(c.at("probes_mm").at("tip").get<double>(), 1.5 * of(name, "largest_mm")) << name;
+        EXPECT_GT(of(name, "total_s"), of(name, "setup_s")) << name;
+        EXPECT_GT(of(name, "peak_bytes"), 1e7) << name;
+    }
+    for (const char* solver : {"multigrid, Galerkin", "live kernels", "BoomerAMG", "GAMG", "Cholesky", "ICC"})
+        EXPECT_NEAR(of(std::string("solver|level 0, P1, ") + solver, "largest_mm"), of(fine, "largest_mm"), 0.03 * of(fine, "largest_mm")) << solver;
+    EXPECT_NE(outcome.out.find("cheapest with an error under 1 mm:"), std::string::npos) << outcome.out;
+    const std::string csv = text_of(folder / "w.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), static_cast<std::ptrdiff_t>(all.size()) + 1);
+    EXPECT_NE(csv.find(",tip_mm,"), std::string::npos);
+}
+
+TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {
+    const Folder folder;
+    prepare(folder, "time: {scheme: euler, step_s: 0.02, duration_s: 0.16, rayleigh_beta: 0.01}\n");
+    const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --only Euler --json w.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    auto all = choices_of(folder);
+    ASSERT_EQ(all.size(), 2u);
+    const double twice = all.at("Euler|level 0, P1, Euler, 40 ms").at("time_mm"), four_times = all.at("Euler|level 0, P1, Euler, 80 ms").at("time_mm");
+    EXPECT_GT(four_times, 1.3 * twice);
+    EXPECT_GT(twice, 0);
+}
+
+TEST(WorkPrecision, WhatIsWrongIsOneLine) {
+    const Folder folder;
+    prepare(folder);
+    expect_refused(livetet(folder, "bench workprecision scene.yaml --only nonsense"), {"--only nonsense", "no choice"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 0.5"), {"--error 0.5", "0.5mm"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 1mm --budget 12"), {"--budget 12", "12ms"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 1mm -o scene.yaml"), {"scene.yaml", "another name"});
+    write_text(folder / "free.yaml", "mesh: {file: block.h5}\n");
+    expect_refused(livetet(folder, "bench workprecision free.yaml"), {"the reference failed"});
+}
+
+TEST(Tune, WritesTheChoiceAsASceneThatSolvesAndSaysSoWhereNoneIsGoodEnough) {
+    const Folder folder;
+    prepare(folder);
+    const Folder other("other");
+    prepare(other);
+    auto none = std::async(std::launch::async, [&] { return livetet(other, "tune scene.yaml --error 0.000001mm --repeats 1 -o none.yaml"); });
+    const auto outcome = livetet(folder, "tune scene.yaml --error 1.5mm --repeats 1 -o cheap.yaml");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("chosen"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(std::filesystem::exists(folder / "cheap.h5"));
+    const auto solved = livetet(folder, "solve cheap.yaml");
+    EXPECT_EQ(solved.status, 0) << solved.err << text_of(folder / "cheap.yaml");
+    EXPECT_EQ(none.get().status, 3);
+    EXPECT_FALSE(std::filesystem::exists(other / "none.yaml"));
+}
+
+}  // namespace
+}  // namespace livetet
