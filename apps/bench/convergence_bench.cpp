@@ -38,8 +38,8 @@ const std::vector<Method>& methods() {
         {"multigrid", "kind: multigrid", 1e9},
         {"multigrid, Galerkin", "kind: multigrid, coarse: galerkin", 1e9},
         {"multigrid, nested", "kind: multigrid", 1e9},
-        {"BoomerAMG", "kind: boomeramg", 2.5e5},
-        {"GAMG", "kind: gamg", 2.5e5},
+        {"BoomerAMG", solver_at_its_best("boomeramg"), 2.5e5},
+        {"GAMG", solver_at_its_best("gamg"), 2.5e5},
         {"ICC", "kind: petsc, petsc_options: -ksp_type cg -pc_type icc", 2.5e5},
         {"Jacobi", "kind: petsc, petsc_options: -ksp_type cg -pc_type jacobi", 2.5e5},
     };

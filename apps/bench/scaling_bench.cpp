@@ -45,17 +45,9 @@ std::string scene_text(const std::string& mesh, int refine, const std::string& s
         mesh, refine, solver, result);
 }
 
-/// The others at the best of their options that were found on this case (the README says which were tried).
 std::string solver_of(const std::string& kind) {
-    const std::string plain = fmt::format("kind: {}, relative_tolerance: 1.0e-3", kind);
-    if (kind == "multigrid") return plain;
-    if (kind == "gamg") return plain + ", petsc_options: -pc_gamg_reuse_interpolation true";
-    if (kind == "boomeramg")
-        return plain +
-               ", petsc_options: -pc_hypre_boomeramg_nodal_coarsen 0 -pc_hypre_boomeramg_vec_interp_variant 0 "
-               "-pc_hypre_boomeramg_agg_nl 1 -pc_hypre_boomeramg_P_max 4 -pc_hypre_boomeramg_coarsen_type HMIS "
-               "-pc_hypre_boomeramg_interp_type ext+i";
-    fail("--compare {}: expected gamg or boomeramg", kind);
+    if (kind != "multigrid" && kind != "gamg" && kind != "boomeramg") fail("--compare {}: expected gamg or boomeramg", kind);
+    return solver_at_its_best(kind) + ", relative_tolerance: 1.0e-3";
 }
 
 void print_runs(const std::vector<SolveRun>& runs) {

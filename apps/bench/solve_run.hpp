@@ -29,4 +29,8 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
 
 nlohmann::json json_of(const SolveRun& run);
 
+/// The keys of a scene's `solver` for a kind, the others than ours at the best of their options that were found on a pressed
+/// beam (the README says which were tried).
+std::string solver_at_its_best(const std::string& kind);
+
 }  // namespace livetet
