@@ -48,6 +48,7 @@ void write_work_precision_picture(const std::filesystem::path& path, std::span<c
 
 /// One choice: what it costs and what its error is, both above 0.
 struct ChoicePoint {
+    std::size_t number;
     std::string group, name;
     double x, y;
 };

@@ -88,9 +88,10 @@ void write_choices_picture(const std::filesystem::path& path, const ChoicesChart
         for (std::size_t k = 0; k < c.points.size(); ++k) {
             const ChoicePoint& p = c.points[k];
             if (p.group != groups[g]) continue;
-            const std::string number = std::to_string(k + 1);
-            write_text(out.renderer, number, 14, place(p.x, left, right, first[0], last[0]) + 8,
-                       place(p.y, low, high, first[1], last[1]) + 4, look::ink);
+            const std::string number = std::to_string(p.number);
+            const bool above = k % 2 == 0;  // neighbours' numbers beside each other
+            write_text(out.renderer, number, 14, place(p.x, left, right, first[0], last[0]) + (above ? 6 : -8),
+                       place(p.y, low, high, first[1], last[1]) + (above ? 6 : -24), look::ink);
             write_text(out.renderer, number, size, look::width - list_width + 12, top -= row, look::ink);
             write_text(out.renderer, p.name, size, look::width - list_width + 44, top, look::ink);
         }

@@ -18,7 +18,7 @@ namespace {
 
 struct TuneArguments {
     std::filesystem::path scene, output;
-    std::string error, budget;
+    std::string error, budget, measure = "largest";
     int repeats = 2;
 };
 
@@ -39,6 +39,7 @@ double metres_of(const std::string& text) {
 
 int tune(const TuneArguments& a) {
     const double error_m = metres_of(a.error);
+    const ErrorMeasure measure = a.measure == "largest" ? ErrorMeasure::largest : ErrorMeasure::l2;
     const std::optional<double> budget = a.budget.empty() ? std::nullopt : seconds_of(a.budget);
     if (!a.budget.empty() && !budget) fail("--budget {}: expected a time with its unit, as 12ms", a.budget);
     std::filesystem::path output = a.output;
@@ -47,13 +48,13 @@ int tune(const TuneArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder("");
     const WorkPrecision w = measure_choices(scene, folder.path(), a.repeats, "");
-    const ChoiceResult* best = w.cheapest(error_m, budget);
+    const ChoiceResult* best = w.cheapest(measure, error_m, budget);
     if (!best) {
-        const ChoiceResult* nearest = w.most_accurate(budget.value_or(1e30));
+        const ChoiceResult* nearest = w.most_accurate(measure, budget.value_or(1e30));
         if (!nearest) fail("{}: no choice takes {} a step at most", a.scene.string(), a.budget);
         fmt::print(stderr, "livetet: no choice has an error of {} at most{}; the nearest is {} ({}): {:.3f} mm, {:.2f} ms a step\n", a.error,
                    budget ? fmt::format(" in {} a step", a.budget) : "", nearest->choice.name, nearest->choice.varied,
-                   1e3 * nearest->error.largest_m, 1e3 * nearest->step_s);
+                   1e3 * nearest->error_m(measure), 1e3 * nearest->step_s);
         return 3;
     }
 
@@ -89,7 +90,10 @@ void add_tune_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("tune", "Finds the cheapest way to compute a scene within an error, and writes it into a scene file");
     auto arguments = std::make_shared<TuneArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
-    command->add_option("--error", arguments->error, "the largest that a node's displacement may be off: 0.5mm")->required();
+    command->add_option("--error", arguments->error, "how far off displacements may be: 0.5mm")->required();
+    command->add_option("--measure", arguments->measure, "whose error: largest, of the worst node and time, or l2, the mean over the volume")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"largest", "l2"}));
     command->add_option("--budget", arguments->budget, "the longest that a step may take: 12ms");
     command->add_option("-o,--output", arguments->output, "the scene file; default: SCENE.tuned.yaml, with its mesh beside it");
     command->add_option("--repeats", arguments->repeats, "rounds that times are medians of")->capture_default_str()->check(CLI::Range(1, 100));

@@ -185,6 +185,8 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
       smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 6),
       tet_count_(hierarchy.levels.front().tets.size()) {
+    if (kind_ == SolverKind::multigrid && hierarchy.levels.size() < 2)
+        fail("solver.kind: found multigrid and a mesh of one level, expected a mesh of several or another kind (automatic)");
     make_levels(comm, hierarchy, parts, model);
     if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
     if (kind_ == SolverKind::live) make_live(hierarchy, model);

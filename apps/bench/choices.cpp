@@ -53,6 +53,7 @@ Choices::Choices(const Scene& scene, MeshHierarchy hierarchy, const std::filesys
 SceneChoice Choices::on_level(std::size_t level) const {
     SceneChoice choice{"", fmt::format("level {}", level), level, scene_};
     choice.scene.mesh.file = folder_ / fmt::format("level{}.h5", level);
+    if (level + 1 == hierarchy_.levels.size()) choice.scene.solver.kind = SolverKind::automatic;  // nothing below for multigrid
     return choice;
 }
 
@@ -115,7 +116,7 @@ std::vector<SceneChoice> Choices::all() const {
 
 Scene Choices::tight(const SceneChoice& choice) const {
     Scene s = choice.scene;
-    s.solver = scene_.solver;
+    s.solver = on_level(choice.level).scene.solver;
     s.formulation = choice.scene.formulation;
     solve_to(s, tightest);
     return s;

@@ -33,18 +33,18 @@ struct Times {
 
 }  // namespace
 
-const ChoiceResult* WorkPrecision::cheapest(double error_m, std::optional<double> step_s) const {
+const ChoiceResult* WorkPrecision::cheapest(ErrorMeasure measure, double error_m, std::optional<double> step_s) const {
     const ChoiceResult* best = nullptr;
     for (const ChoiceResult& r : results)
-        if (r.has_figures() && r.error.largest_m <= error_m && (!step_s || r.step_s <= *step_s) && (!best || r.total_s < best->total_s))
+        if (r.has_figures() && r.error_m(measure) <= error_m && (!step_s || r.step_s <= *step_s) && (!best || r.total_s < best->total_s))
             best = &r;
     return best;
 }
 
-const ChoiceResult* WorkPrecision::most_accurate(double step_s) const {
+const ChoiceResult* WorkPrecision::most_accurate(ErrorMeasure measure, double step_s) const {
     const ChoiceResult* best = nullptr;
     for (const ChoiceResult& r : results)
-        if (r.has_figures() && r.step_s <= step_s && (!best || r.error.largest_m < best->error.largest_m)) best = &r;
+        if (r.has_figures() && r.step_s <= step_s && (!best || r.error_m(measure) < best->error_m(measure))) best = &r;
     return best;
 }
 

@@ -10,6 +10,9 @@
 
 namespace livetet {
 
+/// Which error counts: that of the worst node and time, or the root of the mean square over the volume and the times.
+enum class ErrorMeasure { largest, l2 };
+
 /// What one choice costs, and what its error is.
 struct ChoiceResult {
     SceneChoice choice;
@@ -21,6 +24,7 @@ struct ChoiceResult {
     double mesh_m = 0, time_m = 0, algebraic_m = 0, model_m = 0;  ///< its parts, L2
 
     bool has_figures() const { return failure.empty(); }
+    double error_m(ErrorMeasure measure) const { return measure == ErrorMeasure::largest ? error.largest_m : error.l2_m; }
 };
 
 struct WorkPrecision {
@@ -30,9 +34,9 @@ struct WorkPrecision {
     std::vector<ChoiceResult> results;
 
     /// The choice of the least time with no error above `error_m` and no step longer than `step_s`; nothing where none is.
-    const ChoiceResult* cheapest(double error_m, std::optional<double> step_s = {}) const;
+    const ChoiceResult* cheapest(ErrorMeasure measure, double error_m, std::optional<double> step_s = {}) const;
     /// The one of the least error with no step longer than `step_s`.
-    const ChoiceResult* most_accurate(double step_s) const;
+    const ChoiceResult* most_accurate(ErrorMeasure measure, double step_s) const;
 };
 
 /// Runs every choice of a scene `repeats` times, each round through all of them, and what their errors are measured

@@ -40,17 +40,20 @@ void print_table(const WorkPrecision& w) {
 }
 
 void recommend(const WorkPrecision& w) {
-    fmt::print("\nOn this machine, of what was measured (errors are the largest of all nodes and times):\n");
+    fmt::print("\nOn this machine, of what was measured:\n");
     const auto say = [](const std::string& what, const ChoiceResult* r) {
         if (r)
-            fmt::print("{:<42} {} ({}): {:.3f} mm, {:.3f} s in all, {:.2f} ms a step, {:.0f} MB\n", what, r->choice.name, r->choice.varied,
-                       1e3 * r->error.largest_m, r->total_s, 1e3 * r->step_s, r->peak_bytes / 1e6);
+            fmt::print("{:<52} {} ({}): {:.3f} mm at most, {:.3f} mm L2, {:.3f} s in all, {:.2f} ms a step, {:.0f} MB\n", what, r->choice.name,
+                       r->choice.varied, 1e3 * r->error.largest_m, 1e3 * r->error.l2_m, r->total_s, 1e3 * r->step_s, r->peak_bytes / 1e6);
         else
-            fmt::print("{:<42} none\n", what);
+            fmt::print("{:<52} none\n", what);
     };
-    say("cheapest with an error under 1 mm:", w.cheapest(1e-3));
-    say("cheapest with an error under 0.1 mm:", w.cheapest(1e-4));
-    say(fmt::format("most accurate with {:.0f} ms a step at most:", 1e3 * frame_s), w.most_accurate(frame_s));
+    for (const ErrorMeasure measure : {ErrorMeasure::largest, ErrorMeasure::l2}) {
+        const char* of = measure == ErrorMeasure::largest ? "largest" : "L2";
+        for (const double error_m : {1e-3, 1e-4})
+            say(fmt::format("cheapest with an error ({}) under {} mm:", of, 1e3 * error_m), w.cheapest(measure, error_m));
+        say(fmt::format("most accurate ({}) with {:.0f} ms a step at most:", of, 1e3 * frame_s), w.most_accurate(measure, frame_s));
+    }
 }
 
 std::string csv_text(const WorkPrecision& w) {
@@ -107,8 +110,9 @@ json json_of(const WorkPrecision& w) {
 #ifdef LIVETET_IMAGES
 void draw(const std::filesystem::path& path, const WorkPrecision& w, const std::string& title, const std::string& axis, double (*cost)(const ChoiceResult&)) {
     ChoicesChart chart{title, axis, "largest error [mm]", {}};
-    for (const ChoiceResult& r : w.results)
-        if (r.has_figures() && r.error.largest_m > 0) chart.points.push_back({r.choice.varied, r.choice.name, cost(r), 1e3 * r.error.largest_m});
+    for (std::size_t k = 0; k < w.results.size(); ++k)
+        if (const ChoiceResult& r = w.results[k]; r.has_figures() && r.error.largest_m > 0)
+            chart.points.push_back({k + 1, r.choice.varied, r.choice.name, cost(r), 1e3 * r.error.largest_m});
     write_choices_picture(path, chart);
 }
 #endif

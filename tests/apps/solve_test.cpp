@@ -118,6 +118,18 @@ TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     EXPECT_LT(iterations("-ksp_atol 1e3"), 1);
 }
 
+TEST(Solve, MultigridOnOneLevelIsRefused) {
+    const Folder folder;
+    prepare(folder);
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_text(folder / "scene.yaml", press + "\n");
+    EXPECT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    std::string scene = press;
+    scene.replace(scene.find("solver: {"), 9, "solver: {kind: multigrid, ");
+    write_text(folder / "scene.yaml", scene);
+    test::expect_refused(livetet(folder, "solve scene.yaml"), {"solver.kind", "multigrid", "one level"});
+}
+
 TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
     const Folder folder;
     prepare(folder);
