@@ -211,6 +211,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
                        "smoothing steps; exit 1 where multigrid's iterations grow by more than a fifth");
     auto converged = std::make_shared<ConvergenceArguments>();
     convergence->add_option("--most-nodes", converged->most_nodes, "of the largest mesh")->capture_default_str()->check(CLI::Range(1e3, 1e9));
+    convergence->add_option("--nodes", converged->nodes, "of the mesh on which all but its size is varied")->capture_default_str()->check(CLI::Range(300., 1e9));
     convergence->add_option("--folder", converged->folder, "keep meshes, scenes and logs here");
     convergence->add_option("--csv", converged->csv, "write every figure to this file");
     convergence->add_option("--json", converged->json, "the same as JSON");

@@ -193,7 +193,7 @@ int bench_convergence(const ConvergenceArguments& a) {
     const auto vary = [&](const std::string& against, std::initializer_list<double> values, auto&& set) {
         for (const double value : values)
             for (const std::size_t m : {0, 1, 3, 4}) {
-                Setting s{.against = against, .value = value};
+                Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
                 set(s, value);
                 all.emplace_back(s, methods()[m]);
             }
@@ -204,7 +204,7 @@ int bench_convergence(const ConvergenceArguments& a) {
     for (const auto& [against, values] : {std::pair{"levels", std::vector<double>{2, 3, 4}}, std::pair{"smoothing", std::vector<double>{1, 2, 4, 6, 8}}})
         for (const double value : values)
             for (const std::size_t m : {0, 1}) {
-                Setting s{.against = against, .value = value};
+                Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
                 (s.against == "levels" ? s.levels : s.smoothing) = static_cast<int>(value);
                 all.emplace_back(s, methods()[m]);
             }

@@ -6,6 +6,7 @@ namespace livetet {
 
 struct ConvergenceArguments {
     double most_nodes = 1.1e6;
+    double nodes = 1e4;  ///< of the mesh that all else is varied on
     std::filesystem::path csv, json, figure, folder;
 };
 
