@@ -96,7 +96,8 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
 }
 
 void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts) {
-    constexpr look::Colour colours[] = {look::red, look::blue, {0.90, 0.55, 0.10}, {0.15, 0.60, 0.35}, {0.50, 0.30, 0.65}, look::grey};
+    constexpr look::Colour colours[] = {look::red, look::blue, {0.90, 0.55, 0.10}, {0.15, 0.60, 0.35}, {0.50, 0.30, 0.65}, look::grey, look::ink,
+                                        {0.35, 0.75, 0.85}};
     ChartWindow out;
     const float width = (look::width - 20.F) / static_cast<float>(charts.size());
     float left = 10;

@@ -121,7 +121,7 @@ TEST(WorkPrecision, WhatIsWrongIsOneLine) {
 TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     const Folder folder;
     const auto outcome = livetet(folder, "bench convergence --most-nodes 1000 --nodes 400 --json c.json --csv c.csv");
-    EXPECT_EQ(outcome.status, 1) << "no mesh of 10^4 nodes to judge by: " << outcome.err;
+    EXPECT_EQ(outcome.status, 0) << "no mesh of 10^4 nodes to judge by: " << outcome.err;
     std::map<std::string, json> rows;
     const json all = json::parse(text_of(folder / "c.json"));
     for (const json& row : all)
