@@ -95,7 +95,7 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
 }
 
 ResultFrame CheckpointStore::frame(std::size_t number) const {
-    const hdf5::File file = hdf5::File::open(frame_file(number));
+    const hdf5::File file = hdf5::File::open(frame_file(number), true);
     hdf5::check_format(file, frame_format, version);
     return read_about(file, [&](const json& about) {
         ResultFrame frame{about.at("time_s"), read_vectors(file, "displacement")};

@@ -4,20 +4,14 @@
 
 #include <algorithm>
 
-#include "apps/bench/work_folder.hpp"
 #include "apps/scene_body.hpp"
+#include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"
 
 namespace livetet {
 
 namespace {
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const std::size_t n = values.size();
-    return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
-}
 
 /// The times of one choice, round by round.
 struct Times {
@@ -110,9 +104,9 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
         ChoiceResult& r = out.results[k];
         const auto [least, most] = std::minmax_element(times[k].total.begin(), times[k].total.end());
         r.spread_s = (*most - *least) / 2;
-        r.total_s = median(times[k].total);
-        r.setup_s = median(times[k].setup);
-        r.step_s = median(times[k].step);
+        r.total_s = distribution(times[k].total).median;
+        r.setup_s = distribution(times[k].setup).median;
+        r.step_s = distribution(times[k].step).median;
     }
     return out;
 }
