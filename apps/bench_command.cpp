@@ -5,7 +5,9 @@
 
 #include "apps/commands.hpp"
 #include "apps/bench/convergence_bench.hpp"
+#include "apps/bench/savings_bench.hpp"
 #include "apps/bench/scaling_bench.hpp"
+#include "apps/bench/stability_bench.hpp"
 #include "apps/bench/workprecision_bench.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -221,6 +223,33 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     convergence->callback([converged, &status] {
         check_drawable(converged->figure);
         status.value = bench_convergence(*converged);
+    });
+    CLI::App* savings = bench->add_subcommand(
+        "savings", "What a scene saves by what it leaves out: as it is, and with each part forced on that it does not need");
+    auto saved = std::make_shared<SavingsArguments>();
+    savings->add_option("scene", saved->scene, "scene file (YAML)")->required();
+    savings->add_option("--repeats", saved->repeats, "rounds that times are medians of")->capture_default_str()->check(CLI::Range(1, 100));
+    savings->add_option("--folder", saved->folder, "keep mesh, scenes, logs and results here");
+    savings->add_option("--json", saved->json, "write every figure to this file");
+    savings->callback([saved, &status] { status.value = bench_savings(*saved); });
+    CLI::App* stability = bench->add_subcommand(
+        "stability", "Stiff and extreme cases in every strain model and scheme, as solve and as track step them, judged by rule; exit 1 "
+                     "where one fails that is not a known limit");
+    auto stable = std::make_shared<StabilityArguments>();
+    stability->add_option("--cells", stable->cells, "along the height of the box that is tried")->capture_default_str()->check(CLI::Range(2, 64));
+    stability->add_option("--noise-frames", stable->noise_frames, "of a sensor's noise; a thousandth of them as solve steps")
+        ->capture_default_str()
+        ->check(CLI::Range(1000, 1000000000));
+    stability->add_option("--budget", stable->budget_ms, "ms that a frame of track may take")->capture_default_str()->check(CLI::PositiveNumber);
+    stability->add_option("--only", stable->only, "only cases with this in their name, as \"time step\"");
+    stability->add_option("--csv", stable->csv, "write every cell to this file");
+    stability->add_option("--json", stable->json, "the same as JSON");
+#ifdef LIVETET_IMAGES
+    stability->add_option("--figure", stable->figure, "draw the matrix to this PNG (needs an X server, or xvfb-run)");
+#endif
+    stability->callback([stable, &status] {
+        check_drawable(stable->figure);
+        status.value = bench_stability(*stable);
     });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(

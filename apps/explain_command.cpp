@@ -67,6 +67,8 @@ void explain(const std::filesystem::path& path) {
     else
         e.uses("rotations", fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
                                      (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
+    if (scene.strain == StrainModel::linear)
+        e.uses("one operator", "small strain: kept, with what it was factored to, while the step, constraints and springs are the same");
     if (is_static)
         e.leaves_out("mass, velocities", "time.scheme: static");
     else
@@ -105,6 +107,10 @@ void explain(const std::filesystem::path& path) {
         e.uses("probes", scene.probes->points.string());
     else
         e.leaves_out("probes", "no probes section");
+    if (scene.output.has_file())
+        e.uses("result file", scene.output.file.string());
+    else
+        e.leaves_out("result file", "output.file: none");
     if (scene.materials.size() > 1)
         e.uses("materials", fmt::format("{}, by region", scene.materials.size()));
     else

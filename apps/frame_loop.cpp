@@ -61,7 +61,7 @@ class SampleCount {
 
 }  // namespace
 
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder, Announcer& announcer,
                 SceneWatch* watch, const FramePlan& plan, FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
     SampleCount count(plan.clock);
@@ -77,11 +77,11 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder&
         const Frame& frame = model.advance(sample->sample, limits);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
         count.take(*sample, counts);
-        if (counts.frames % scene.output.every == 0) {
-            bool kept = recorder.keep(frame, *sample, seconds);
-            while (!kept && plan.every_sample && !recorder.failed()) {  // nothing is real time: wait for the disk
+        if (recorder && counts.frames % scene.output.every == 0) {
+            bool kept = recorder->keep(frame, *sample, seconds);
+            while (!kept && plan.every_sample && !recorder->failed()) {  // nothing is real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                kept = recorder.keep(frame, *sample, seconds);
+                kept = recorder->keep(frame, *sample, seconds);
             }
         }
         counts.not_converged += !frame.step.converged;

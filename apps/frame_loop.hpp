@@ -35,9 +35,10 @@ struct FrameCounts {
     double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch`, which may be nullptr, says;
+/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch` says, which may be nullptr, as may the
+/// recorder;
 /// `counts` holds what was done even where an exception ends it.
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder& recorder, Announcer& announcer,
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder, Announcer& announcer,
                 SceneWatch* watch, const FramePlan& plan, FrameCounts& counts);
 
 }  // namespace livetet

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -86,6 +87,19 @@ struct ScatterChart {
 
 /// Charts in rows, a point for each pair, and a line through the means where values of x come again.
 void write_scatter_picture(const std::filesystem::path& path, const std::string& title, std::span<const ScatterChart> charts);
+
+enum class MatrixCell { good, neither, bad };
+
+/// A verdict for each row in each column.
+struct MatrixPicture {
+    std::string title;
+    std::vector<std::array<std::string, 3>> columns;  ///< what they have in common first
+    std::vector<std::string> rows;
+    std::vector<MatrixCell> cells;  ///< row by row
+};
+
+/// The matrix as coloured boxes.
+void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture& matrix);
 
 /// Markers found in an image, for a user to confirm: for each a slice through the whole image and, enlarged, the three
 /// slices through its centre across z, y and x (RAS), with a cross-hair and a circle of the `diameter` (metres); axes

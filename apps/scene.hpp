@@ -132,6 +132,8 @@ struct TrackOptions {
 
 struct OutputOptions {
     std::filesystem::path file = "result.h5";
+    /// Whether anything is to be kept: "none" says no.
+    bool has_file() const { return file.filename() != "none"; }
     int every = 1;
     int checkpoint_every = 0;
     std::vector<std::string> fields;
@@ -336,7 +338,7 @@ void visit_fields(Visitor& v, TrackOptions& t) {
 
 template <class Visitor>
 void visit_fields(Visitor& v, OutputOptions& o) {
-    v.field("file", o.file, "", "result (.h5, with an .xdmf for ParaView beside it)");
+    v.field("file", o.file, "", "result (.h5, with an .xdmf for ParaView beside it); none: nothing is kept");
     v.field("every", o.every, "", "keep every n-th frame", at_least<1, int>());
     v.field("checkpoint_every", o.checkpoint_every, "",
             "dynamic `solve`: keep every n-th step all that is needed to go on with --restart; 0: not", at_least<0, int>());

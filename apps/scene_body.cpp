@@ -266,7 +266,7 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
     const bool strain = scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
     const bool levels = hierarchy.levels.size() > 1 && hierarchy.levels.back().nodes.size() <= FloatMultigrid::most_coarsest_nodes;
     if (live && options.kind == SolverKind::automatic && levels && strain && scene.elements == Elements::p1 &&
-        elastic_model(scene, live).formulation == Formulation::displacement)
+        elastic_model(scene, live).formulation == Formulation::displacement && contrast_of(scene.materials) <= FloatMultigrid::most_contrast)
         options.kind = SolverKind::live;
     return options;
 }

@@ -11,6 +11,8 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
                        step.report.linearisations, step.report.iterations, step.report.imbalance);
 }
 
+constexpr double least_part = 1.0 / 32;
+
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
@@ -28,34 +30,27 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     const double whole = 1.0 / scene.time.load_steps;
     RunHistory history;
     history.share = 0;
-    body.keep_state();
     for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
-        const double goal = planned * whole;
-        for (double part = whole; history.share < goal - 1e-12;) {
-            const double share = std::min(goal, history.share + part);
-            load_to(share);
-            history.steps.push_back({share, share - history.share, body.step(0, batch_effort(scene))});
-            const StepReport& report = history.steps.back().report;
-            if (hooks.progress) hooks.progress(share, progress_text(history.steps.back(), history.steps.size()));
-            if (report.converged) {
-                history.share = share;
-                body.keep_state();
-                continue;
-            }
-            body.return_to_kept_state();
-            part /= 2;
-            if (part < whole / 33) {
-                history.converged = false;
-                history.failure = fmt::format(
-                    "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
-                    "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); what is kept is the "
-                    "equilibrium at {:.4g}",
-                    history.share, share, report.imbalance, report.linearisations, scene.solver.newton_tolerance,
-                    history.share);
-                load_to(history.share);
-                if (history.share > kept) keep(history.share);
-                return history;
-            }
+        const double begin = history.share;
+        const double reached = step_in_parts(
+            body, 0, batch_effort(scene), [&](double share) { load_to(begin + share * (planned * whole - begin)); },
+            [&](double share, double part, const StepReport& report) {
+                history.steps.push_back({begin + share * (planned * whole - begin), part * (planned * whole - begin), report});
+                if (hooks.progress) hooks.progress(history.steps.back().time_s, progress_text(history.steps.back(), history.steps.size()));
+            });
+        history.share = begin + reached * (planned * whole - begin);
+        if (reached < 1) {
+            const StepRecord& last = history.steps.back();
+            history.converged = false;
+            history.failure = fmt::format(
+                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
+                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); what is kept is the "
+                "equilibrium at {:.4g}",
+                history.share, last.time_s, last.report.imbalance, last.report.linearisations, scene.solver.newton_tolerance,
+                history.share);
+            load_to(history.share);
+            if (history.share > kept) keep(history.share);
+            return history;
         }
         if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(kept = history.share);
     }
@@ -70,7 +65,9 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
     const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
     RunPlace place = hooks.start;
-    RunHistory history{.converged = place.failure.empty(), .failure = place.failure};
+    RunHistory history;
+    history.failure = place.failure;
+    history.converged = history.failure.empty();
     double& time = place.time_s;
     double& dt = place.step_s;
     if (dt == 0) dt = scene.time.step_s;
@@ -80,11 +77,21 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         const double step = dt >= left * (1 - 1e-9) ? left
                             : tolerance > 0         ? std::min(dt, std::max(left / 2, least))
                                                     : dt;
-        if (tolerance > 0) body.keep_state();
-        constraints.move_to_time(time + step);
-        body.set_constraints(constraints.constraints());
-        body.set_springs(constraints.springs());
-        history.steps.push_back({time + step, step, body.step(step, batch_effort(scene))});
+        const auto move = [&](double share) {
+            constraints.move_to_time(time + share * step);
+            body.set_constraints(constraints.constraints());
+            body.set_springs(constraints.springs());
+        };
+        const auto take = [&](double share, double part, const StepReport& report) { history.steps.push_back({time + share * step, part * step, report}); };
+        double reached = 0;
+        if (tolerance > 0)
+            body.keep_state();
+        else
+            reached = step_in_parts(body, step, batch_effort(scene), move, take);
+        if (reached < 1) {
+            move(1);
+            take(1, 1 - reached, body.step((1 - reached) * step, batch_effort(scene)));
+        }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {
             const double factor = report.converged ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
@@ -120,6 +127,27 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
 }
 
 }  // namespace
+
+double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, const std::function<void(double share)>& move,
+                     const std::function<void(double share, double part, const StepReport&)>& record) {
+    body.keep_state();
+    double reached = 0;
+    for (double part = 1; reached < 1 - 1e-12;) {
+        const double share = std::min(1.0, reached + part);
+        move(share);
+        const StepReport report = body.step((share - reached) * dt, effort);
+        record(share, share - reached, report);
+        if (report.converged) {
+            reached = share;
+            body.keep_state();
+            continue;
+        }
+        body.return_to_kept_state();
+        part /= 2;
+        if (part < least_part) return reached;
+    }
+    return 1;
+}
 
 RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks) {
     return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, hooks)

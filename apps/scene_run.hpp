@@ -40,8 +40,15 @@ struct RunHooks {
     RunPlace start{};  ///< dynamic
 };
 
-/// Runs a scene to its end. Static: load steps, each halved (up to five times) where it does not converge; where that
-/// does not help, the body is left at its last equilibrium. Dynamic: fixed steps, or adaptive ones. Collective.
+/// One step of `solve`, of `dt` seconds (static: 0), in parts where it does not converge as a whole: halves, quarters, to
+/// a 32nd. `move(share)`: puts constraints and loads where they are after that share of the step.
+/// Returns the share that was reached, the body being left there; `record` is told of each part that was tried.
+double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, const std::function<void(double share)>& move,
+                     const std::function<void(double share, double part, const StepReport&)>& record);
+
+/// Runs a scene to its end. Static: load steps, in parts where they do not converge; where that does not help, the body is
+/// left at its last equilibrium. Dynamic: fixed steps, in parts likewise (where that does not help the run goes on, not
+/// converged), or adaptive ones. Collective.
 RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks);
 
 }  // namespace livetet

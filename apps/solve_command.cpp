@@ -10,6 +10,7 @@
 #include "apps/commands.hpp"
 #include "apps/rank_usage.hpp"
 #include "apps/scene_run.hpp"
+#include "apps/solve_profile.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
 #include "io/points_csv.hpp"
@@ -26,7 +27,7 @@ using nlohmann::json;
 
 struct SolveArguments {
     std::filesystem::path scene, json;
-    bool restart = false;
+    bool restart = false, profile = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -128,6 +129,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     // 3. steps, kept as the scene says
     const bool dynamic = scene.time.scheme != TimeScheme::static_equilibrium;
     const bool keeps_going = dynamic && (scene.output.checkpoint_every > 0 || arguments.restart);
+    if (keeps_going && !scene.output.has_file()) fail("output.file = none: checkpoints go into it in the end, expected a file");
     if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
     const CheckpointStore store(scene.output.file, fmt::format("{}{} nodes", to_yaml(scene), scene_body.mesh().nodes.size()));
     RunHooks hooks{.progress = progress ? progress->callback() : ProgressCallback{}};
@@ -138,17 +140,19 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     } else if (keeps_going && first) {
         store.begin();
     }
-    ResultWriter writer(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
+    std::optional<ResultWriter> writer;
+    if (scene.output.has_file()) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
     std::vector<Vector3> last = scene_body.body->displacement();
     std::size_t frames = hooks.start.frames;
     double output_s = 0;
     hooks.keep = [&](std::size_t number, double time) {
         const auto began = std::chrono::steady_clock::now();
         last = scene_body.body->displacement();
-        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body)};
         frames = number + 1;
+        if (!writer) return;
+        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body)};
         if (!keeps_going)
-            append_frame(writer, frame);
+            append_frame(*writer, frame);
         else if (first)
             store.keep(number, frame);
         output_s += seconds_since(began);
@@ -162,13 +166,15 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     progress.reset();
     const std::vector<Vector3> reactions = scene_body.body->reactions();
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
+    std::vector<ProfileRow> profile;
+    if (arguments.profile) profile = solve_profile(PETSC_COMM_WORLD, scene, scene_body, mesh_s, {0, output_s, static_cast<long>(frames)});
 
     // 4. results
     const auto closing = std::chrono::steady_clock::now();
     MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
     if (keeps_going)
-        for (std::size_t k = 0; k < frames; ++k) append_frame(writer, store.frame(k));
-    writer.close();
+        for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
+    if (writer) writer->close();
     if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
     if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->displacements(last));
@@ -197,8 +203,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         forces[key] = {force.x(), force.y(), force.z()};
     }
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
-    fmt::print("written          {}{}\n", scene.output.file.string(),
+    fmt::print("written          {}{}\n", scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)",
                probes ? ", " + scene.probes->displacements.string() : "");
+    if (arguments.profile) fmt::print("{}", profile_table(profile));
     if (!arguments.json.empty())
         write_text_file(arguments.json, json{{"tets", scene_body.mesh().tets.size()},
                                              {"nodes", scene_body.mesh().nodes.size()},
@@ -226,6 +233,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
                                              {"messages", usage.messages},
                                              {"message_bytes", usage.message_bytes},
                                              {"reductions", usage.reductions},
+                                             {"profile", json_of(profile)},
                                              {"steps", history_json(history)}}
                                                 .dump(2) +
                                             "\n");
@@ -243,6 +251,7 @@ void add_solve_command(CLI::App& app, ExitStatus& status) {
     auto arguments = std::make_shared<SolveArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
     command->add_option("--json", arguments->json, "write the figures to this file too");
+    command->add_flag("--profile", arguments->profile, "what each part took, and what was left out (`livetet explain` says so before)");
     command->add_flag("--restart", arguments->restart,
                       "go on from the last checkpoint of a run that was ended (output.checkpoint_every), on any number of ranks");
     command->allow_extras();

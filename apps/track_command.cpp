@@ -128,8 +128,12 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
-    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-    Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
+    std::optional<ResultWriter> writer;
+    std::optional<Recorder> recorder;
+    if (scene.output.has_file()) {
+        writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
+        recorder.emplace(*writer, body.body->elastic_operator().kind(), arrivals);
+    }
     TrackerSource& source = *open.source;
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
@@ -142,28 +146,35 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
-        run_frames(scene, source, model, recorder, announcer, watch ? &*watch : nullptr,
+        run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer, watch ? &*watch : nullptr,
                    {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own},
                    counts);
     } catch (const std::exception& error) {  // what came until then is kept where it does not come again
         if (!open.is_live() || counts.frames == 0) throw;
         problem = error.what();
     }
-    if (const auto not_written = recorder.close(); not_written && !problem) problem = not_written;
+    if (!recorder) {
+        if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
+        fmt::print("{} frames, {} samples missed, {} frames not converged; nothing was recorded (output.file: none)\n", counts.frames, counts.missed,
+                   counts.not_converged);
+        if (problem) fail("{}", *problem);
+        return counts.not_converged == 0 ? 0 : 3;
+    }
+    if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
     if (arrivals.not_kept() > 0)
         Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
                                     arrivals.not_kept()));
     if (counts.frames == 0) fail("{}: no sample came, nothing is kept", scene.track->source);
     const auto every = static_cast<std::size_t>(scene.output.every);
-    counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
-    if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer.write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump(-1, ' ', false, json::error_handler_t::replace));
-    writer.write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
-    writer.close();
+    counts.not_kept = (counts.frames + every - 1) / every - writer->frame_count();
+    if (problem && writer->frame_count() == 0) fail("{}; nothing is kept", *problem);
+    writer->write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump(-1, ' ', false, json::error_handler_t::replace));
+    writer->write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
+    writer->close();
 
     // 4. report
     report_result(scene.output.file, arguments.json);
-    if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer.frame_count());
+    if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer->frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
 

@@ -77,9 +77,12 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
     for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_})
         *v = vector();
     if (operator_.fine().holds_rotations()) at_ = vector();
-    if (is_dynamic())
+    if (is_dynamic()) {
+        operator_.find_mass();
+        const HeapGrowth grown(&velocities_);
         for (PetscHandle<Vec>* v : {&v_, &a_, &velocity_}) *v = vector();
-    if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
+        if (time_.scheme == TimeScheme::generalized_alpha) net_ = vector();
+    }
     if (operator_.is_mixed())
         for (PetscHandle<Vec>* v : {&p_, &p0_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
     operator_.set_constrained(constraints_.components);
@@ -133,6 +136,8 @@ void DeformableBody::set_velocity(std::span<const Vector3> velocity) {
     fill(operator_.fine().share(), velocity, v_.get());
     started_ = false;
 }
+
+BodyCosts DeformableBody::costs() const { return {operator_.costs(), velocities_, forces_, linear_solves_}; }
 
 std::vector<Vec> DeformableBody::state_vectors() const {
     std::vector<Vec> vectors{u_.get()};
@@ -238,6 +243,7 @@ double DeformableBody::residual_norm() const {
 }
 
 double DeformableBody::evaluate_residual(const TimeCoefficients& c, bool prescribed) {
+    const PartTimer timer(forces_);
     const ElasticLevel& fine = operator_.fine();
     const double beta = time_.rayleigh_beta;
     if (is_dynamic()) {
@@ -382,7 +388,10 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         const std::size_t guessed = report.linearisations == 0 ? guesses_ : 0;
         const LinearReport linear = operator_.solve(residual_.get(), volume_.get(), du_.get(), dp_.get(), how,
                                                     std::span(guesses, guessed));
-        report.solve_s += watch.lap();
+        const double solve_s = watch.lap();
+        report.solve_s += solve_s;
+        linear_solves_.seconds += solve_s;
+        linear_solves_.times += linear.iterations;
         report.iterations += linear.iterations;
         if (report.linearisations < most_recorded_solves) report.solves[report.linearisations] = {linear.iterations, half};
         report.cut_short |= linear.cut_short;

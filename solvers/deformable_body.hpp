@@ -66,6 +66,12 @@ struct BodyState {
     bool started = false;          ///< the acceleration is known
 };
 
+/// Of a body's parts: the operator's; and velocities with all that a dynamic body keeps beside its mass; forces; iterations
+/// of linear solves.
+struct BodyCosts : OperatorCosts {
+    PartCost velocities, forces, linear_solves;
+};
+
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) = f_ext with
 /// C = alpha M + beta K, stepped by Newmark, generalized-alpha or implicit Euler, or brought to equilibrium. In the mixed
 /// form a pressure goes with the displacement, and C knows only the K of shear.
@@ -119,6 +125,9 @@ class DeformableBody {
     double kinetic_energy();
     void set_displacement(std::span<const Vector3> displacement);
     void set_velocity(std::span<const Vector3> velocity);
+
+    /// What the parts of the body took on this rank; nothing where they were left out.
+    BodyCosts costs() const;
 
     ElasticOperator& elastic_operator() { return operator_; }
     int threads() const { return team_.size(); }
@@ -187,6 +196,7 @@ class DeformableBody {
     PetscHandle<Vec> net_;              ///< generalized-alpha: h0
     PetscHandle<Vec> p_, p0_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;
+    PartCost velocities_, forces_, linear_solves_;
     bool started_ = false, kept_started_ = false;
     double scale_ = 0;        ///< size of the forces at work, N: now, or when the step began where that is more
     double start_scale_ = 0;

@@ -52,22 +52,36 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const
 }
 
 void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes) {
-    node_mass_.assign(share_.owned, 0);
-    for (const Material& m : materials) moduli_.push_back({m.lambda(), m.mu()});
+    for (const Material& m : materials) moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3});
     for (const std::int32_t whole : share_.tet_ids) {
         const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[whole]);
         if (materials.size() > 1) moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
         if (!volumes.empty()) volumes_.push_back(volumes[whole]);
     }
+}
+
+void ElasticLevel::find_mass() {
+    node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const Material& m = materials[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
-            const double mass = m.density_kg_per_m3 * element(e).volume;
+            const double mass = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]].density * element(e).volume;
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                     node_mass_[n] += mass * TetShape<decltype(count)::value>::mass_share(i);
         }
     });
+}
+
+double ElasticLevel::matrix_bytes() const {
+    if (!matrix_) return 0;
+    MatInfo info;
+    LIVETET_PETSC(MatGetInfo(matrix_->get(), MAT_LOCAL, &info));
+    return info.memory + static_cast<double>(slots_.capacity() * sizeof(std::int32_t));
+}
+
+double ElasticLevel::rotation_bytes() const {
+    const auto bytes = [](const auto& list) { return static_cast<double>(list.capacity() * sizeof(list[0])); };
+    return bytes(rotations_) + bytes(batch_rotations_) + (live_ ? bytes(live_->rotations) : 0);
 }
 
 TetElement ElasticLevel::element(std::size_t e) const {
@@ -97,10 +111,10 @@ void ElasticLevel::make_batches(bool in_double) {
     parts_ = part_batches(share_.tets, team_.size(), in_double ? batch_width<double> : batch_width<float>);
     if (in_double) {
         batches_.emplace(elements(), share_.tets, parts_);
-        batch_rotations_ = batches_->make_rotations();
+        batch_rotations_ = batches_->make_rotations(strain_ == StrainModel::corotated);
     } else {
         TetBatches<float> batches(elements(), share_.tets, parts_);
-        auto rotations = batches.make_rotations();
+        auto rotations = batches.make_rotations(strain_ == StrainModel::corotated);
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
         live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros, zeros, zeros);
     }
@@ -186,7 +200,7 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
         });
     }
     for (std::int32_t i = 0; i < share_.owned; ++i)
-        matrix.add_diagonal(i, m * node_mass_[i] + (springs_.empty() ? 0 : springs_[i]));
+        matrix.add_diagonal(i, (m != 0 ? m * node_mass_[i] : 0) + (springs_.empty() ? 0 : springs_[i]));
     matrix.finish();
 }
 

@@ -58,8 +58,12 @@ class ElasticLevel {
     void set_rigid_motions() { matrix_->set_rigid_motions(share_, rest_); }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
-    /// Lumped mass of each owned node, kg.
+    /// Lumped mass of each owned node, kg; empty until it was asked for by `find_mass`.
     std::span<const double> node_mass() const { return node_mass_; }
+    void find_mass();
+    /// What the matrix, and what the rotations take, bytes.
+    double matrix_bytes() const;
+    double rotation_bytes() const;
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
     std::span<const std::uint8_t> constrained() const { return constrained_; }
 
@@ -78,7 +82,7 @@ class ElasticLevel {
     LiveBatches* live() { return live_.get(); }
     const BatchParts& parts() const { return parts_; }
 
-    /// Writes s K + m M and the springs into the matrix; `at`: where K is taken.
+    /// Writes s K + m M and the springs into the matrix; `at`: where K is taken. m: 0 without mass.
     void assemble(double s, double m, Tangent tangent, const ElasticState& at);
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the reaction).
@@ -119,6 +123,7 @@ class ElasticLevel {
   private:
     struct Moduli {
         double lambda, mu;  ///< Pa
+        double density;     ///< kg/m^3
     };
     static double away_from_zero(double J) { return std::abs(J) > 1e-12 ? J : 1e-12; }
 

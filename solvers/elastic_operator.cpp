@@ -188,7 +188,11 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     if (kind_ == SolverKind::multigrid && hierarchy.levels.size() < 2)
         fail("solver.kind: found multigrid and a mesh of one level, expected a mesh of several or another kind (automatic)");
     make_levels(comm, hierarchy, parts, model);
-    if (fine().pressure_space()) coupling_ = std::make_unique<PressureCoupling>(fine());
+    if (fine().pressure_space()) {
+        const HeapGrowth grown(&costs_.pressures);
+        coupling_ = std::make_unique<PressureCoupling>(fine());
+    }
+    const HeapGrowth grown(&costs_.preconditioner);
     if (kind_ == SolverKind::live) make_live(hierarchy, model);
     make_krylov(comm);
     if (coupling_) make_saddle_krylov(comm);
@@ -216,6 +220,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             volumes = carried_volumes(hierarchy.levels[l - 1], l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes,
                                       hierarchy.transfers[l - 1], hierarchy.levels[l]);
         const auto layout = layout_for(kind_, options_.coarse, l + 1 == count);
+        const HeapGrowth grown(l == 0 ? &costs_.elements : &costs_.coarse_levels);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
             share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l],
@@ -227,12 +232,17 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
         displacements_.push_back(make_vector(levels_[l]->share()));
     }
+    costs_.matrix.bytes = fine().matrix_bytes();
+    costs_.rotations.bytes = fine().rotation_bytes();
+    costs_.elements.bytes -= costs_.matrix.bytes + costs_.rotations.bytes;
 }
 
 void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticModel& model) {
     int ranks = 1;
     MPI_Comm_size(fine().share().comm, &ranks);
     const bool strain = model.strain == StrainModel::linear || model.strain == StrainModel::corotated;
+    if (const double contrast = contrast_of(model.materials); contrast > FloatMultigrid::most_contrast)
+        fail("solver.kind = live: found Young's moduli a factor of {:.3g} apart, expected at most {:g} (kind: multigrid)", contrast, FloatMultigrid::most_contrast);
     if (ranks > 1 || !strain || coupling_ || !hierarchy.levels.front().edge_nodes.empty())
         fail("solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; found {} rank(s), {} "
              "nodes a tet{}{}",
@@ -414,6 +424,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
         transfers_[l]->set_constrained(upper.share(), lower.share(), components_[l], components_[l + 1]);
     }
     bounds_known_ = false;
+    kept_.reset();
 }
 
 void ElasticOperator::set_springs(std::span<const double> stiffness) {
@@ -429,18 +440,29 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
         level = std::move(lower);
     }
     if (live_) live_->set_constrained();
+    kept_.reset();
 }
 
 bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves) {
+    const bool is_linear = fine().strain() == StrainModel::linear;
+    if (is_linear && kept_ == std::pair(s, m)) return false;
+    const PartTimer timer(costs_.matrix);
+    kept_.reset();
+    if (is_linear) kept_.emplace(s, m);
+    is_new_ = true;
     if (live_) {
-        live_->update(s, m, by_halves);
+        live_->update(s, m, by_halves && !is_linear);
         return live_->renewed_half();
     }
     if (kind_ == SolverKind::multigrid && !bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
         assemble_levels(at, s, 0, tangent);
-        set_bounds();
-        if (m == 0 && !coupling_) return false;
+        if (set_bounds()) {
+            if (m == 0 && !coupling_) return false;
+        } else {  // an exact tangent far from rest is not positive, and says little
+            assemble_levels(at, s, 0, fine().strain() == StrainModel::corotated ? Tangent::held_rotation : Tangent::positive);
+            (void)set_bounds();
+        }
     }
     assemble_levels(at, s, m, tangent);
     if (coupling_) {
@@ -452,7 +474,23 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
 }
 
 void ElasticOperator::set_up_preconditioner() {
+    if (!is_new_) return;
+    is_new_ = false;
+    const PartTimer timer(costs_.preconditioner);
+    const HeapGrowth grown(costs_.preconditioner.times == 1 ? &costs_.preconditioner : nullptr);
     LIVETET_PETSC(KSPSetUp(krylov_.get()));
+}
+
+void ElasticOperator::find_mass() {
+    const HeapGrowth grown(&costs_.mass);
+    for (const auto& level : levels_)
+        if (level == levels_.front() || live_ || options_.coarse == CoarseOperator::rediscretised) level->find_mass();
+}
+
+void ElasticOperator::update_rotations(Vec u) {
+    if (fine().strain() != StrainModel::corotated) return;
+    const PartTimer timer(costs_.rotations);
+    fine().update_rotations(u);
 }
 
 void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {
@@ -498,13 +536,18 @@ void ElasticOperator::set_level_operators() {
     }
 }
 
-void ElasticOperator::set_bounds() {
+bool ElasticOperator::set_bounds() {
     bounds_known_ = true;
-    if (!cycles()) return;
-    const auto bound = [](KSP chebyshev, PC by, double low) {
+    if (!cycles()) return true;
+    bool good = true;
+    const auto bound = [&](KSP chebyshev, PC by, double low) {
         Mat A = nullptr;
         LIVETET_PETSC(KSPGetOperators(chebyshev, &A, nullptr));
-        const double high = 1.1 * largest_eigenvalue(A, by);
+        double high = 1.1 * largest_eigenvalue(A, by);
+        if (!(high > 0.1 && high < 1e4)) {  // one of at least 1 and some tens at most, as it should be
+            good = false;
+            high = 4;
+        }
         LIVETET_PETSC(KSPChebyshevSetEigenvalues(chebyshev, high, low * high));
     };
     for (KSP smoother : smoothers_) bound(smoother, nullptr, 0.05);
@@ -513,6 +556,7 @@ void ElasticOperator::set_bounds() {
         LIVETET_PETSC(KSPGetPC(coarse_solves_[l], &below));
         bound(coarse_solves_[l], below, 0.2);
     }
+    return good;
 }
 
 bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {

@@ -11,6 +11,7 @@
 #include "solvers/elastic_level.hpp"
 #include "solvers/float_multigrid.hpp"
 #include "solvers/options.hpp"
+#include "solvers/part_cost.hpp"
 #include "solvers/pressure_coupling.hpp"
 #include "solvers/transfer.hpp"
 
@@ -34,6 +35,11 @@ struct [[nodiscard]] LinearReport {
     bool cut_short = false;  ///< the deadline or the number of iterations came first; x is as far as it went
     double error = 0;        ///< of x, m, RMS over the nodes, estimated from the iterations' steps; live only, else 0
     const char* reason = "";
+};
+
+/// Of an operator's parts; where it renews several levels at once, `matrix` has the time of all.
+struct OperatorCosts {
+    PartCost elements, rotations, matrix, coarse_levels, mass, pressures, preconditioner;
 };
 
 /// What a body is made of, as far as its operators go.
@@ -75,16 +81,23 @@ class ElasticOperator {
     /// Springs to ground, N/m, for every node of the whole finest mesh; empty: none.
     void set_springs(std::span<const double> stiffness);
 
+    /// Lumped mass on all levels that need it; without it `assemble` takes m = 0.
+    void find_mass();
+
     /// Takes rotations from `u` (ghosts up to date) on the finest level.
-    void update_rotations(Vec u) { fine().update_rotations(u); }
+    void update_rotations(Vec u);
 
     /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken last, coarse levels at its
     /// mean there. `by_halves`: a live finest level may renew one half now and the other the next time; returns whether it
-    /// did.
+    /// did. Small strain's is the same at any `at`: kept while s, m, constraints and springs are, and with it what the
+    /// preconditioner was computed to.
     bool assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves = false);
 
     /// What the preconditioner computes from the operators before it can be applied; nothing where it has done so already.
     void set_up_preconditioner();
+
+    /// What the parts took on this rank so far, and how often.
+    const OperatorCosts& costs() const { return costs_; }
 
     bool is_mixed() const { return coupling_ != nullptr; }
     PressureCoupling& coupling() { return *coupling_; }
@@ -121,7 +134,8 @@ class ElasticOperator {
     void assemble_levels(const ElasticState& at, double s, double m, Tangent tangent);
     void apply_saddle_preconditioner(Vec r, Vec y);
     void set_level_operators();
-    void set_bounds();
+    /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and stands at a usual value.
+    bool set_bounds();
     Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
     /// start_ = the best combination x of guesses, rest_ = b - A x. True where x is not zero.
     bool start_from(std::span<const Vec> guesses, Vec b);
@@ -150,6 +164,9 @@ class ElasticOperator {
     PetscHandle<Vec> saddle_work_;
     std::size_t tet_count_;
     bool bounds_known_ = false;
+    std::optional<std::pair<double, double>> kept_;  ///< s and m of small strain's operator, where it still is that
+    bool is_new_ = false;                            ///< assembled since the preconditioner was set up last
+    OperatorCosts costs_;
     std::optional<double> asked_tolerance_;
     std::optional<int> asked_iterations_;
     double asked_residual_ = 1e-50;  ///< N

@@ -136,7 +136,7 @@ struct FloatMultigrid::Level {
     /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the block is new, too.
     void add_more(std::size_t i, double m_over_s, double s, bool renewed) {
         const auto mass = level.node_mass(), springs = level.springs();
-        const auto now = static_cast<float>((m_over_s * mass[i] + (springs.empty() ? 0 : springs[i] / s)) /
+        const auto now = static_cast<float>(((m_over_s != 0 ? m_over_s * mass[i] : 0) + (springs.empty() ? 0 : springs[i] / s)) /
                                             (A.scale()[i] * A.scale()[i]));
         const float change = now - more[i];
         if (!renewed && std::abs(change) <= 1e-6F * more[i]) return;

@@ -22,6 +22,9 @@ class FloatMultigrid {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
     static constexpr std::size_t most_coarsest_nodes = 2000;
+    /// Of Young's moduli: at a contrast of 1e6 its last digits, which the soft part lives in, let bodies run away
+    /// (`livetet bench stability`).
+    static constexpr double most_contrast = 1e5;
 
     /// `levels` (without matrices), finest first, the maps between them and the team must outlive this. Throws Error where
     /// there is but one, or the coarsest is too large.

@@ -162,7 +162,7 @@ int bench_latency(const LatencyArguments& arguments) {
         const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
                              .seconds = arguments.seconds + left_out_s,
                              .clock = SampleClock::arrival};
-        run_frames(scene, source, model, recorder, announcer, nullptr, plan, counts);
+        run_frames(scene, source, model, &recorder, announcer, nullptr, plan, counts);
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
         seen = reader.finish();
     }

@@ -318,10 +318,10 @@ TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<con
 }
 
 template <class Real>
-std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations() const {
+std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations(bool turning) const {
     RotationBatch<Real> identity{};
     for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
-    return std::vector<RotationBatch<Real>>(batches_.size(), identity);
+    return std::vector<RotationBatch<Real>>(turning ? batches_.size() : 1, identity);
 }
 
 template <class Real>
@@ -369,7 +369,7 @@ void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<con
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), F, Real(1)), f.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)), f.data());
     }
 }
 
@@ -380,7 +380,7 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> H = gradient_of(b, v.data());
-        scatter_forces(b, stress(b, load_matrix<Real>(rotations[k].R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+        scatter_forces(b, stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
     }
 }
 
@@ -394,7 +394,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
     constexpr int width = batch_width<Real>, parts = block_parts<Real>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotations[k].R);
+        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotation_of_batch(rotations, k).R);
         const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
         Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
@@ -468,7 +468,7 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, st
     constexpr int width = batch_width<double>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<double>& b = batches[k];
-        const Mat3<double> g = load_matrix<double>(b.gradients), R = load_matrix<double>(rotations[k].R);
+        const Mat3<double> g = load_matrix<double>(b.gradients), R = load_matrix<double>(rotation_of_batch(rotations, k).R);
         const Mat3<double> H = gradient_of(b, u.data()), F = plus_identity(H);
         const Lane lambda = scale * load<double>(b.lambda), mu = scale * load<double>(b.mu);
         // R G R^T = tr(S) I - F R^T, symmetric: (xx, yy, zz, xy, yz, zx)
@@ -511,7 +511,7 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, st
             if (!usual[l]) {
                 Eigen::Matrix3d of_lane;
                 of_lane << H.x.x[l], H.y.x[l], H.z.x[l], H.x.y[l], H.y.y[l], H.z.y[l], H.x.z[l], H.y.z[l], H.z.z[l];
-                assemble_one(b, l, rotations[k], of_lane, tangent, scale, at, values, part);
+                assemble_one(b, l, rotation_of_batch(rotations, k), of_lane, tangent, scale, at, values, part);
                 continue;
             }
             for (int i = 0; i < 4; ++i)
@@ -531,7 +531,7 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::s
     constexpr int width = batch_width<float>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<float>& b = batches[k];
-        const Mat3<float> g = load_matrix<float>(b.gradients), R = load_matrix<float>(rotations[k].R);
+        const Mat3<float> g = load_matrix<float>(b.gradients), R = load_matrix<float>(rotation_of_batch(rotations, k).R);
         const Lanes<float> lambda = load<float>(b.lambda), mu = load<float>(b.mu);
         Vec3<float> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);

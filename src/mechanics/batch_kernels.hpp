@@ -63,13 +63,19 @@ class TetBatches {
     std::int32_t tet_at(std::size_t batch, std::size_t lane) const { return tet_of_lane_[batch * batch_width<Real> + lane]; }
     BatchRange all() const { return {0, batches_.size()}; }
     const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
-    /// A rotation store of the right size, filled with identities.
-    std::vector<RotationBatch<Real>> make_rotations() const;
+    /// A rotation store filled with identities: one for each batch, or where no tet turns one for all.
+    std::vector<RotationBatch<Real>> make_rotations(bool turning = true) const;
 
   private:
     std::vector<std::int32_t> tet_of_lane_;
     std::vector<TetBatch<Real>> batches_;
 };
+
+/// That of a batch in a store as `TetBatches::make_rotations` makes it.
+template <class Real>
+const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>> rotations, std::size_t batch) {
+    return rotations[rotations.size() == 1 ? 0 : batch];
+}
 
 /// R = rotation_of(F), F = I + grad u, of each tet; u in metres. By Newton's iteration in all lanes (Higham 1986, as
 /// in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of all proportion go through
@@ -93,7 +99,7 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
 template <class Real>
 Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane) {
     Eigen::Matrix3d R;
-    for (int k = 0; k < 9; ++k) R.data()[k] = rotations[lane / batch_width<Real>].R[k][lane % batch_width<Real>];
+    for (int k = 0; k < 9; ++k) R.data()[k] = rotation_of_batch(rotations, lane / batch_width<Real>).R[k][lane % batch_width<Real>];
     return R;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "base/error.hpp"
@@ -42,6 +43,16 @@ inline const Material& material_of(std::span<const Material> materials, int regi
     if (!otherwise)
         fail("materials has none for region {} of the mesh, expected one with region: {} or region: 0", region, region);
     return *otherwise;
+}
+
+/// The largest of Young's moduli to the least.
+inline double contrast_of(std::span<const Material> materials) {
+    double least = materials.front().young_Pa, most = least;
+    for (const Material& m : materials) {
+        least = std::min(least, m.young_Pa);
+        most = std::max(most, m.young_Pa);
+    }
+    return most / least;
 }
 
 template <class Visitor>

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "io/hierarchy_file.hpp"
@@ -379,6 +381,85 @@ TEST(Solve, EachSetIsToldItsOwnForce) {
     const double first = forces["drive[0]"][0], second = forces["drive[1]"][0], held = forces["fix[0]"][0];
     EXPECT_NEAR(second - first, 100 * 2e-3, 1e-9);
     EXPECT_NEAR(first + second + held, 0, 1e-6);
+}
+
+std::vector<std::string> files_in(const Folder& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+TEST(Solve, WithoutAFileNothingIsWritten) {
+    const Folder folder;
+    prepare(folder);
+    std::string scene = press;
+    scene.erase(scene.find("probes:"));
+    write_text(folder / "scene.yaml", scene + "output: {file: none}\n");
+    (void)livetet(folder, "scene");  // what the test itself keeps is there
+    const auto before = files_in(folder);
+    const auto outcome = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("no result (output.file: none)"), std::string::npos) << outcome.out;
+    EXPECT_EQ(files_in(folder), before);
+    write_text(folder / "scene.yaml", scene + "time: {scheme: euler, step_s: 0.1, duration_s: 0.2}\noutput: {file: none, checkpoint_every: 1}\n");
+    test::expect_refused(livetet(folder, "solve scene.yaml"), {"output.file = none"});
+}
+
+TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
+    const Folder folder;
+    prepare(folder);
+    const auto profile = [&](const std::string& keys) {
+        std::map<std::string, nlohmann::json> parts;
+        write_text(folder / "scene.yaml", press + keys);
+        const auto outcome = livetet(folder, "solve scene.yaml --profile --json told.json");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+        for (const auto& part : told.at("profile")) {
+            parts[part.at("part")] = part;
+            EXPECT_NE(outcome.out.find("\n" + part.at("part").get<std::string>() + " "), std::string::npos) << outcome.out;
+        }
+        return parts;
+    };
+    const auto linear = profile("strain: linear\ntime: {load_steps: 4}\n");
+    for (const char* part : {"rotations", "mass", "velocities", "pressures"}) EXPECT_FALSE(linear.at(part).at("built")) << part;
+    EXPECT_EQ(linear.at("rotations").at("times"), 0);
+    EXPECT_EQ(linear.at("operators").at("times"), 1) << "four load steps, one operator";
+    EXPECT_EQ(linear.at("preconditioner").at("times"), 1);
+    EXPECT_GT(linear.at("linear solves").at("times"), 4);
+    EXPECT_GT(linear.at("elements").at("bytes"), 1e5);
+    const auto moving = profile("formulation: mixed\ntime: {scheme: newmark, step_s: 0.1, duration_s: 0.2}\n");
+    for (const char* part : {"rotations", "mass", "velocities", "pressures", "coarse levels"}) {
+        EXPECT_TRUE(moving.at(part).at("built")) << part;
+        EXPECT_GT(moving.at(part).at("bytes"), 1000) << part;
+    }
+    EXPECT_GT(moving.at("operators").at("times"), 2);
+}
+
+/// A step that Newton's linearisations do not suffice for is taken in parts, and the run goes on from there.
+TEST(Solve, ADynamicStepThatDoesNotConvergeIsTakenInParts) {
+    const Folder folder;
+    prepare(folder);
+    std::string scene = press;
+    scene.replace(scene.find("displacement_mm: [0, 2, -12]"), 28, "displacement_mm: [0, 5, -40], ramp_s: 0.2");
+    scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 4, ");
+    write_text(folder / "scene.yaml", scene + "time: {scheme: euler, step_s: 0.1, duration_s: 0.2}\n");
+    const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+    int refused = 0;
+    double time = 0;
+    for (const auto& step : told.at("steps")) {
+        if (!step.at("converged").get<bool>()) {
+            ++refused;
+            continue;
+        }
+        EXPECT_NEAR(step.at("time_s").get<double>() - step.at("step_s").get<double>(), time, 1e-12);
+        time = step.at("time_s");
+    }
+    EXPECT_GT(refused, 0) << "else this test shows nothing";
+    EXPECT_NEAR(time, 0.2, 1e-12);
+    EXPECT_EQ(ResultReader(folder / "result.h5").frame_count(), 2u) << "parts of a step are no frames";
 }
 
 }  // namespace

@@ -293,5 +293,20 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     test::expect_refused(livetet(t.folder, "track"), {"--replay"});
 }
 
+TEST(Track, WithoutARecorderNoFileIsWritten) {
+    Tracked t;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const auto count = [&] { return std::distance(std::filesystem::directory_iterator(t.folder.path()), {}); };
+    write_text(t.folder / "scene.yaml", test::text_of(t.folder / "scene.yaml") + "\noutput: {file: none}\n");
+    (void)livetet(t.folder, "scene");  // what the test itself keeps is there
+    const auto before = count();
+    const auto outcome = livetet(t.folder, "track scene.yaml --every-sample");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("nothing was recorded"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(std::to_string(t.recording.samples.size()) + " frames"), std::string::npos) << outcome.out;
+    EXPECT_EQ(count(), before);
+}
+
 }  // namespace
 }  // namespace livetet

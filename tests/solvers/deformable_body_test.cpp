@@ -129,6 +129,7 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
                 const TetMesh& mesh = (is_quadratic ? quadratic : linear).levels.front();
                 ElasticLevel level(mesh, share_mesh(PETSC_COMM_WORLD, mesh, parts), soft, strain,
                                    Formulation::displacement, layout);
+                level.find_mass();
                 const auto u = make_vector(level.share()), v = make_vector(level.share()),
                            product = make_vector(level.share()), force = make_vector(level.share()),
                            back = make_vector(level.share());

@@ -1,0 +1,188 @@
+#include "apps/bench/stability_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/bench/stability_run.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/progress.hpp"
+#include "solvers/petsc_session.hpp"
+#ifdef LIVETET_IMAGES
+#include "apps/pictures.hpp"
+#endif
+
+namespace livetet {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array strains{StrainModel::linear, StrainModel::corotated, StrainModel::green, StrainModel::neohookean};
+constexpr std::array strain_names{"linear", "corotated", "green", "neohookean"};
+constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler, TimeScheme::newmark, TimeScheme::generalized_alpha};
+constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
+constexpr std::array way_names{"solve", "track"};
+constexpr std::array verdict_names{"pass", "fail", "refused"};
+
+std::vector<StabilityColumn> columns() {
+    std::vector<StabilityColumn> all;
+    for (const SteppedAs way : {SteppedAs::solve, SteppedAs::track})
+        for (const StrainModel strain : strains)
+            for (const TimeScheme scheme : schemes) all.push_back({way, strain, scheme});
+    return all;
+}
+
+std::string name_of(const StabilityColumn& c) {
+    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)], strain_names[static_cast<int>(c.strain)], scheme_names[static_cast<int>(c.scheme)]);
+}
+
+std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
+
+/// Why a cell is known to fail; empty where it should not. The README's limits say the same.
+std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
+    const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
+    const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn || c.motion == PatchMotion::through;
+    if (column.strain == StrainModel::green && (moves || squeezed || (c.least_dihedral_deg > 0 && c.least_dihedral_deg < 1) || c.edge_ratio >= 100))
+        return "Green's strain: its energy falls in compression below 1/sqrt 3 of the length and does not bring a tet back that is inside out; corotated "
+               "and neohookean are for that";
+    if (moves && column.strain != StrainModel::linear)
+        return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a frame, do not always find the way home in the time of "
+               "the trial; Euler's long steps do (bench verification, recovery)";
+    if (tracked && c.poisson >= 0.499 && column.scheme == TimeScheme::static_equilibrium)
+        return "track takes P1 by displacements: at a Poisson's ratio of 0.499 and without inertia a frame's iterations do not converge in its budget";
+    if (c.motion == PatchMotion::jump && !tracked && column.strain == StrainModel::corotated)
+        return "a patch that jumps by the body's length turns tets inside out, where the nearest rotation switches: 50 linearisations are not always enough";
+    if (c.motion == PatchMotion::turn && tracked && column.strain == StrainModel::neohookean)
+        return "turned by up to 28 degrees a frame, tets fold over, which one linearisation a frame does not always undo";
+    return {};
+}
+
+struct Row {
+    StabilityCase trial;
+    std::vector<StabilityCell> cells;
+};
+
+char letter(const Row& row, std::size_t k, const std::vector<StabilityColumn>& all) {
+    const StabilityCell& cell = row.cells[k];
+    if (cell.verdict == Verdict::pass) return '.';
+    if (cell.verdict == Verdict::refused) return 'r';
+    return known_limit(row.trial, all[k]).empty() ? 'F' : 'x';
+}
+
+void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+    fmt::print("\n{:<38} {:<43}   {}\n{:<38}", "", "solve", "track", "");
+    for (std::size_t k = 0; k < all.size(); k += schemes.size()) fmt::print(" {:<10}{}", strain_names[static_cast<int>(all[k].strain)], k == 12 ? "  " : "");
+    fmt::print("\n{:<38}", "");
+    for (std::size_t k = 0; k < all.size(); k += schemes.size()) fmt::print(" s e n g   {}", k == 12 ? "  " : "");
+    fmt::print("\n");
+    for (const Row& row : rows) {
+        fmt::print("{:<38}", name_of(row.trial));
+        for (std::size_t k = 0; k < all.size(); ++k) fmt::print(" {}{}{}", letter(row, k, all), k % 4 == 3 ? "   " : "", k == 15 ? "  " : "");
+        fmt::print("\n");
+    }
+    fmt::print("\n. passes   r refused   x fails, a known limit   F FAILS   (s static, e euler, n newmark, g generalized_alpha)\n");
+    // What fails for one reason, together.
+    std::map<std::string, std::vector<std::string>> by_reason;
+    for (const Row& row : rows)
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const StabilityCell& cell = row.cells[k];
+            if (cell.verdict == Verdict::pass) continue;
+            const std::string known = cell.verdict == Verdict::refused ? "refused: " + cell.reason : known_limit(row.trial, all[k]);
+            const std::string text = fmt::format("{}; {}{}", name_of(row.trial), name_of(all[k]), cell.verdict == Verdict::refused ? "" : ": " + cell.reason);
+            by_reason[known.empty() ? "FAILS, not known to" : known].push_back(text);
+        }
+    for (const auto& [reason, cells] : by_reason) {
+        fmt::print("\n{}\n", reason);
+        for (const std::string& cell : cells) fmt::print("    {}\n", cell);
+    }
+}
+
+std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+    std::string text = "extreme,value,stepped_as,strain,scheme,verdict,reason,known_limit,steps,linearisations,energy_growth,left,late,seconds\n";
+    for (const Row& row : rows)
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const StabilityCell& c = row.cells[k];
+            text += fmt::format("\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f}\n", row.trial.group, row.trial.value,
+                                way_names[static_cast<int>(all[k].way)], strain_names[static_cast<int>(all[k].strain)],
+                                scheme_names[static_cast<int>(all[k].scheme)], verdict_names[static_cast<int>(c.verdict)], c.reason,
+                                c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps, c.linearisations, c.energy_growth, c.left,
+                                c.late, c.seconds);
+        }
+    return text;
+}
+
+json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+    json list = json::array();
+    for (const Row& row : rows)
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const StabilityCell& c = row.cells[k];
+            list.push_back({{"extreme", row.trial.group}, {"value", row.trial.value}, {"stepped_as", way_names[static_cast<int>(all[k].way)]},
+                            {"strain", strain_names[static_cast<int>(all[k].strain)]}, {"scheme", scheme_names[static_cast<int>(all[k].scheme)]},
+                            {"verdict", verdict_names[static_cast<int>(c.verdict)]}, {"reason", c.reason},
+                            {"known_limit", c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : ""}, {"steps", c.steps},
+                            {"linearisations", c.linearisations}, {"energy_growth", c.energy_growth}, {"left", c.left}, {"late", c.late},
+                            {"seconds", c.seconds}});
+        }
+    return list;
+}
+
+#ifdef LIVETET_IMAGES
+void draw(const std::filesystem::path& path, const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+    MatrixPicture picture{"Stability: what passes, what is refused, what fails", {}, {}, {}};
+    for (const StabilityColumn& c : all)
+        picture.columns.push_back({way_names[static_cast<int>(c.way)], strain_names[static_cast<int>(c.strain)], scheme_names[static_cast<int>(c.scheme)]});
+    for (const Row& row : rows) {
+        picture.rows.push_back(name_of(row.trial));
+        for (const StabilityCell& c : row.cells)
+            picture.cells.push_back(c.verdict == Verdict::pass ? MatrixCell::good : c.verdict == Verdict::refused ? MatrixCell::neither : MatrixCell::bad);
+    }
+    write_matrix_picture(path, picture);
+}
+#endif
+
+}  // namespace
+
+int bench_stability(const StabilityArguments& a) {
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
+    const std::vector<StabilityColumn> all = columns();
+    std::vector<StabilityCase> trials = stability_cases();
+    std::erase_if(trials, [&](const StabilityCase& c) { return name_of(c).find(a.only) == std::string::npos; });
+    if (trials.empty()) fail("--only {}: no case has this in its name", a.only);
+    const StabilityLimits limits{a.noise_frames, a.budget_ms / 1e3};
+    std::vector<Row> rows;
+    {
+        ProgressLine progress("stability");
+        for (std::size_t r = 0; r < trials.size(); ++r) {
+            rows.push_back({trials[r], {}});
+            const MeshHierarchy hierarchy = stability_mesh(trials[r], a.cells);
+            for (std::size_t k = 0; k < all.size(); ++k) {
+                progress.update(static_cast<double>(r * all.size() + k) / static_cast<double>(trials.size() * all.size()),
+                                fmt::format("{}: {}", name_of(trials[r]), name_of(all[k])));
+                rows.back().cells.push_back(run_stability(trials[r], all[k], hierarchy, limits));
+            }
+        }
+    }
+    print(rows, all);
+    std::array<int, 3> count{};
+    int unknown = 0;
+    for (const Row& row : rows)
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            ++count[static_cast<int>(row.cells[k].verdict)];
+            unknown += letter(row, k, all) == 'F';
+        }
+    fmt::print("\n{} pass, {} refused, {} fail, {} of them not known to\n", count[0], count[2], count[1], unknown);
+    if (!a.csv.empty()) write_text_file(a.csv, csv_text(rows, all));
+    if (!a.json.empty()) write_text_file(a.json, json_of(rows, all).dump(2) + "\n");
+#ifdef LIVETET_IMAGES
+    if (!a.figure.empty()) draw(a.figure, rows, all);
+#endif
+    return unknown > 0 ? 1 : 0;
+}
+
+}  // namespace livetet

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <malloc.h>
+
+#include <chrono>
+
+namespace livetet {
+
+/// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was computed.
+struct PartCost {
+    double bytes = 0, seconds = 0;
+    long times = 0;
+};
+
+/// Counts one time, and what passes until the timer is gone.
+class PartTimer {
+  public:
+    explicit PartTimer(PartCost& part) : part_(part) { ++part_.times; }
+    ~PartTimer() { part_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    PartTimer(const PartTimer&) = delete;
+    PartTimer& operator=(const PartTimer&) = delete;
+
+  private:
+    PartCost& part_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Adds what the heap grows by until the guard is gone; nothing for a null part. Asks the whole heap, under its locks: for
+/// set-up, not for frames.
+class HeapGrowth {
+  public:
+    explicit HeapGrowth(PartCost* part) : part_(part), before_(part ? heap() : 0) {}
+    ~HeapGrowth() {
+        if (part_) part_->bytes += heap() - before_;
+    }
+    HeapGrowth(const HeapGrowth&) = delete;
+    HeapGrowth& operator=(const HeapGrowth&) = delete;
+
+  private:
+    static double heap() {
+        const struct mallinfo2 m = mallinfo2();
+        return static_cast<double>(m.uordblks) + static_cast<double>(m.hblkhd);
+    }
+    PartCost* part_;
+    double before_;
+};
+
+}  // namespace livetet
