@@ -212,6 +212,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
         "convergence", "Iterations and time to 1e-8 of each preconditioner against mesh size, nu, contrast, anisotropy, levels and "
                        "smoothing steps; exit 1 where multigrid's iterations grow by more than a fifth");
     auto converged = std::make_shared<ConvergenceArguments>();
+    convergence->add_option("--least-nodes", converged->least_nodes, "of the smallest mesh")->capture_default_str()->check(CLI::Range(300., 1e9));
     convergence->add_option("--most-nodes", converged->most_nodes, "of the largest mesh")->capture_default_str()->check(CLI::Range(1e3, 1e9));
     convergence->add_option("--nodes", converged->nodes, "of the mesh on which all but its size is varied")->capture_default_str()->check(CLI::Range(300., 1e9));
     convergence->add_option("--folder", converged->folder, "keep meshes, scenes and logs here");
@@ -237,7 +238,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
                      "where one fails that is not a known limit");
     auto stable = std::make_shared<StabilityArguments>();
     stability->add_option("--cells", stable->cells, "along the height of the box that is tried")->capture_default_str()->check(CLI::Range(2, 64));
-    stability->add_option("--noise-frames", stable->noise_frames, "of a sensor's noise; a thousandth of them as solve steps")
+    stability->add_option("--noise-frames", stable->noise_frames, "of a sensor's noise, on 96 tets; a thousandth of them as solve steps")
         ->capture_default_str()
         ->check(CLI::Range(1000, 1000000000));
     stability->add_option("--budget", stable->budget_ms, "ms that a frame of track may take")->capture_default_str()->check(CLI::PositiveNumber);

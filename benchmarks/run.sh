@@ -49,8 +49,8 @@ measure() {
 head -n 5 "$out/machine.txt"
 
 verification() { measure verification verification $(full '' '--only patch') --csv "$out/verification.csv" $(full "--figure $out/verification.png" ''); }
-convergence() { measure convergence convergence $(full '' '--most-nodes 1000 --nodes 400') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
-stability() { measure stability stability $(full '' '--cells 2 --noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
+convergence() { measure convergence convergence $(full '' '--most-nodes 1100 --nodes 400') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
+stability() { measure stability stability $(full '--noise-frames 100000' '--cells 2 --noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
 savings() { measure savings savings "$out/scenes/linear.yaml" $(full '' '--repeats 1') --json "$out/savings.json"; }
 workprecision() {
     local names=(phantom_static phantom_newmark cantilever column block layers everything)

@@ -5,7 +5,7 @@
 namespace livetet {
 
 struct ConvergenceArguments {
-    double most_nodes = 1.1e6;
+    double least_nodes = 1050, most_nodes = 1.1e6;  ///< of the meshes of rising size
     double nodes = 1e4;  ///< of the mesh that all else is varied on
     std::filesystem::path csv, json, figure, folder;
 };
