@@ -93,4 +93,7 @@ void write_scatter_picture(const std::filesystem::path& path, const std::string&
 void write_marker_picture(const std::filesystem::path& path, const GreyImage& image,
                           std::span<const ImageMarker> markers, double diameter);
 
+/// A file's bytes as base64, to stand in a page.
+std::string base64_of(const std::filesystem::path& path);
+
 }  // namespace livetet
