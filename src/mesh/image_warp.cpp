@@ -60,7 +60,7 @@ Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMoti
 
     Image<T> out{grid.size, grid.ras_from_voxel, {}};
     out.values.resize(static_cast<std::size_t>(grid.size[0]) * grid.size[1] * grid.size[2]);
-    std::vector<Canvas> canvases(team.size());
+    std::vector<Canvas> canvases(team.size(), {deformed.make_slab(), rest.make_slab(), {}});
     const auto run = [&](const auto& sample_at) {
         for_each_slab(team, deformed.slab_count(), [&](int s, int thread) {
             Canvas& canvas = canvases[thread];
@@ -104,7 +104,7 @@ Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotio
     const TetRaster raster(grid, motion.tets, motion.own, from, values);
     Image<Eigen::Vector3f> field{grid.size, grid.ras_from_voxel, {}};
     field.values.resize(static_cast<std::size_t>(grid.size[0]) * grid.size[1] * grid.size[2]);
-    std::vector<RasterSlab> slabs(team.size());
+    std::vector<RasterSlab> slabs(team.size(), raster.make_slab());
     for_each_slab(team, raster.slab_count(), [&](int s, int thread) {
         RasterSlab& slab = slabs[thread];
         raster.draw(s, slab);

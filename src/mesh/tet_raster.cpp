@@ -56,24 +56,30 @@ TetRaster::TetRaster(const ImageGrid& grid, std::span<const Tet> tets, std::size
     for (const Vector3& x : nodes) places_.push_back(voxel_from_ras * x);
 
     const int slabs = (grid.size[2] + slab_slices - 1) / slab_slices;
-    const auto slabs_of = [&](const Tet& t) {
-        const Corners c(places_, t);
-        const auto [first, last] = whole_numbers(c.low.z(), c.high.z(), grid_.size[2]);
-        return first < last ? std::pair{first / slab_slices, (last - 1) / slab_slices + 1} : std::pair{0, 0};
-    };
+    std::vector<std::pair<std::int32_t, std::int32_t>> slabs_of(tets_.size());
     first_.assign(slabs + 1, 0);
-    for (const Tet& t : tets_)
-        for (auto [s, end] = slabs_of(t); s < end; ++s) ++first_[s + 1];
+    for (std::size_t t = 0; t < tets_.size(); ++t) {
+        const Corners c(places_, tets_[t]);
+        const auto [first, last] = whole_numbers(c.low.z(), c.high.z(), grid_.size[2]);
+        if (first >= last) continue;
+        slabs_of[t] = {first / slab_slices, (last - 1) / slab_slices + 1};
+        for (int s = slabs_of[t].first; s < slabs_of[t].second; ++s) ++first_[s + 1];
+    }
     for (int s = 0; s < slabs; ++s) first_[s + 1] += first_[s];
     list_.resize(first_.back());
     std::vector<std::int32_t> at(first_.begin(), first_.end() - 1);
     for (std::size_t t = 0; t < tets_.size(); ++t)
-        for (auto [s, end] = slabs_of(tets_[t]); s < end; ++s) list_[at[s]++] = static_cast<std::int32_t>(t);
+        for (int s = slabs_of[t].first; s < slabs_of[t].second; ++s) list_[at[s]++] = static_cast<std::int32_t>(t);
+}
+
+RasterSlab TetRaster::make_slab() const {
+    RasterSlab slab;
+    slab.clear(0, std::min(slab_slices, grid_.size[2]), voxels_a_slice());
+    return slab;
 }
 
 void TetRaster::draw(int s, RasterSlab& slab) const {
-    slab.clear(s * slab_slices, std::min((s + 1) * slab_slices, grid_.size[2]),
-               static_cast<std::size_t>(grid_.size[0]) * grid_.size[1]);
+    slab.clear(s * slab_slices, std::min((s + 1) * slab_slices, grid_.size[2]), voxels_a_slice());
     for (std::int32_t at = first_[s]; at < first_[s + 1]; ++at) draw_tet(list_[at], slab);
 }
 

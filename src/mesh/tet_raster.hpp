@@ -43,11 +43,15 @@ class TetRaster {
               std::span<const Vector3> values);
 
     int slab_count() const { return static_cast<int>(first_.size()) - 1; }
-    /// Slab `s` into `slab`, which is cleared before. May be called by several threads, each with its own slab.
+    /// One with room for any of them.
+    RasterSlab make_slab() const;
+    /// Slab `s` into one of `make_slab`, which is cleared before. Allocates nothing. May be called by several threads, each
+    /// with a slab of its own.
     void draw(int s, RasterSlab& slab) const;
 
   private:
     void draw_tet(std::size_t t, RasterSlab& slab) const;
+    std::size_t voxels_a_slice() const { return static_cast<std::size_t>(grid_.size[0]) * grid_.size[1]; }
 
     ImageGrid grid_;
     std::span<const Tet> tets_;

@@ -284,7 +284,7 @@ TEST(TetRaster, EveryVoxelOfABlockIsCoveredOnFacesToo) {
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3 / 3);
     const TetMesh mesh = test::block({4, 4, 4}, {4e-3, 4e-3, 4e-3});
     const TetRaster raster(grid, mesh.tets, mesh.tets.size(), mesh.nodes, mesh.nodes);
-    RasterSlab slab;
+    RasterSlab slab = raster.make_slab();
     std::size_t covered = 0;
     for (int s = 0; s < raster.slab_count(); ++s) {
         raster.draw(s, slab);
