@@ -110,13 +110,13 @@ TEST_P(WarpByItk, ItsResamplingByTheInverseFieldGivesTheSameImage) {
     const GreyImage ours = warp(bend);
     const Grey::Pointer image = read<Grey>(block.folder / "image.nii.gz");
     const Grey::Pointer theirs = resample(image, transform_of(block.folder / "inverse.nii.gz"));
-    const LabelImage inside = block.image<std::int32_t>([](const Vector3&) { return 1; });
+    const float empty = *std::min_element(ours.values.begin(), ours.values.end());
     std::size_t same = 0, moved = 0;
     for (int k = 0; k < 40; ++k)
         for (int j = 0; j < 40; ++j)
             for (int i = 0; i < 40; ++i) {
                 const double mine = ours.at(i, j, k), its = theirs->GetPixel({i, j, k});
-                if (mine == *std::min_element(ours.values.begin(), ours.values.end())) continue;  // empty: a field cannot say so
+                if (mine == empty) continue;  // empty: a field cannot say so
                 EXPECT_NEAR(mine, its, 0.05) << i << ' ' << j << ' ' << k;
                 ++same;
                 moved += std::abs(mine - image->GetPixel({i, j, k})) > 5;

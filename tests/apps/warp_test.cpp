@@ -87,14 +87,14 @@ TEST(Warp, TheDeformedLabelsHaveTheDeformedMeshesVolume) {
 TEST(Warp, AGreyImageKeepsItsKindOfVoxelAndIsInterpolated) {
     const WarpedBlock block(true);
     block.write_result("result.h5", {[](const Vector3& x) { return Vector3(x + Vector3(0.0011, 0.0007, -0.0005)); }}, "gone.h5");
-    const auto value = [](const Vector3& x) { return static_cast<float>(std::round(1e4 * (x.x() + 2 * x.y()))); };  // -900 to 2,000
+    const auto value = [](const Vector3& x) { return static_cast<float>(1e4 * (x.x() + 2 * x.y())); };  // -900 to 2,000, stored rounded
     write_image(block.folder / "ct.nii.gz", block.image<float>(value), ScalarType::int16);
     for (const char* how : {"", "--interpolation linear", "--interpolation cubic", "--interpolation nearest"}) {
         const auto outcome = livetet(block.folder, std::string("warp result.h5 --image ct.nii.gz -o out.nii --rind-mm 0 ") + how);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_EQ(read_volume(block.folder / "out.nii").type, ScalarType::int16);
         const GreyImage out = read_grey_image(block.folder / "out.nii");
-        const double allowed = std::string(how).ends_with("nearest") ? 45 : 2;  // half a voxel's steps; roundings
+        const double allowed = std::string(how).ends_with("nearest") ? 50 : 2;  // half a voxel's diagonal; roundings
         double worst = 0;
         for (int n = 10; n < 30; ++n) {
             const Vector3 x = block.place(n, 20, 20) - Vector3(0.0011, 0.0007, -0.0005);
@@ -203,7 +203,6 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
 }
 
 TEST(Warp, ADiskThatIsFullIsOneLineAndNoFile) {
-    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     const WarpedBlock block;
     block.write_meshed();
     block.write_result("result.h5", {three_right});
