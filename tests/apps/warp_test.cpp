@@ -156,7 +156,7 @@ TEST(Warp, OfAResultThatWasCutOffWhatIsWholeIsUsed) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(nlohmann::json::parse(text_of(block.folder / "told.json"))["frame"], 1);
     EXPECT_EQ(read_label_image(block.folder / "out.nii.gz").at(30, 20, 20), 1);
-    std::filesystem::resize_file(block.folder / "cut.h5", std::filesystem::file_size(block.folder / "cut.h5") / 2);
+    std::filesystem::resize_file(block.folder / "cut.h5", 2000);  // within the mesh; behind the frames lies room for more
     expect_refused(livetet(block.folder, "warp cut.h5 -o other.nii.gz"), {"cut.h5"});
     EXPECT_FALSE(std::filesystem::exists(block.folder / "other.nii.gz"));
 }
