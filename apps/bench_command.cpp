@@ -20,6 +20,7 @@
 #include "apps/pictures.hpp"
 #include "apps/pictures_display.hpp"
 #include "apps/bench/realtime_bench.hpp"
+#include "apps/bench/warp_bench.hpp"
 #endif
 
 namespace livetet {
@@ -294,6 +295,14 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
         check_drawable(experiment->figure);
         status.value = bench_accuracy(*experiment);
     });
+    CLI::App* warp = bench->add_subcommand(
+        "warp", "The image in the deformed state, part by part, against VTK's probe filter; exit 1 where a target is missed");
+    auto warped = std::make_shared<WarpBenchArguments>();
+    warp->add_option("--size", warped->size, "voxels along each axis")->capture_default_str()->check(CLI::Range(16, 1024));
+    warp->add_option("--tets", warped->tets, "of the phantom's mesh")->capture_default_str()->check(CLI::Range(500, 1000000));
+    warp->add_option("--repeats", warped->repeats, "runs that times are medians of")->capture_default_str()->check(CLI::Range(1, 1000));
+    warp->add_option("--json", warped->json, "write the figures to this file");
+    warp->callback([warped, &status] { status.value = bench_warp(*warped); });
 #endif
 }
 

@@ -27,6 +27,7 @@ void add_track_command(CLI::App& app, ExitStatus& status);
 void add_record_command(CLI::App& app);
 void add_serve_command(CLI::App& app);
 void add_report_command(CLI::App& app);
+void add_warp_command(CLI::App& app);
 void add_phantom_command(CLI::App& app);
 
 /// The arguments that a sub-command did not know, as PETSc's ("-ksp_view"). Throws Error for one that looks like a

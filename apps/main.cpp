@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
     add_record_command(app);
     add_serve_command(app);
     add_report_command(app);
+    add_warp_command(app);
     add_solve_command(app, status);
     add_study_command(app, status);
     add_explain_command(app);

@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <map>
-#include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/label_map.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/refine.hpp"
 
@@ -45,9 +45,6 @@ void note_what_lies_apart(MeshedInput& meshed, const LabelImage& image, const Me
     }
 }
 
-/// Anatomical label maps name fewer tissues than this; 8-bit grey images have more values.
-constexpr std::size_t most_labels = 200;
-
 constexpr const char* advice =
     "a grey image is meshed between thresholds: --threshold LOW:HIGH (in a scene mesh.threshold)";
 
@@ -60,17 +57,9 @@ LabelImage labels_of(const MeshSource& source) {
         fail("{}; {}", e.what(), advice);
     }
     if (!source.labels.empty()) return image;
-    std::unordered_set<std::int32_t> values;
-    for (std::size_t n = 0; n < image.values.size(); ++n) {
-        if (n > 0 && image.values[n] == image.values[n - 1]) continue;
-        values.insert(image.values[n]);
-        if (image.values[n] < 0 || values.size() > most_labels)
-            fail("{}: looks like a grey image ({}), expected labels; {}, a label map's labels are picked by --labels",
-                 source.file.string(),
-                 image.values[n] < 0 ? fmt::format("a voxel is {}", image.values[n])
-                                     : fmt::format("more than {} different values", most_labels),
-                 advice);
-    }
+    if (const std::string why = why_no_label_map(image); !why.empty())
+        fail("{}: looks like a grey image ({}), expected labels; {}, a label map's labels are picked by --labels",
+             source.file.string(), why, advice);
     return image;
 }
 

@@ -107,4 +107,7 @@ void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture
 void write_marker_picture(const std::filesystem::path& path, const GreyImage& image,
                           std::span<const ImageMarker> markers, double diameter);
 
+/// A file's bytes as base64, to stand in a page.
+std::string base64_of(const std::filesystem::path& path);
+
 }  // namespace livetet

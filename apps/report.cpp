@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "config/yaml.hpp"
 
 namespace livetet {
 
@@ -39,6 +40,23 @@ FrameStatistics frame_statistics(const RunResult& result) {
     return s;
 }
 
+/// What the run's scene says of it. A scene of a later version may have keys that this one does not know: then nothing.
+void add_scene(Report& report, const RunResult& result) {
+    report.scene_text = result.scene_text;
+    if (result.scene_text.empty()) return;
+    Scene scene;
+    try {
+        scene = read_yaml<Scene>(result.scene_text, result.source);
+    } catch (const Error&) {
+        return;
+    }
+    const bool multigrid = result.info.solver.find("multigrid") != std::string::npos;  // as solvers name themselves
+    report.parts = explain_parts(scene, result.mesh.tets.size(), result.info.levels, multigrid);
+    if (scene.track)
+        for (const SensorOptions& s : scene.track->sensors)
+            report.sensors.push_back({s.tool, s.patch_radius_mm, s.motion == DriveMotion::rigid, s.stiffness_N_per_m});
+}
+
 }  // namespace
 
 Report make_report(const RunResult& result, const Truth* truth) {
@@ -53,6 +71,12 @@ Report make_report(const RunResult& result, const Truth* truth) {
     report.last_s = result.frames.back().time_s;
     report.largest_press_mm = deepest->press_mm;
     report.deepest_frame = static_cast<std::size_t>(deepest - result.frames.begin());
+    add_scene(report, result);
+    for (const RunFrame& frame : result.frames)
+        if (frame.sensors) {
+            if (!report.sensor_frames) report.sensor_frames.emplace().fill(0);
+            for (std::size_t s = 0; s < frame.sensors->size(); ++s) (*report.sensor_frames)[s] += (*frame.sensors)[s];
+        }
     if (truth) report.truth = compare_with_truth(result, *truth);
     return report;
 }

@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "apps/explanation.hpp"
 #include "apps/run_result.hpp"
 #include "apps/target_error.hpp"
 #include "apps/truth_file.hpp"
@@ -20,9 +22,23 @@ struct FrameStatistics {
     Distribution error_estimate_mm;  ///< of each frame's estimate of its own remaining error, RMS over the nodes
 };
 
+/// A deformation sensor as the scene has it.
+struct ReportSensor {
+    std::string tool;
+    double patch_radius_mm = 0;
+    bool turns = false;                         ///< the patch follows its turn, too
+    std::optional<double> stiffness_N_per_m{};  ///< none: a hard patch
+};
+
+/// What sensors do, in the order of DriveStatus.
+inline constexpr const char* sensor_states[] = {"placing", "following", "returning", "holding", "releasing", "released"};
+
 /// What one tracked run was worth.
 struct Report {
-    std::string source;
+    std::string source, scene_text;
+    std::vector<ReportSensor> sensors;
+    std::optional<std::array<double, 6>> sensor_frames;  ///< frames that sensors spent in each of `sensor_states`, of all sensors
+    std::vector<ExplainedPart> parts;  ///< what the run built and left out; empty where its scene is not known
     RunInfo run;
     FrameStatistics frames;
     double first_s = 0, last_s = 0;
@@ -34,15 +50,29 @@ struct Report {
 /// Throws Error for a result without frames, and where `compare_with_truth` does.
 Report make_report(const RunResult& result, const Truth* truth = nullptr);
 
+/// How many times smaller the error at the targets should be with deformation than without.
+inline constexpr double wanted_gain = 3;
+
 /// The sentences that say whether the run was good: frame times; where it had a budget, how it was kept; with a truth,
 /// how much the deformation gained at the deepest press, and whether moving the whole organ moved targets.
 std::vector<std::string> verdicts(const Report& report);
+
+/// What a sensor moves, and how.
+std::string sensor_text(const ReportSensor& sensor);
 
 /// A page of tables to read, lines of at most 100 characters.
 std::string report_text(const Report& report);
 
 /// The same figures as JSON text, with units in the keys' names.
 std::string report_json(const Report& report);
+
+/// A picture to stand in a page: PNG, as base64.
+struct PagePicture {
+    std::string caption, base64;
+};
+
+/// The same figures as one HTML page that needs no other file. `no_pictures`: why there are none, where there are none.
+std::string report_page(const Report& report, std::span<const PagePicture> pictures, const std::string& no_pictures = "");
 
 /// Reads what `livetet track` wrote, writes report.txt, report.json and the pictures into the folder "report" beside
 /// it, the JSON to `json` as well unless that is empty, and prints the text. Throws Error where it cannot.

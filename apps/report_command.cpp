@@ -13,6 +13,7 @@
 #include "apps/report.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/text.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
 #endif
@@ -83,25 +84,78 @@ std::optional<std::string> draw_under_virtual_display(const ReportArguments& arg
     return fmt::format("there is no X server, and xvfb-run ended with status {}", status);
 }
 
-/// Pictures are a gift: where they cannot be had, the report stands without.
-void add_pictures(const ReportArguments& arguments, const RunResult& result, const Report& report) {
-    std::optional<std::string> why;
-    if (have_display())
-        draw(arguments, result, report);
-    else
-        why = draw_under_virtual_display(arguments);
-    if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
+/// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
+std::optional<std::string> add_pictures(const ReportArguments& arguments, const RunResult& result, const Report& report) {
+    if (!have_display()) return draw_under_virtual_display(arguments);
+    draw(arguments, result, report);
+    return std::nullopt;
+}
+
+/// The pictures that are in the folder, in the order in which a reader wants them.
+std::vector<PagePicture> pictures_in(const fs::path& folder) {
+    std::vector<PagePicture> pictures;
+    for (const auto& [name, caption] : {std::pair{"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
+                                        {"target_error.png", "Error at the targets over time"},
+                                        {"frame_times.png", "What each frame took"}})
+        if (fs::exists(folder / name)) pictures.push_back({caption, base64_of(folder / name)});
+    return pictures;
 }
 
 #else
 
 void draw(const ReportArguments&, const RunResult&, const Report&) {}
 
-void add_pictures(const ReportArguments&, const RunResult&, const Report&) {
-    fmt::print(stderr, "pictures left out: this build of livetet draws none\n");
+std::optional<std::string> add_pictures(const ReportArguments&, const RunResult&, const Report&) {
+    return "this build of livetet draws none";
 }
 
+std::vector<PagePicture> pictures_in(const fs::path&) { return {}; }
+
 #endif
+
+/// A folder for pictures on their way into a page, gone with the guard.
+class PassingFolder {
+  public:
+    PassingFolder() {
+        std::string name = (fs::temp_directory_path() / "livetet_report_XXXXXX").string();
+        if (!::mkdtemp(name.data())) fail("{}: the folder for pictures cannot be made", name);
+        path_ = name;
+    }
+    ~PassingFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    PassingFolder(const PassingFolder&) = delete;
+    PassingFolder& operator=(const PassingFolder&) = delete;
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+bool is_page(const fs::path& output) { return ending(output) == ".html" || ending(output) == ".htm"; }
+
+void write_page(const ReportArguments& arguments, const RunResult& result, const Report& report) {
+    PendingFile page(arguments.folder);  // before pictures are drawn
+    std::optional<PendingFile> extra;
+    if (!arguments.json.empty()) extra.emplace(arguments.json);
+    std::vector<PagePicture> pictures;
+    std::string why = "--no-pictures";
+    if (!arguments.no_pictures) {
+        const PassingFolder folder;
+        ReportArguments drawn = arguments;
+        drawn.folder = folder.path();
+        why = add_pictures(drawn, result, report).value_or("");
+        pictures = pictures_in(folder.path());
+        if (!why.empty()) fmt::print(stderr, "pictures left out: {}\n", why);
+    }
+    write_text_file(page.path(), report_page(report, pictures, why));
+    if (extra) write_text_file(extra->path(), report_json(report));
+    page.commit();
+    if (extra) extra->commit();
+    for (const std::string& sentence : verdicts(report)) fmt::print("{}\n", sentence);
+    fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(), pictures.size());
+}
 
 /// All files or none: each is complete beside its place before the first is moved there.
 void write_texts(const ReportArguments& arguments, const Report& report) {
@@ -131,14 +185,16 @@ void run(ReportArguments arguments) {
         return;
     }
 
-    // 3. texts, pictures
+    // 3. the page, or texts and pictures
+    if (is_page(arguments.folder)) return write_page(arguments, result, report);
     std::error_code failure;
     fs::create_directories(arguments.folder, failure);
     if (failure) fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
     write_texts(arguments, report);
     fmt::print("{}\n", report_text(report));
     std::fflush(stdout);
-    if (!arguments.no_pictures) add_pictures(arguments, result, report);
+    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments, result, report);
+    if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
     fmt::print("written          {}\n", arguments.folder.string());
 }
 
@@ -157,7 +213,7 @@ void add_report_command(CLI::App& app) {
     auto arguments = std::make_shared<ReportArguments>();
     command->add_option("result", arguments->result, "what livetet track wrote (.h5)")->required();
     command->add_option("--truth", arguments->truth, "a phantom's truth (.json): errors at its hidden targets");
-    command->add_option("-o,--output", arguments->folder, "folder for report.txt, report.json and pictures")
+    command->add_option("-o,--output", arguments->folder, "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
         ->default_str("report, beside the result");
     command->add_option("--json", arguments->json, "write the JSON to this file too");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");

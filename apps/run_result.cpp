@@ -42,6 +42,10 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     frame.registration_held = is(RegistrationStatus::held);
     frame.registration_lost = is(RegistrationStatus::lost);
     frame.converged = value("converged") != 0;
+    if (std::find(names.begin(), names.end(), "sensors") != names.end()) {
+        const std::vector<double> counts = reader.values("sensors", k, 6);
+        std::copy_n(counts.begin(), 6, frame.sensors.emplace().begin());
+    }
     return frame;
 }
 
@@ -76,6 +80,7 @@ RunResult read_run_result(const std::filesystem::path& path) {
     const auto reader = std::make_shared<const ResultReader>(path);
     RunResult result;
     result.source = path.string();
+    result.scene_text = reader->scene_text();
     result.mesh = reader->mesh();
     if (reader->frame_count() == 0) fail("{}: holds no frame, expected the result of livetet track", result.source);
     const std::vector<std::string> names = reader->value_names();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -27,6 +28,8 @@ struct RunFrame {
     double press_mm = 0;  ///< length of the patch's displacement
     bool registration_held = false, registration_lost = false;
     bool converged = true;
+    /// How many sensors are in each DriveStatus; not in the oldest files.
+    std::optional<std::array<double, 6>> sensors;
 };
 
 struct RunFiducial {
@@ -52,6 +55,7 @@ struct RunInfo {
 /// A tracked run as plain data. Displacements are large and are read one frame at a time.
 struct RunResult {
     std::string source;  ///< the file, for messages
+    std::string scene_text;  ///< with every value it resolved to; empty where there is none
     TetMesh mesh;        ///< with the node sets "fixed" and "patch", where they are known
     std::vector<RunFrame> frames;
     RunInfo info;

@@ -18,14 +18,31 @@ namespace fs = std::filesystem;
 
 bool is_nifti(const fs::path& path) { return ending(path) == ".nii" || ending(path) == ".nii.gz"; }
 
-Volume read_volume(const fs::path& path) {
-#ifdef LIVETET_IMAGES
-    if (!is_nifti(path)) return read_itk_volume(path);
-#else
-    if (is_image_name(path) && !is_nifti(path))
-        fail("{}: this build of livetet has no image formats but NIfTI: .nii or .nii.gz", path.string());
-#endif
-    return nifti::read(path);
+/// use(a number of that type).
+template <class Use>
+void of_type(ScalarType type, const Use& use) {
+    switch (type) {
+        case ScalarType::uint8:
+            return use(std::uint8_t{});
+        case ScalarType::int8:
+            return use(std::int8_t{});
+        case ScalarType::uint16:
+            return use(std::uint16_t{});
+        case ScalarType::int16:
+            return use(std::int16_t{});
+        case ScalarType::uint32:
+            return use(std::uint32_t{});
+        case ScalarType::int32:
+            return use(std::int32_t{});
+        case ScalarType::uint64:
+            return use(std::uint64_t{});
+        case ScalarType::int64:
+            return use(std::int64_t{});
+        case ScalarType::float32:
+            return use(float{});
+        case ScalarType::float64:
+            return use(double{});
+    }
 }
 
 /// The volume's values as T, where `fits` allows each of them.
@@ -49,41 +66,7 @@ template <class T, class Wrong, class Fits>
 Image<T> convert(const Volume& volume, const fs::path& path, const char* expected, const Fits& fits) {
     Image<T> image{volume.size, volume.ras_from_voxel, {}};
     image.values.resize(volume.bytes.size() / bytes_of(volume.type));
-    const auto from = [&]<class Stored>(Stored) {
-        convert_from<T, Stored, Wrong>(volume, path, expected, fits, image.values);
-    };
-    switch (volume.type) {
-        case ScalarType::uint8:
-            from(std::uint8_t{});
-            break;
-        case ScalarType::int8:
-            from(std::int8_t{});
-            break;
-        case ScalarType::uint16:
-            from(std::uint16_t{});
-            break;
-        case ScalarType::int16:
-            from(std::int16_t{});
-            break;
-        case ScalarType::uint32:
-            from(std::uint32_t{});
-            break;
-        case ScalarType::int32:
-            from(std::int32_t{});
-            break;
-        case ScalarType::uint64:
-            from(std::uint64_t{});
-            break;
-        case ScalarType::int64:
-            from(std::int64_t{});
-            break;
-        case ScalarType::float32:
-            from(float{});
-            break;
-        case ScalarType::float64:
-            from(double{});
-            break;
-    }
+    of_type(volume.type, [&]<class Stored>(Stored) { convert_from<T, Stored, Wrong>(volume, path, expected, fits, image.values); });
     return image;
 }
 
@@ -95,11 +78,15 @@ void check_image(const Image<T>& image, const fs::path& path) {
              image.size[1], image.size[2]);
 }
 
+template <class Stored>
+std::span<const char> bytes_of_values(const std::vector<Stored>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Stored)};
+}
+
 template <class Stored, class T>
-void write_as(nifti::VoxelType type, const fs::path& path, const Image<T>& image) {
+void write_as(ScalarType type, const fs::path& path, const Image<T>& image) {
     const std::vector<Stored> stored(image.values.begin(), image.values.end());
-    nifti::write(path, image.size, image.ras_from_voxel, type,
-                 {reinterpret_cast<const char*>(stored.data()), stored.size() * sizeof(Stored)});
+    nifti::write(path, {image.size, image.ras_from_voxel}, type, bytes_of_values(stored));
 }
 
 }  // namespace
@@ -109,21 +96,61 @@ bool is_image_name(const fs::path& path) {
     return is_nifti(path) || end == ".nrrd" || end == ".nhdr" || end == ".mha" || end == ".mhd";
 }
 
-GreyImage read_grey_image(const fs::path& path) {
+Volume read_volume(const fs::path& path) {
+#ifdef LIVETET_IMAGES
+    if (!is_nifti(path)) return read_itk_volume(path);
+#else
+    if (is_image_name(path) && !is_nifti(path))
+        fail("{}: this build of livetet has no image formats but NIfTI: .nii or .nii.gz", path.string());
+#endif
+    return nifti::read(path);
+}
+
+GreyImage grey_image(const Volume& volume, const fs::path& path) {
     constexpr double most = std::numeric_limits<float>::max();
-    return convert<float, Error>(read_volume(path), path, "a finite number",
+    return convert<float, Error>(volume, path, "a finite number",
                                  [](double v) { return std::abs(v) <= most; });  // false for NaN
 }
 
-LabelImage read_label_image(const fs::path& path) {
+LabelImage label_image(const Volume& volume, const fs::path& path) {
     constexpr double least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
-    return convert<std::int32_t, NotALabel>(read_volume(path), path, "a label, a whole number",
+    return convert<std::int32_t, NotALabel>(volume, path, "a label, a whole number",
                                             [](double v) { return v >= least && v <= most && v == std::floor(v); });
 }
 
+GreyImage read_grey_image(const fs::path& path) { return grey_image(read_volume(path), path); }
+
+LabelImage read_label_image(const fs::path& path) { return label_image(read_volume(path), path); }
+
 void write_image(const fs::path& path, const GreyImage& image) {
     check_image(image, path);
-    write_as<float>(nifti::VoxelType::float32, path, image);
+    write_as<float>(ScalarType::float32, path, image);
+}
+
+void write_image(const fs::path& path, const GreyImage& image, ScalarType type) {
+    check_image(image, path);
+    of_type(type, [&]<class Stored>(Stored) {
+        if constexpr (std::is_integral_v<Stored> && sizeof(Stored) <= 4) {
+            constexpr double least = std::numeric_limits<Stored>::min(), most = std::numeric_limits<Stored>::max();
+            std::vector<Stored> stored;
+            stored.reserve(image.values.size());
+            for (const double v : image.values) stored.push_back(static_cast<Stored>(std::clamp(std::round(v), least, most)));
+            nifti::write(path, {image.size, image.ras_from_voxel}, type, bytes_of_values(stored));
+        } else {
+            write_as<float>(ScalarType::float32, path, image);
+        }
+    });
+}
+
+void write_displacement_field(const fs::path& path, const Image<Eigen::Vector3f>& field) {
+    check_image(field, path);
+    constexpr float mm = 1e3, lps_from_ras[] = {-1, -1, 1};
+    std::vector<float> planes;
+    planes.reserve(3 * field.values.size());
+    for (int d = 0; d < 3; ++d)
+        for (const Eigen::Vector3f& v : field.values) planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no -0
+    nifti::write(path, {field.size, field.ras_from_voxel}, ScalarType::float32, bytes_of_values(planes),
+                 nifti::Values::vectors);
 }
 
 void write_image(const fs::path& path, const LabelImage& image) {
@@ -131,11 +158,11 @@ void write_image(const fs::path& path, const LabelImage& image) {
     if (image.values.empty()) fail("{}: the image has no voxels", path.string());
     const auto [least, most] = std::minmax_element(image.values.begin(), image.values.end());
     if (*least >= 0 && *most <= 255)
-        write_as<std::uint8_t>(nifti::VoxelType::uint8, path, image);
+        write_as<std::uint8_t>(ScalarType::uint8, path, image);
     else if (*least >= -32768 && *most <= 32767)
-        write_as<std::int16_t>(nifti::VoxelType::int16, path, image);
+        write_as<std::int16_t>(ScalarType::int16, path, image);
     else
-        write_as<std::int32_t>(nifti::VoxelType::int32, path, image);
+        write_as<std::int32_t>(ScalarType::int32, path, image);
 }
 
 }  // namespace livetet

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "base/error.hpp"
+#include "io/volume.hpp"
 #include "mesh/image.hpp"
 
 namespace livetet {
@@ -32,9 +33,22 @@ GreyImage read_grey_image(const std::filesystem::path& path);
 /// The same for labels: every voxel must be a whole number of 32 bits, else NotALabel.
 LabelImage read_label_image(const std::filesystem::path& path);
 
+/// The two steps of these: what a file holds, as it is stored; and its values. `path`: of the file, for messages.
+Volume read_volume(const std::filesystem::path& path);
+GreyImage grey_image(const Volume& volume, const std::filesystem::path& path);
+LabelImage label_image(const Volume& volume, const std::filesystem::path& path);
+
 /// Writes a NIfTI 1 image (.nii, or compressed .nii.gz) in mm, with sform and, where axes are square to each other,
 /// qform. Grey values as float; labels as 8, 16 or 32 bit integers, the smallest that fits.
 void write_image(const std::filesystem::path& path, const GreyImage& image);
 void write_image(const std::filesystem::path& path, const LabelImage& image);
+
+/// Grey values as voxels of `type`: rounded and clipped where those are integers of up to 32 bits, else as float.
+void write_image(const std::filesystem::path& path, const GreyImage& image, ScalarType type);
+
+/// Displacements (metres, RAS) as ITK, and so ANTs and 3D Slicer, read a displacement field from NIfTI: a vector image
+/// (five-dimensional, intent 1007) of float, mm. NIfTI's world is RAS, but ITK turns no vectors of that intent: their
+/// components are LPS.
+void write_displacement_field(const std::filesystem::path& path, const Image<Eigen::Vector3f>& field);
 
 }  // namespace livetet

@@ -200,7 +200,11 @@ void put(std::vector<char>& header, std::size_t offset, std::initializer_list<do
     }
 }
 
-std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matrix4d& affine_mm, VoxelType type) {
+int code_of(ScalarType type) {
+    return std::find_if(std::begin(kinds), std::end(kinds), [&](const Kind& k) { return k.type == type; })->code;
+}
+
+std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matrix4d& affine_mm, ScalarType type, Values values) {
     std::vector<char> header(352, 0);
     const Eigen::Matrix3d axes = affine_mm.topLeftCorner<3, 3>();
     const Eigen::Vector3d spacing = axes.colwise().norm().transpose();
@@ -213,10 +217,11 @@ std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matri
     if (q.w() < 0) q.coeffs() *= -1;
     const Eigen::Vector3d origin = affine_mm.topRightCorner<3, 1>();
 
-    const int bytes = type == VoxelType::uint8 ? 1 : type == VoxelType::int16 ? 2 : 4;
+    constexpr double vector_intent = 1007;
+    const bool vectors = values == Values::vectors;
     put<std::int32_t>(header, 0, {348});
-    put<std::int16_t>(header, 40, {3, 1.0 * size[0], 1.0 * size[1], 1.0 * size[2], 1, 1, 1, 1});
-    put<std::int16_t>(header, 70, {static_cast<double>(type), 8.0 * bytes});
+    put<std::int16_t>(header, 40, {vectors ? 5.0 : 3.0, 1.0 * size[0], 1.0 * size[1], 1.0 * size[2], 1, vectors ? 3.0 : 1.0, 1, 1});
+    put<std::int16_t>(header, 68, {vectors ? vector_intent : 0, 1.0 * code_of(type), 8.0 * static_cast<double>(bytes_of(type))});
     put<float>(header, 76, {qfac, spacing[0], spacing[1], spacing[2], 1, 1, 1, 1});
     put<float>(header, 108, {352, 1, 0});
     header[123] = 2;                                          // mm
@@ -271,15 +276,14 @@ Volume read(const fs::path& path) {
     return volume;
 }
 
-void write(const fs::path& path, const std::array<int, 3>& size, const Eigen::Matrix4d& ras_from_voxel, VoxelType type,
-           std::span<const char> bytes) {
+void write(const fs::path& path, const ImageGrid& grid, ScalarType type, std::span<const char> bytes, Values values) {
     check_ending(path, ".nii or .nii.gz");
-    for (const int n : size)
+    for (const int n : grid.size)
         if (n < 1 || n > 32767)
             fail("{}: the image has {} voxels along an axis, expected 1 to 32767", path.string(), n);
-    Eigen::Matrix4d affine_mm = ras_from_voxel;
+    Eigen::Matrix4d affine_mm = grid.ras_from_voxel;
     affine_mm.topRows<3>() *= 1e3;
-    const std::vector<char> header = make_header(size, affine_mm, type);
+    const std::vector<char> header = make_header(grid.size, affine_mm, type, values);
     PendingFile pending(path);
     const gzFile file = gzopen(pending.path().c_str(), ending(path) == ".nii" ? "wbT" : "wb6");
     if (!file) fail("{}: cannot be written", path.string());

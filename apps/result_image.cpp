@@ -1,0 +1,55 @@
+#include "apps/result_image.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "apps/mesh_source.hpp"
+#include "base/error.hpp"
+#include "config/yaml.hpp"
+#include "io/hierarchy_file.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// `file`, or one of that name in `folder`: results are moved with what they were made from. `named_by`: for the message.
+fs::path locate(const fs::path& file, const fs::path& folder, const std::string& named_by) {
+    for (const fs::path& candidate : {file, folder / file, folder / file.filename()}) {
+        std::error_code ignored;
+        if (fs::is_regular_file(candidate, ignored)) return candidate;
+    }
+    fail("{}: names {}, which is not there, nor beside it", named_by, file.string());
+}
+
+/// The mesh block that a hierarchy was made by, as its provenance tells.
+MeshSource source_of_hierarchy(const fs::path& path) {
+    const auto told = nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
+    const auto asked = told.is_object() ? told.value("asked", nlohmann::json()) : nlohmann::json();
+    if (!asked.is_object() || !asked.contains("mesh") || !asked["mesh"].is_string())
+        fail("{}: does not say what it was meshed from", path.string());
+    return read_yaml<MeshSource>(asked["mesh"].get<std::string>(), path.string());
+}
+
+}  // namespace
+
+MeshedImage find_meshed_image(const ResultReader& result, const fs::path& path) {
+    MeshSource source = read_yaml<Scene>(result.scene_text(), path.string()).mesh;
+    MeshedImage image;
+    std::string named_by = path.string();
+    fs::path folder = path.parent_path();
+    if (kind_of(source.file) == hierarchy_kind) {
+        const fs::path hierarchy = locate(source.file, folder, named_by);
+        image.grid = read_image_grid(hierarchy);
+        source = source_of_hierarchy(hierarchy);
+        named_by = hierarchy.string();
+        folder = hierarchy.parent_path();
+    }
+    if (kind_of(source.file) != image_kind)
+        fail("{}: was meshed from {}, which is no image", named_by, source.file.string());
+    image.file = locate(source.file, folder, named_by);
+    image.label_map = source.threshold.empty();
+    return image;
+}
+
+}  // namespace livetet

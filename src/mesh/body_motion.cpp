@@ -1,0 +1,92 @@
+#include "mesh/body_motion.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+double oriented_volume(std::span<const Vector3> nodes, const Tet& t) {
+    return (nodes[t[1]] - nodes[t[0]]).cross(nodes[t[2]] - nodes[t[0]]).dot(nodes[t[3]] - nodes[t[0]]);
+}
+
+/// Each ten-node tet as eight of four nodes: its corners, and about the diagonal between the middles of edges 0-1 and 2-3
+/// the four between it and the other middles, in the order in which they lie around it.
+std::vector<Tet> linear_tets(const TetMesh& mesh) {
+    if (mesh.edge_nodes.empty()) return mesh.tets;
+    std::vector<Tet> tets;
+    tets.reserve(8 * mesh.tets.size());
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const Tet& t = mesh.tets[e];
+        const auto& [m01, m12, m20, m03, m13, m23] = mesh.edge_nodes[e];
+        tets.insert(tets.end(), {{t[0], m01, m20, m03}, {m01, t[1], m12, m13}, {m20, m12, t[2], m23}, {m03, m13, m23, t[3]}});
+        const std::int32_t ring[] = {m12, m20, m03, m13};
+        for (int i = 0; i < 4; ++i) {
+            Tet inner{m01, m23, ring[i], ring[(i + 1) % 4]};
+            if (oriented_volume(mesh.nodes, inner) < 0) std::swap(inner[2], inner[3]);
+            tets.push_back(inner);
+        }
+    }
+    return tets;
+}
+
+/// The prism over a triangle of inner nodes, wound outwards, as three tets; of each side the diagonal begins at the lower
+/// inner node, as it does for the neighbour.
+void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::int32_t>& outer_of) {
+    const auto lowest = std::min_element(inner.begin(), inner.end());
+    std::rotate(inner.begin(), lowest, inner.end());
+    const auto [a, b, c] = inner;
+    const std::int32_t A = outer_of[a], B = outer_of[b], C = outer_of[c];
+    tets.push_back({a, A, B, C});
+    if (b < c) {
+        tets.push_back({a, b, c, C});
+        tets.push_back({a, B, b, C});
+    } else {
+        tets.push_back({a, b, c, B});
+        tets.push_back({a, c, C, B});
+    }
+}
+
+/// Outer nodes behind the others: `thickness` from the inner ones along the surface's normals, which are the means of its
+/// triangles' by their areas.
+void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surface, std::span<const std::int32_t> inner,
+                     double thickness) {
+    std::vector<Vector3> normals(nodes.size(), Vector3::Zero());
+    for (const auto& [a, b, c] : surface) {
+        const Vector3 normal = (nodes[b] - nodes[a]).cross(nodes[c] - nodes[a]);
+        for (const std::int32_t n : {a, b, c}) normals[n] += normal;
+    }
+    for (const std::int32_t n : inner) nodes.push_back(nodes[n] + thickness * normals[n].normalized());
+}
+
+}  // namespace
+
+BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind) {
+    if (displacement.size() != mesh.nodes.size())
+        fail("a motion has {} displacements, expected one for each of {} nodes", displacement.size(), mesh.nodes.size());
+    BodyMotion motion{linear_tets(mesh), 0, mesh.nodes, mesh.nodes};
+    motion.own = motion.tets.size();
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];
+    if (rind <= 0) return motion;
+    const std::vector<Triangle> surface = boundary_triangles(motion.tets);
+    const std::vector<std::int32_t> inner = nodes_of(surface);
+    std::vector<std::int32_t> outer_of(mesh.nodes.size(), -1);
+    for (std::size_t i = 0; i < inner.size(); ++i)
+        outer_of[inner[i]] = static_cast<std::int32_t>(mesh.nodes.size() + i);
+    for (const Triangle& t : surface) add_prism(motion.tets, t, outer_of);
+    add_outer_nodes(motion.rest, surface, inner, rind);
+    add_outer_nodes(motion.deformed, surface, inner, rind);
+    return motion;
+}
+
+std::vector<Vector3> differences(std::span<const Vector3> a, std::span<const Vector3> b) {
+    std::vector<Vector3> d(b.begin(), b.end());
+    for (std::size_t n = 0; n < d.size(); ++n) d[n] -= a[n];
+    return d;
+}
+
+}  // namespace livetet

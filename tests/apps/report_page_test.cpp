@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/report.hpp"
+#include "geometry/matrix_rows.hpp"
+#include "io/result_file.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+#ifdef LIVETET_IMAGES
+#include "apps/pictures_display.hpp"
+#endif
+
+namespace livetet {
+namespace {
+
+using nlohmann::json;
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+
+/// What a reader sees of a page, row by row: "cell|cell|cell".
+std::vector<std::string> rows_of(const std::string& page) {
+    std::vector<std::string> rows;
+    for (std::size_t at = 0; (at = page.find("<tr>", at)) != std::string::npos;) {
+        const std::size_t end = page.find("</tr>", at);
+        std::string row;
+        bool tag = false;
+        for (const char c : page.substr(at, end - at)) {
+            if (c == '<') tag = true;
+            if (!tag) row += c;
+            if (c == '>') {
+                tag = false;
+                if (row.empty() || row.back() != '|') row += '|';
+            }
+        }
+        rows.push_back(row);
+        at = end;
+    }
+    return rows;
+}
+
+bool has_row(const std::string& page, const std::string& row) {
+    const auto rows = rows_of(page);
+    return std::find(rows.begin(), rows.end(), "|" + row + "|") != rows.end();
+}
+
+/// A run of a block, pressed deeper from frame to frame; frame k took 10 + k ms.
+RunResult made_run() {
+    RunResult result;
+    result.source = "a <b> & \"c\".h5";
+    result.mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
+    result.scene_text = "mesh: {file: m.h5}\nsolver: {kind: live}\ntrack: {source: press.igs.mha, sensors: [{tool: Tip, patch_radius_mm: 12}]}\n";
+    for (int k = 0; k < 5; ++k) {
+        RunFrame frame;
+        frame.time_s = 7 + 0.1 * k;
+        frame.frame_ms = 10 + k;
+        frame.solve_ms = 3 + k;
+        frame.press_mm = 2 * k;
+        frame.sensors = {k < 2 ? 1.0 : 0.0, k < 2 ? 0.0 : 1.0, 0, 0, 0, 0};
+        result.frames.push_back(frame);
+    }
+    result.info.samples = result.info.frames = 5;
+    result.info.tets = result.mesh.tets.size();
+    result.info.nodes = result.mesh.nodes.size();
+    result.info.levels = 3;
+    result.info.budget_ms = 100;
+    result.info.fre_mm = 0.28;
+    result.info.solver = "cg + multigrid";
+    result.info.version = "0.0.7";
+    result.info.fiducials = {{"F<1>", 0.31, 0.52}};
+    return result;
+}
+
+TEST(ReportPage, HoldsTheFiguresOfTheJson) {
+    const Report report = make_report(made_run());
+    const std::string page = report_page(report, {});
+    const json figures = json::parse(report_json(report));
+    for (const auto& [name, key] : {std::pair{"whole frame [ms]", "frame_ms"}, {"solve [ms]", "solve_ms"}}) {
+        const json& d = figures["frames"][key];
+        EXPECT_TRUE(has_row(page, fmt::format("{}|{:.2f}|{:.2f}|{:.2f}|{:.2f}|{:.2f}", name, d["median"].get<double>(), d["mean"].get<double>(),
+                                              d["p95"].get<double>(), d["p99"].get<double>(), d["worst"].get<double>())))
+            << page;
+    }
+    EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
+    EXPECT_TRUE(has_row(page, "F&lt;1&gt;|0.31|0.52"));
+    EXPECT_TRUE(has_row(page, "FRE (RMS of the residuals)|0.28"));
+    EXPECT_TRUE(has_row(page, "placing|2 frames"));
+    EXPECT_TRUE(has_row(page, "following|3 frames"));
+    EXPECT_TRUE(has_row(page, "Tip|a patch of 12 mm follows its way alone, exactly"));
+    EXPECT_TRUE(has_row(page, "mesh|48 tets, 27 nodes, 3 level(s)"));
+    EXPECT_TRUE(has_row(page, "coarse levels|2 of them, assembled with their own rotations"));
+    EXPECT_NE(page.find("run by livetet 0.0.7"), std::string::npos);
+    EXPECT_NE(page.find("a &lt;b&gt; &amp; &quot;c&quot;.h5"), std::string::npos);
+}
+
+TEST(ReportPage, NeedsNoOtherFileAndShowsNoNameAsMarkup) {
+    const std::vector<PagePicture> pictures{{"An <organ>", "iVBORw0KGgo="}};
+    const std::string page = report_page(make_report(made_run()), pictures);
+    EXPECT_NE(page.find("<img alt=\"An &lt;organ&gt;\" src=\"data:image/png;base64,iVBORw0KGgo=\">"), std::string::npos);
+    for (const char* outside : {"http", "<script", "<link", "url(", "F<1>"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+    for (const char* tag : {"table", "section", "figure", "ul", "body", "html"}) {
+        const auto count = [&](const std::string& what) {
+            std::size_t n = 0;
+            for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; ++at) ++n;
+            return n;
+        };
+        EXPECT_EQ(count(std::string("<") + tag + ">") + count(std::string("<") + tag + " "), count(std::string("</") + tag + ">")) << tag;
+    }
+}
+
+TEST(ReportPage, OfARunWhoseSceneIsNotKnownLeavesOutWhatItSays) {
+    RunResult run = made_run();
+    run.scene_text = "mesh: {file: m.h5}\nkey_of_a_later_version: 1\n";
+    const std::string page = report_page(make_report(run), {}, "no X server");
+    EXPECT_EQ(page.find("What was left out"), std::string::npos);
+    EXPECT_NE(page.find("Pictures are left out: no X server."), std::string::npos);
+    EXPECT_NE(report_page(make_report(made_run()), {}).find("What was left out"), std::string::npos);
+}
+
+/// A result of a tracked run as the recorder writes it.
+void write_run(const std::filesystem::path& path) {
+    const TetMesh mesh = test::block({4, 4, 4}, {0.1, 0.1, 0.1});
+    ResultWriter writer(path, mesh, made_run().scene_text);
+    for (int k = 0; k < 5; ++k) {
+        std::vector<Vector3> u;
+        for (const Vector3& x : mesh.nodes) u.push_back(Vector3(0, 0, -0.02 * k * x.z() / 0.1 * (x.z() > 0.09)));
+        writer.append(7 + 0.1 * k, u);
+        writer.append_values("tracker_from_image", matrix_rows(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()));
+        for (const auto& [name, value] : {std::pair{"frame_ms", 10.0 + k}, {"operator_ms", 1.0}, {"forces_ms", 1.0}, {"solve_ms", 2.0},
+                                          {"iterations", 1.0}, {"residual", 1e-3}, {"press_mm", 20.0 * k}, {"registration_status", 1.0}, {"converged", 1.0}})
+            writer.append_values(name, {{value}});
+        writer.append_values("sensors", std::vector<double>{0, 1, 0, 0, 0, 0});
+    }
+    writer.write_text("run", R"({"samples": 5, "frames": 5, "missed": 0, "budget_ms": 66, "fre_mm": 0.28, "fiducials": [], "tets": 384,
+                                "nodes": 125, "levels": 3, "solver": "cg + multigrid", "version": "0.0.7"})");
+    writer.close();
+}
+
+TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
+    const Folder folder;
+    write_run(folder / "result.h5");
+    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::string page = text_of(folder / "page.html");
+    EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
+    EXPECT_EQ(json::parse(text_of(folder / "figures.json"))["frames"]["frame_ms"]["worst"], 14);
+    EXPECT_FALSE(std::filesystem::exists(folder / "report"));
+    std::size_t pictures = 0;
+    for (std::size_t at = 0; (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at) ++pictures;
+    EXPECT_TRUE(pictures == 2 || page.find("Pictures are left out: ") != std::string::npos);
+#ifdef LIVETET_IMAGES
+    EXPECT_EQ(pictures, have_display() ? 2u : pictures);
+#endif
+    ASSERT_EQ(livetet(folder, "report result.h5 -o bare.html --no-pictures").status, 0);
+    EXPECT_EQ(text_of(folder / "bare.html").find("data:image"), std::string::npos);
+    expect_refused(livetet(folder, "report result.h5 -o nofolder/page.html"), {"nofolder"});
+}
+
+}  // namespace
+}  // namespace livetet
