@@ -82,6 +82,8 @@ int view_recording(const ViewArguments& arguments) {
         player.go_to_frame(*arguments.frame - 1);
     else if (!arguments.screenshot.empty())
         player.go_to_frame(recording.telling_frame());
+    const auto& sensors = window.shown().sensors;
+    if (!sensors.empty() && sensors.front().base) window.set_cross(*sensors.front().base);
     if (arguments.colour == "stress") window.set_colour(ColourBy::von_mises);
 
     // 3. what is to be seen

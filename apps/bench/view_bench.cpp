@@ -39,10 +39,6 @@ class ByTurns : public FrameGuest {
         const double now = steady_seconds();
         if (first_s_ == 0) first_s_ = now;
         const int stretch = now - first_s_ < left_out_s ? 0 : 1 + static_cast<int>((now - first_s_ - left_out_s) / stretch_s_);
-        if (stretch > count_) {
-            stop_asked = true;
-            return;
-        }
         const bool with = stretch % 2 == 0;  // the one that is left out, too
         if (stretch != stretch_) {
             if (stretch_ > 0 && stretch_ % 2 == 0)
@@ -50,6 +46,10 @@ class ByTurns : public FrameGuest {
             stretch_ = stretch;
             since_s_ = now;
             pictures_ = view_.pictures();
+        }
+        if (stretch > count_) {
+            stop_asked = true;
+            return;
         }
         if (with) view_.tell(frame, model, sample);
         if (stretch == 0 || now - since_s_ < 0.5) return;  // what was under way ends

@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double shortest_picture_s = 1.0 / 60;
+constexpr double shortest_picture_s = 1.0 / 30;  // more than that would only take from the simulation
 
 /// Of this thread, and so of those that a software renderer starts from it: where cores are few, the simulation is first.
 void give_way() {

@@ -33,7 +33,7 @@ void VolumeView::set_visible(bool visible) {
         vtkNew<vtkPiecewiseFunction> opacity;
         opacity->AddPoint(outside, 0);
         opacity->AddPoint(0, 0.002);
-        opacity->AddPoint(brightest, 0.25);
+        opacity->AddPoint(brightest, 0.08);
         volume_ = vtkSmartPointer<vtkVolume>::New();
         volume_->SetMapper(mapper);
         volume_->GetProperty()->SetColor(colour);

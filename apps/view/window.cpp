@@ -170,7 +170,7 @@ void ViewWindow::reset() {
     const double bounds[6] = {box.min().x(), box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z()};
     organ_renderer_->GetActiveCamera()->SetViewAngle(30);
     organ_renderer_->ResetCamera(bounds);
-    organ_renderer_->GetActiveCamera()->Zoom(1.25);
+    organ_renderer_->GetActiveCamera()->Zoom(1.1);
     if (slices_) slices_->fit();
     changed_ = true;
 }
