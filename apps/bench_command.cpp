@@ -21,6 +21,7 @@
 #include "apps/pictures_display.hpp"
 #include "apps/bench/realtime_bench.hpp"
 #include "apps/bench/warp_bench.hpp"
+#include "apps/bench/view_bench.hpp"
 #endif
 
 namespace livetet {
@@ -278,6 +279,18 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     latency->add_option("--budget", late->budget_ms, "ms that a frame may take")->capture_default_str()->check(CLI::PositiveNumber);
     latency->add_option("--json", late->json, "write the figures to this file");
     latency->callback([late, &status] { status.value = bench_latency(*late); });
+    CLI::App* view = bench->add_subcommand(
+        "view", "Pictures a second of the window beside a run, and what it costs the simulation; exit 1 where the target is missed");
+    auto viewed = std::make_shared<ViewBenchArguments>();
+    view->add_option("--for", viewed->seconds, "seconds of each stretch, with the window and without")->capture_default_str()->check(CLI::Range(1, 1000));
+    view->add_option("--stretches", viewed->stretches, "of each")->capture_default_str()->check(CLI::Range(1, 1000));
+    view->add_option("--rate", viewed->rate_Hz, "samples a second")->capture_default_str()->check(CLI::PositiveNumber);
+    view->add_option("--tets", viewed->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
+    view->add_option("--json", viewed->json, "write the figures to this file");
+    view->callback([viewed, &status] {
+        if (!have_display()) fail("bench view: no X server answers that could draw; start the command behind xvfb-run -a");
+        status.value = bench_view(*viewed);
+    });
     CLI::App* accuracy = bench->add_subcommand(
         "accuracy", "Error at targets inside the pressed phantom, rigid-only against deforming, and what limits it; exit 1 where "
                     "rigid-only is better");

@@ -29,6 +29,7 @@ void add_serve_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_warp_command(CLI::App& app);
 void add_phantom_command(CLI::App& app);
+void add_view_command(CLI::App& app, ExitStatus& status);
 
 /// The arguments that a sub-command did not know, as PETSc's ("-ksp_view"). Throws Error for one that looks like a
 /// mistyped option of ours ("--jsn") or that stands alone.

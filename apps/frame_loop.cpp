@@ -74,6 +74,7 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
         if (plan.budget_s)
             limits.deadline =
                 start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
+        if (plan.guest) model.pull(plan.guest->pull());
         const Frame& frame = model.advance(sample->sample, limits);
         const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
         count.take(*sample, counts);
@@ -86,6 +87,7 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
         }
         counts.not_converged += !frame.step.converged;
         ++counts.frames;
+        if (plan.guest) plan.guest->tell(frame, model, *sample);
         announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
         if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }

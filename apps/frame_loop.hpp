@@ -15,12 +15,24 @@ namespace livetet {
 /// What tells a run's time: the samples' own time, or, where it may be set while it runs, when they came.
 enum class SampleClock { own, arrival };
 
+/// Whoever watches a run and has a hand in it. Called from the simulation's thread, so it must never wait.
+class FrameGuest {
+  public:
+    virtual ~FrameGuest() = default;
+    /// The marker pulled by hand, for the next frame.
+    virtual std::optional<HandPull> pull() = 0;
+    virtual void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) = 0;
+    /// After the last frame: may wait, for a user who goes on looking. Throws Error where watching failed.
+    virtual void finish() {}
+};
+
 /// How the frames of a run are computed.
 struct FramePlan {
     std::optional<double> budget_s{};  ///< each frame is due so long after it began
     bool every_sample = false;
     double seconds = 0;  ///< from the first sample on; 0: to the source's end
     SampleClock clock = SampleClock::own;
+    FrameGuest* guest = nullptr;
 };
 
 /// What a run of frames came to.

@@ -12,8 +12,6 @@ namespace livetet {
 
 namespace {
 
-constexpr double farthest_from_organ = 0.02;  // m, of a sensor when it is placed
-
 /// A step in time is at most so long: after a silence the body goes on from where it was.
 constexpr double longest_step_s = 0.5;
 
@@ -75,8 +73,8 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
 }
 
-LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
-    const TrackOptions& track = *scene_.track;
+SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions& options) {
+    const TrackOptions& track = *scene.track;
     SensorPatchOptions patch;
     patch.drive = {.motion = options.motion,
                    .base_window_s = track.base_window_s,
@@ -88,9 +86,13 @@ LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
     patch.stiffness = options.stiffness_N_per_m;
     // A hundred times what a disc of the patch's size meets on a half-space: 2 E a / (1 - nu^2).
     double young = 0;
-    for (const Material& m : scene_.materials) young = std::max(young, m.young_Pa);
+    for (const Material& m : scene.materials) young = std::max(young, m.young_Pa);
     patch.firm_stiffness = 100 * 2 * young * patch.radius / 0.75;
-    return {options, find_tool_(options.tool), false, SensorPatch(patch)};
+    return patch;
+}
+
+LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
+    return {options, find_tool_(options.tool), false, 0, SensorPatch(sensor_patch_options(scene_, options))};
 }
 
 void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
@@ -168,9 +170,13 @@ void LiveModel::follow(const TrackerSample& sample) {
     std::size_t k = 0;
     for (Sensor& s : sensors_) {
         const TrackedPose nowhere;
+        if (s.by_hand) {
+            follow_hand(s);
+            continue;
+        }
         s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose), reference,
                        registration_.image_from_reference());
-        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(), s.off_organ};
+        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(), s.off_organ, s.patch.drive().base()};
         frame_.press = std::max(frame_.press, s.patch.press());
     }
     for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -189,6 +195,10 @@ void LiveModel::place_patches() {
         const Vector3 place = s.patch.drive().base()->translation;
         const double distance = s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);
         s.off_organ = distance <= farthest_from_organ ? 0 : distance;
+        if (s.by_hand) {
+            s.leaving = s.off_organ > 0;
+            continue;
+        }
         if (s.off_organ > 0 && !misplaced_waits_)
             fail(
                 "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm off "

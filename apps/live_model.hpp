@@ -18,6 +18,14 @@ struct SensorState {
     SensorTrouble trouble = SensorTrouble::lost;
     double press = 0;      ///< how far the middle of its patch was moved since the sensor was placed, m
     double off_organ = 0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
+    std::optional<RigidTransform<ImageFrame, Sensor>> base{};  ///< its place at rest, once that is known
+};
+
+/// A marker that is pulled by hand: where on the organ, as it was then, it was set, and where it is pulled to (image frame,
+/// m). `number`: counted up with each marker, from 1.
+struct HandPull {
+    int number = 0;
+    Vector3 base = Vector3::Zero(), to = Vector3::Zero();
 };
 
 /// What one frame came to, but for the displacement.
@@ -29,6 +37,7 @@ struct FrameState {
     double press = 0;                           ///< the largest of the sensors', m
     std::vector<SensorState> sensors;           ///< as the scene lists them
     std::vector<TrackedPose> image_from_tool;   ///< as `LiveModel::tools` lists them
+    std::optional<HandPull> pull{};
     StepReport step;
     double sensor_s = 0, output_s = 0;  ///< what the way from sample to constraints took, and the displacement's out
 };
@@ -61,6 +70,12 @@ struct SceneChange {
 /// Reads the masks and tips of `scene`. Throws Error where one is not good, or nothing would hold the body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
 
+/// What a sensor's patch is in this scene.
+SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions& sensor);
+
+/// How far off the organ's surface a sensor may be when it is placed, m.
+inline constexpr double farthest_from_organ = 0.02;
+
 /// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensors' patches,
 /// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
 class LiveModel {
@@ -78,6 +93,11 @@ class LiveModel {
     /// changed holds its patch and lets it go as a lost one does; what is new is placed first. Nodes that are fixed from now
     /// on are led to their place at rest in `track.release_s`. Throws Error, and changes nothing, where that cannot be.
     void change(SceneChange&& change);
+
+    /// From the next frame on a patch about the marker's base goes with it, as with a sensor that was placed there at once; of
+    /// an earlier marker, or with nothing, it is let go as that of a lost sensor is. A base that is farther than
+    /// `farthest_from_organ` off the surface moves nothing.
+    void pull(const std::optional<HandPull>& pull);
 
     struct ShownTool {
         std::string tool;
@@ -97,7 +117,8 @@ class LiveModel {
     struct Sensor {
         SensorOptions options;
         std::size_t pose = 0;
-        bool leaving = false;  ///< its entry is gone: it is lost for good
+        bool leaving = false;  ///< its entry, or the hand's marker, is gone: it is lost for good
+        int by_hand = 0;       ///< the marker's number; 0: a tracked sensor
         SensorPatch patch;
         bool is_hard = false;
         double off_organ = 0;
@@ -109,6 +130,7 @@ class LiveModel {
         double since_s = 0;
     };
     Sensor new_sensor(const SensorOptions& options) const;
+    void follow_hand(Sensor& sensor);
     void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
     void begin_settling(const std::vector<std::uint8_t>& before);
     void follow(const TrackerSample& sample);
@@ -130,6 +152,7 @@ class LiveModel {
     Constraints constraints_;
     Springs springs_;
     bool pulled_ = false;        ///< some patch is held by springs
+    int hand_ = 0;               ///< the last marker's number
     std::list<Sensor> sensors_;  ///< as the scene lists them, then those that leave
     std::vector<ShownTool> shown_;
     std::vector<RigidTransform<Tool, Tip>> tips_;  ///< of those shown

@@ -59,6 +59,9 @@ int main(int argc, char** argv) {
     add_serve_command(app);
     add_report_command(app);
     add_warp_command(app);
+#ifdef LIVETET_IMAGES
+    add_view_command(app, status);
+#endif
     add_solve_command(app, status);
     add_study_command(app, status);
     add_explain_command(app);

@@ -32,15 +32,6 @@ namespace {
 constexpr look::Colour patch_colour = look::red;
 constexpr look::Colour fixed_colour{0.25, 0.25, 0.28};
 
-/// Pale where nothing moves, dark where most does (ColorBrewer's YlGnBu without its palest), for any light.
-vtkSmartPointer<vtkColorTransferFunction> colours(double largest_mm) {
-    constexpr double steps[8][3] = {{0.93, 0.95, 0.75}, {0.78, 0.91, 0.71}, {0.50, 0.80, 0.73}, {0.25, 0.71, 0.77},
-                                    {0.11, 0.57, 0.75}, {0.13, 0.37, 0.66}, {0.15, 0.20, 0.58}, {0.03, 0.11, 0.35}};
-    auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
-    for (int i = 0; i < 8; ++i) map->AddRGBPoint(largest_mm * i / 7, steps[i][0], steps[i][1], steps[i][2]);
-    return map;
-}
-
 /// The surface moved by `scale` times the displacement, in mm, with the displacement's length in mm at each point.
 vtkSmartPointer<vtkPolyData> surface(const TetMesh& mesh, std::span<const Vector3> displacement, double scale) {
     vtkNew<vtkPoints> points;
@@ -205,7 +196,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
         largest_mm = std::max(largest_mm, 1e3 * displacement[n].norm());
         box.extend(1e3 * mesh.nodes[n]);
     }
-    const auto map = colours(std::max(largest_mm, 0.1));
+    const auto map = organ_colours(std::max(largest_mm, 0.1));
     const auto window = make_window();
     const auto left = add_renderer(window, 0, 0.16, 0.5, 1), right = add_renderer(window, 0.5, 0.16, 1, 1);
     const auto key = add_renderer(window, 0, 0, 0.45, 0.16), bar = add_renderer(window, 0.45, 0, 1, 0.16);

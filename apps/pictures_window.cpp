@@ -34,13 +34,25 @@ void set_text(vtkTextProperty* text, int size, bool bold) {
     text->SetColor(look::ink.data());
 }
 
-vtkSmartPointer<vtkRenderWindow> make_window() {
+vtkSmartPointer<vtkColorTransferFunction> organ_colours(double largest) {
+    constexpr double steps[8][3] = {{0.93, 0.95, 0.75}, {0.78, 0.91, 0.71}, {0.50, 0.80, 0.73}, {0.25, 0.71, 0.77},
+                                    {0.11, 0.57, 0.75}, {0.13, 0.37, 0.66}, {0.15, 0.20, 0.58}, {0.03, 0.11, 0.35}};
+    auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
+    for (int i = 0; i < 8; ++i) map->AddRGBPoint(largest * i / 7, steps[i][0], steps[i][1], steps[i][2]);
+    return map;
+}
+
+void route_messages() {
     static const bool routed = [] {
         vtkNew<LogWindow> log;
         vtkOutputWindow::SetInstance(log);
         return true;
     }();
     (void)routed;
+}
+
+vtkSmartPointer<vtkRenderWindow> make_window() {
+    route_messages();
     auto window = vtkSmartPointer<vtkRenderWindow>::New();
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(8);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <vtkColorTransferFunction.h>
 #include <vtkRenderWindow.h>
 #include <vtkSmartPointer.h>
 #include <vtkTextProperty.h>
@@ -20,6 +21,12 @@ inline constexpr int title_size = 30, label_size = 24, tick_size = 20;
 
 /// Sets font, size and the colour of ink.
 void set_text(vtkTextProperty* text, int size, bool bold = false);
+
+/// From pale at 0 to dark at `largest` (ColorBrewer's YlGnBu without its palest), for any light.
+vtkSmartPointer<vtkColorTransferFunction> organ_colours(double largest);
+
+/// VTK's messages go to the log from here on.
+void route_messages();
 
 /// An off-screen window of the common size, anti-aliased.
 vtkSmartPointer<vtkRenderWindow> make_window();

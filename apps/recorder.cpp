@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -19,6 +20,9 @@ constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
 
+/// A frame's HandPull: number (0: none), base, to.
+constexpr const char* pull_values = "pull";
+
 /// A number of a file that stands for a whole one up to `most`.
 std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
     if (!(x >= 0 && x <= most && x == std::floor(x)))
@@ -27,6 +31,15 @@ std::uint64_t whole_number(double x, double most, const char* what, const std::s
 }
 
 constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
+
+std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k, const std::string& source) {
+    const std::vector<double> v = reader.values(pull_values, k, 7);
+    const auto number = whole_number(v[0], 1e9, "pull", source);
+    if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+        fail("{}: the pull of frame {} is not finite", source, k);
+    if (number == 0) return {};
+    return HandPull{static_cast<int>(number), {v[1], v[2], v[3]}, {v[4], v[5], v[6]}};
+}
 
 }  // namespace
 
@@ -156,6 +169,9 @@ void Recorder::write(const KeptFrame& kept) {
     }
     writer_.append_values("solves", solves);
     value("checksum", checksum(f.displacement));
+    const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
+    writer_.append_values(pull_values, {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(), pull.base.z(), pull.to.x(),
+                                         pull.to.y(), pull.to.z()}});
 }
 
 RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {
@@ -179,11 +195,14 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
         const auto pose = transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
         poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
+    const std::vector<std::string> names = reader.value_names();
+    const bool has_pulls = std::find(names.begin(), names.end(), pull_values) != names.end();
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
         frame.sample = whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
         frame.checksum =
             static_cast<std::uint32_t>(whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
+        if (has_pulls) frame.pull = read_pull(reader, k, source);
         const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
         for (int i = 0; i < most_recorded_solves; ++i)
             frame.solves[i] = {static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),

@@ -79,6 +79,7 @@ struct RecordedRun {
         std::uint64_t sample = 0;
         std::array<SolveRecord, most_recorded_solves> solves{};
         std::uint32_t checksum = 0;
+        std::optional<HandPull> pull{};  ///< older files hold none
     };
     std::vector<StreamSample> samples;
     std::vector<FrameRecord> frames;

@@ -81,6 +81,7 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
                                              [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
         if (sample == run.samples.end() || sample->number != recorded.sample)
             fail("{}: frame {} was made of sample {}, which was not kept", source, k, recorded.sample);
+        model.pull(recorded.pull);
         const Frame& frame = model.advance(sample->sample, {.as_done = &recorded.solves});
         ++report.frames;
         if (checksum(frame.displacement) == recorded.checksum) {

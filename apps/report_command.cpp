@@ -1,9 +1,5 @@
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,14 +7,13 @@
 
 #include "apps/commands.hpp"
 #include "apps/report.hpp"
+#include "apps/virtual_display.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/text.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
 #endif
-
-extern char** environ;
 
 namespace livetet {
 
@@ -42,46 +37,14 @@ void draw(const ReportArguments& arguments, const RunResult& result, const Repor
     if (report.truth) write_target_error_picture(arguments.folder / "target_error.png", *report.truth);
 }
 
-bool on_path(const std::string& program) {
-    const char* path = std::getenv("PATH");
-    std::string_view rest = path ? path : "";
-    while (!rest.empty()) {
-        const std::size_t colon = rest.find(':');
-        const fs::path candidate = fs::path(rest.substr(0, colon)) / program;
-        if (::access(candidate.c_str(), X_OK) == 0) return true;
-        rest = colon == std::string_view::npos ? "" : rest.substr(colon + 1);
-    }
-    return false;
-}
-
-/// Runs a program to its end. Its exit status, or 127 where it could not be run or was killed.
-int run_program(std::vector<std::string> words) {
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    pid_t child = 0;
-    int status = 0;
-    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return 127;
-    while (waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) return 127;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
-}
-
 /// This command once more, pictures only, under a virtual X server. Why it could not, if it could not.
 std::optional<std::string> draw_under_virtual_display(const ReportArguments& arguments) {
-    if (!on_path("xvfb-run")) return "there is no X server, and xvfb-run is not installed";
-    std::vector<std::string> words{"xvfb-run",
-                                   "-a",
-                                   fs::read_symlink("/proc/self/exe").string(),
-                                   "report",
-                                   arguments.result.string(),
-                                   "-o",
-                                   arguments.folder.string(),
-                                   "--pictures-only"};
+    std::vector<std::string> words{"report", arguments.result.string(), "-o", arguments.folder.string(), "--pictures-only"};
     if (!arguments.truth.empty()) words.insert(words.end(), {"--truth", arguments.truth.string()});
-    const int status = run_program(std::move(words));
-    if (status == 0) return std::nullopt;
-    return fmt::format("there is no X server, and xvfb-run ended with status {}", status);
+    const VirtualRun run = run_under_virtual_display(words);
+    if (run.why_not) return fmt::format("there is no X server, and {}", *run.why_not);
+    if (run.status == 0) return std::nullopt;
+    return fmt::format("there is no X server, and xvfb-run ended with status {}", run.status);
 }
 
 /// Pictures are a gift: where they cannot be had, the report stands without, and this is why.

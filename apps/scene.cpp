@@ -103,6 +103,7 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
         if (!p.empty() && p.is_relative()) p = folder / p;
     };
     resolve(scene.mesh.file);
+    resolve(scene.image);
     for (auto& f : scene.fix)
         if (f.mask) resolve(*f.mask);
     for (auto& d : scene.drive)

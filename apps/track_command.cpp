@@ -8,6 +8,7 @@
 #include "apps/interruptible.hpp"
 #include "apps/replay.hpp"
 #include "apps/report.hpp"
+#include "apps/track_run.hpp"
 #include "apps/tracker_source.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -21,13 +22,6 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
-
-struct TrackArguments {
-    std::filesystem::path scene, json, replay;
-    bool every_sample = false;
-    std::string publish;
-    double seconds = 0;
-};
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
                   const FrameCounts& counts, std::optional<double> budget_s, const std::string& problem) {
@@ -91,7 +85,9 @@ RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistrati
     return {image_from_base.rotation, image_from_base.translation};
 }
 
-int track(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
+}  // namespace
+
+int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc, const GuestMaker& make_guest) {
     // 1. what is asked: everything is read and checked before anything runs
     std::error_code gone;  // load_scene says so
     const auto written = std::filesystem::last_write_time(arguments.scene, gone);
@@ -137,9 +133,11 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     TrackerSource& source = *open.source;
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
+    if (writer) writer->write_text("tools", json(source.tools()).dump());  // now: a run that is killed cannot say it at its end
 
     // 3. frames
     const Interruptible interruptible;  // until all is written
+    const std::unique_ptr<FrameGuest> guest = make_guest ? make_guest(scene, body.mesh()) : nullptr;
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
@@ -147,7 +145,8 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
         run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer, watch ? &*watch : nullptr,
-                   {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own},
+                   {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own,
+                    guest.get()},
                    counts);
     } catch (const std::exception& error) {  // what came until then is kept where it does not come again
         if (!open.is_live() || counts.frames == 0) throw;
@@ -173,10 +172,13 @@ int track(const TrackArguments& arguments, const std::vector<std::string>& petsc
     writer->close();
 
     // 4. report
+    if (guest) guest->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
     if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer->frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
+
+namespace {
 
 int replay(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     PetscSession session("livetet", petsc);
@@ -192,6 +194,16 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
 
 }  // namespace
 
+void add_track_options(CLI::App& command, TrackArguments& arguments) {
+    command.add_option("--publish", arguments.publish,
+                        "serve the deformed surface, tools and status by OpenIGTLink on this port, or ADDRESS:PORT; this "
+                        "machine alone can connect unless an address is named");
+    command.add_option("--for", arguments.seconds, "stop after so many seconds")->check(CLI::PositiveNumber);
+    command.add_flag("--every-sample", arguments.every_sample,
+                      "every sample of the recording, however long it takes, instead of its own pace");
+    command.add_option("--json", arguments.json, "write the report to this file too");
+}
+
 void add_track_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command =
         app.add_subcommand("track", "Follows a tracker in real time: registration, deformation, results, report. Ctrl-C ends it");
@@ -204,19 +216,13 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         ->add_option("--replay", arguments->replay,
                      "compute a recorded run (.h5) again from what came in, and compare each frame to the bit")
         ->excludes(scene);
-    command->add_option("--publish", arguments->publish,
-                        "serve the deformed surface, tools and status by OpenIGTLink on this port, or ADDRESS:PORT; this "
-                        "machine alone can connect unless an address is named");
-    command->add_option("--for", arguments->seconds, "stop after so many seconds")->check(CLI::PositiveNumber);
-    command->add_flag("--every-sample", arguments->every_sample,
-                      "every sample of the recording, however long it takes, instead of its own pace");
-    command->add_option("--json", arguments->json, "write the report to this file too");
+    add_track_options(*command, *arguments);
     command->allow_extras();
     command->callback([command, arguments, &status] {
         if (arguments->scene.empty() && arguments->replay.empty())
             fail("track: expected a scene file (YAML), or --replay RESULT.h5");
         const std::vector<std::string> petsc = petsc_arguments(*command);
-        status.value = arguments->replay.empty() ? track(*arguments, petsc) : replay(*arguments, petsc);
+        status.value = arguments->replay.empty() ? run_track(*arguments, petsc) : replay(*arguments, petsc);
     });
 }
 

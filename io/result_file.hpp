@@ -86,6 +86,7 @@ class ResultReader {
         return file_.read<double>("rows/" + name, columns).values;
     }
     std::vector<std::string> value_names() const { return file_.names("values"); }
+    std::vector<std::string> field_names() const { return file_.names("fields"); }
 
   private:
     hdf5::File file_;

@@ -1,0 +1,148 @@
+#include "apps/bench/view_bench.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/bench/realtime_cases.hpp"
+#include "apps/interruptible.hpp"
+#include "apps/phantom.hpp"
+#include "apps/view/live.hpp"
+#include "base/distribution.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "config/yaml.hpp"
+#include "io/result_file.hpp"
+#include "solvers/petsc_session.hpp"
+#include "tracking/playback.hpp"
+#include "tracking/simulated_tracker.hpp"
+
+namespace livetet {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double pictures_asked = 25;  // a second
+constexpr double left_out_s = 4;       // the sensor is placed, the window opens
+
+/// Passes frames on to a window in every other stretch of time, and times all of them.
+class ByTurns : public FrameGuest {
+  public:
+    ByTurns(LiveView& view, double stretch_s, int stretches) : view_(view), stretch_s_(stretch_s), count_(2 * stretches) {}
+
+    std::optional<HandPull> pull() override {
+        began_s_ = steady_seconds();
+        return {};
+    }
+    void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override {
+        const double now = steady_seconds();
+        if (first_s_ == 0) first_s_ = now;
+        const int stretch = now - first_s_ < left_out_s ? 0 : 1 + static_cast<int>((now - first_s_ - left_out_s) / stretch_s_);
+        const bool with = stretch % 2 == 0;  // the one that is left out, too
+        if (stretch != stretch_) {
+            if (stretch_ > 0 && stretch_ % 2 == 0)
+                pictures_a_second.push_back(static_cast<double>(view_.pictures() - pictures_) / (now - since_s_));
+            stretch_ = stretch;
+            since_s_ = now;
+            pictures_ = view_.pictures();
+        }
+        if (stretch > count_) {
+            stop_asked = true;
+            return;
+        }
+        if (with) view_.tell(frame, model, sample);
+        if (stretch == 0 || now - since_s_ < 0.5) return;  // what was under way ends
+        (with ? with_ms : without_ms).push_back(1e3 * (now - began_s_));
+        if (with) picture_ms.push_back(1e3 * view_.picture_s());
+    }
+
+    std::vector<double> pictures_a_second, picture_ms, with_ms, without_ms;
+
+  private:
+    LiveView& view_;
+    double stretch_s_;
+    int count_, stretch_ = 0;
+    double first_s_ = 0, since_s_ = 0, began_s_ = 0;
+    std::size_t pictures_ = 0;
+};
+
+std::string row(const std::string& name, const Distribution& d) {
+    return fmt::format("{:<34} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f}\n", name, d.median, d.p95, d.p99, d.worst);
+}
+
+json json_of(const Distribution& d) {
+    return {{"median", d.median}, {"p95", d.p95}, {"p99", d.p99}, {"worst", d.worst}, {"count", d.count}};
+}
+
+}  // namespace
+
+int bench_view(const ViewBenchArguments& arguments) {
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1) fail("bench view runs on one rank, found {}: start it without mpirun", session.ranks());
+    const PhantomImages images = make_phantom_images(0.0015, 1);
+    MeshHierarchy hierarchy = [&] {
+        ProgressLine progress("mesh");
+        return mesh_phantom(images, {"", arguments.tets, 0, 0, 0}, progress.callback());
+    }();
+    SimulatedTrackerOptions tracker = phantom_tracker({.rate_Hz = arguments.rate_Hz});
+    const double whole_s = left_out_s + 2 * arguments.stretches * arguments.seconds + 2;
+    tracker.presses = 1 + static_cast<int>(whole_s / 3);
+    Scene scene = phantom_scene(TimeScheme::newmark);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
+
+    ShownBody shown;
+    shown.mesh = body.mesh();
+    shown.surface = render_surface(shown.mesh);
+    shown.image = images.image;
+    shown.fixed = body.mesh().node_sets.at("fixed");
+    const std::size_t triangles = shown.surface.triangles.size();
+
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("livetet_view_{}", ::getpid());
+    std::filesystem::create_directories(folder);
+    FrameCounts counts;
+    LiveView view(std::move(shown), {.surface = Surface::off_screen});
+    ByTurns turns(view, arguments.seconds, arguments.stretches);
+    {
+        ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
+        ArrivalLog arrivals;
+        Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
+        Playback source(simulate_press(tracker), {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
+        LiveModel model(scene, body, [&](const std::string& tool) { return source.index_of(tool); }, tracker.image_from_reference, true);
+        Announcer announcer(body.mesh(), source, 0, {});
+        const Interruptible interruptible;
+        run_frames(scene, source, model, &recorder, announcer, nullptr, {.guest = &turns}, counts);
+        stop_asked = false;  // it was the benchmark that asked
+    }
+    view.finish();
+    std::filesystem::remove_all(folder);
+    if (turns.pictures_a_second.empty()) fail("bench view: no picture was drawn in {} s", whole_s);
+
+    const Distribution pictures = distribution(turns.pictures_a_second), picture = distribution(turns.picture_ms),
+                       with = distribution(turns.with_ms), without = distribution(turns.without_ms);
+    const double least = *std::min_element(turns.pictures_a_second.begin(), turns.pictures_a_second.end());
+    fmt::print("{} tets, {} triangles drawn, three slices, 1280 x 800; a tracker of {:g} Hz, {} of {} samples computed\n\n",
+               body.mesh().tets.size(), triangles, arguments.rate_Hz, counts.frames, counts.samples);
+    fmt::print("{:<34} {:>8} {:>8} {:>8} {:>8}\n{}{}{}", "ms", "median", "95 %", "99 %", "worst", row("a picture", picture),
+               row("a frame of the simulation, window", with), row("  without", without));
+    fmt::print("\n{:.1f} pictures a second in the median of {} stretches of {:g} s, {:.1f} in the worst; the window costs the "
+               "simulation {:+.2f} ms a frame in the median\n",
+               pictures.median, pictures.count, arguments.seconds, least, with.median - without.median);
+    const bool held = pictures.median >= pictures_asked;
+    fmt::print("asked for: {:g} pictures a second: {}\n", pictures_asked, held ? "held" : "MISSED");
+    if (!arguments.json.empty())
+        write_text_file(arguments.json, json{{"tets", body.mesh().tets.size()},
+                                             {"triangles", triangles},
+                                             {"rate_Hz", arguments.rate_Hz},
+                                             {"frames", counts.frames},
+                                             {"samples", counts.samples},
+                                             {"pictures_a_second", turns.pictures_a_second},
+                                             {"picture_ms", json_of(picture)},
+                                             {"frame_with_ms", json_of(with)},
+                                             {"frame_without_ms", json_of(without)}}
+                                                .dump(2) +
+                                            "\n");
+    return held ? 0 : 1;
+}
+
+}  // namespace livetet

@@ -1,0 +1,160 @@
+#include "apps/view/body.hpp"
+
+#include <vtkCellArray.h>
+#include <vtkLoopSubdivisionFilter.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/mesh_source.hpp"
+#include "apps/scene_body.hpp"
+#include "base/error.hpp"
+#include "config/yaml.hpp"
+#include "io/hdf5.hpp"
+#include "io/image_file.hpp"
+#include "io/registration_file.hpp"
+#include "io/surface_file.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The file that a hierarchy says it was meshed from; empty where it does not say.
+fs::path meshed_from(const fs::path& hierarchy) {
+    try {
+        const auto about = nlohmann::json::parse(hdf5::File::open(hierarchy).read_text("provenance"), nullptr, false);
+        return read_yaml<MeshSource>(about.at("asked").at("mesh").get<std::string>(), hierarchy.string()).file;
+    } catch (const Error&) {
+        return {};
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
+}
+
+/// The image that a scene is about: what it names, else what its mesh was made from.
+fs::path image_of(const Scene& scene) {
+    if (!scene.image.empty()) return scene.image;
+    if (is_image_name(scene.mesh.file)) return scene.mesh.file;
+    if (kind_of(scene.mesh.file) != hierarchy_kind || !fs::exists(scene.mesh.file)) return {};
+    const fs::path from = meshed_from(scene.mesh.file);
+    return is_image_name(from) ? scene.mesh.file.parent_path() / from : fs::path();
+}
+
+/// f(), whose Error is noted as what is left out.
+template <class F>
+void or_left_out(ShownBody& body, const std::string& what, F&& f) {
+    try {
+        f();
+    } catch (const Error& error) {
+        body.left_out.push_back(fmt::format("{}: {}", what, error.what()));
+    }
+}
+
+/// A mesh in another place than the image would be shown as nothing at all.
+void check_overlap(const GreyImage& image, const TetMesh& mesh, const fs::path& path) {
+    Eigen::AlignedBox3d box, body;
+    for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector4d v(0, 0, 0, 1);
+        for (int d = 0; d < 3; ++d) v[d] = corner >> d & 1 ? image.size[d] - 1 : 0;
+        box.extend((image.ras_from_voxel * v).head<3>());
+    }
+    for (const Vector3& x : mesh.nodes) body.extend(x);
+    if (box.intersects(body)) return;
+    const auto text = [](const Eigen::AlignedBox3d& b) {
+        return fmt::format("({:.0f}, {:.0f}, {:.0f}) to ({:.0f}, {:.0f}, {:.0f}) mm", 1e3 * b.min().x(), 1e3 * b.min().y(),
+                           1e3 * b.min().z(), 1e3 * b.max().x(), 1e3 * b.max().y(), 1e3 * b.max().z());
+    };
+    fail("{}: lies from {}, the mesh from {}, expected an image of the same place", path.string(), text(box), text(body));
+}
+
+void read_image(ShownBody& body, const fs::path& path) {
+    GreyImage image = read_grey_image(path);
+    check_overlap(image, body.mesh, path);
+    body.image = std::move(image);
+    body.image_name = path.filename().string();
+}
+
+void read_shown_fiducials(ShownBody& body, const fs::path& path) {
+    const FiducialRegistration registration = read_registration(path);
+    for (const RegisteredFiducial& f : registration.fiducials) {
+        const Vector3 touched = registration.reference_tool.empty() ? f.in_tracker : f.in_reference;
+        body.fiducials.push_back({f.name, f.in_image, registration.image_from_base * touched});
+    }
+}
+
+}  // namespace
+
+TriangleMesh render_surface(const TetMesh& mesh) {
+    constexpr std::size_t enough = 20000;
+    const std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
+    const std::vector<std::int32_t> nodes = nodes_of(triangles);
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    for (const std::int32_t n : nodes) points->InsertNextPoint(mesh.nodes[n].data());
+    vtkNew<vtkCellArray> cells;
+    for (const Triangle& t : triangles) {
+        vtkIdType ids[3];
+        for (int k = 0; k < 3; ++k) ids[k] = std::lower_bound(nodes.begin(), nodes.end(), t[k]) - nodes.begin();
+        cells->InsertNextCell(3, ids);
+    }
+    vtkNew<vtkPolyData> coarse;
+    coarse->SetPoints(points);
+    coarse->SetPolys(cells);
+    vtkNew<vtkLoopSubdivisionFilter> fine;
+    fine->SetInputData(coarse);
+    int times = 0;
+    for (std::size_t count = triangles.size(); count < enough; count *= 4) ++times;
+    fine->SetNumberOfSubdivisions(std::min(times, 3));
+    fine->Update();
+    // A surface that touches itself is not for subdividing: as it is, then.
+    vtkPolyData* out = times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
+    TriangleMesh surface;
+    for (vtkIdType i = 0; i < out->GetNumberOfPoints(); ++i) surface.nodes.emplace_back(Eigen::Map<const Vector3>(out->GetPoint(i)));
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    for (vtkIdType i = 0; i < out->GetNumberOfCells(); ++i) {
+        out->GetPolys()->GetCellAtId(i, count, ids);
+        surface.triangles.push_back({static_cast<std::int32_t>(ids[0]), static_cast<std::int32_t>(ids[1]), static_cast<std::int32_t>(ids[2])});
+    }
+    return surface;
+}
+
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const ViewFiles& files) {
+    ShownBody body;
+    body.mesh = std::move(mesh);
+    body.surface = files.surface.empty() ? render_surface(body.mesh) : read_surface(files.surface, Space::ras);
+
+    const fs::path image = !files.image.empty() || !scene ? files.image : image_of(*scene);
+    if (!files.image.empty())
+        read_image(body, image);
+    else if (image.empty())
+        body.left_out.push_back("slices: the scene names no image and its mesh was made from none; --image FILE shows one");
+    else
+        or_left_out(body, "slices", [&] { read_image(body, image); });
+
+    if (!scene) {
+        body.left_out.push_back("fixed nodes, sensors, fiducials: the result holds no scene");
+        return body;
+    }
+    std::vector<std::int32_t> fixed;
+    for (std::size_t i = 0; i < scene->fix.size(); ++i)
+        or_left_out(body, "fixed nodes", [&] {
+            const auto nodes = select_nodes(body.mesh, scene->fix[i], fmt::format("fix[{}]", i));
+            fixed.insert(fixed.end(), nodes.begin(), nodes.end());
+        });
+    std::sort(fixed.begin(), fixed.end());
+    fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
+    const std::vector<std::int32_t> skin = nodes_of(boundary_triangles(body.mesh.tets));
+    std::set_intersection(fixed.begin(), fixed.end(), skin.begin(), skin.end(), std::back_inserter(body.fixed));
+    if (scene->track && !scene->track->registration.empty())
+        or_left_out(body, "fiducials", [&] { read_shown_fiducials(body, scene->track->registration); });
+    return body;
+}
+
+}  // namespace livetet

@@ -1,0 +1,130 @@
+#include "apps/view/live.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "apps/interruptible.hpp"
+#include "base/error.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double shortest_picture_s = 1.0 / 30;  // more than that would only take from the simulation
+
+/// Of this thread, and so of those that a software renderer starts from it: where cores are few, the simulation is first.
+void give_way() {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
+}
+
+}  // namespace
+
+LiveView::LiveView(ShownBody body, Options options)
+    : body_(std::move(body)), options_(std::move(options)) {
+    thread_ = std::thread([this] { run(); });
+}
+
+LiveView::~LiveView() {
+    abandoned_ = true;
+    if (thread_.joinable()) thread_.join();
+}
+
+std::optional<HandPull> LiveView::pull() {
+    if (pulls_.take()) pull_ = pulls_.incoming();
+    return pull_;
+}
+
+void LiveView::tell(const Frame& frame, const LiveModel& model, const StreamSample&) {
+    Seen& seen = frames_.outgoing();
+    seen.frame = frame;
+    seen.displacement = frame.displacement;
+    seen.tools = model.tools();
+    seen.driven = model.driven();
+    frames_.post();
+}
+
+void LiveView::finish() {
+    run_over_ = true;
+    thread_.join();
+    if (!failure_.empty()) fail("{}", failure_);
+}
+
+void LiveView::run() {
+    give_way();
+    try {
+        ViewWindow window(body_, options_.surface, options_.size);
+        lead(window);
+        if (!options_.screenshot.empty() && !abandoned_) window.write_png(options_.screenshot);
+    } catch (const std::exception& error) {
+        failure_ = error.what();
+        Announcer::note(failure_);
+    }
+    if (!run_over_) stop_asked = true;
+}
+
+void LiveView::lead(ViewWindow& window) {
+    window.handlers.pull = [this](const std::optional<HandPull>& pull) {
+        pulls_.outgoing() = pull;
+        pulls_.post();
+    };
+    if (options_.script) {
+        const Stage stage{{}, {}, [&](double seconds) {
+                              const double end_s = steady_seconds() + seconds;
+                              bool open = true;
+                              while (open && steady_seconds() < end_s) open = advance(window);
+                              return open;
+                          }};
+        options_.script->run(window, stage);
+        return;
+    }
+    const bool has_user = options_.surface == Surface::on_screen;
+    while (advance(window) && !stop_asked && (has_user || !run_over_)) continue;
+}
+
+bool LiveView::advance(ViewWindow& window) {
+    const double start_s = steady_seconds();
+    const bool is_open = window.process_events();
+    if (frames_.take()) {
+        window.show(moment_of(frames_.incoming()));
+        window.grow_range();
+    }
+    const bool drawn = window.draw();
+    const double took_s = steady_seconds() - start_s;
+    if (drawn) {
+        ++pictures_;
+        picture_s_ = took_s;
+    }
+    const double left_s = drawn ? shortest_picture_s - took_s : 0.002;
+    if (left_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+    return is_open && !abandoned_;
+}
+
+ShownMoment LiveView::moment_of(const Seen& seen) const {
+    ShownMoment moment;
+    moment.time_s = seen.frame.time_s;
+    moment.displacement = seen.displacement;
+    moment.pull = seen.frame.pull;
+    // First the reference, then the sensors, then the tools of the scene.
+    for (std::size_t i = 0; i < seen.tools.size() && i < seen.frame.image_from_tool.size(); ++i) {
+        const TrackedPose& pose = seen.frame.image_from_tool[i];
+        const bool is_sensor = i > 0 && i <= seen.frame.sensors.size();
+        if (is_usable(pose) && !is_sensor) moment.tools.push_back({seen.tools[i].tool, seen.tools[i].has_tip, {pose.rotation, pose.translation}});
+        if (!is_sensor) continue;
+        ShownSensor& sensor = moment.sensors.emplace_back(ShownSensor{seen.tools[i].tool, {}, {}, {}});
+        if (const auto& base = seen.frame.sensors[i - 1].base) sensor.base = base->translation;
+        if (is_usable(pose)) sensor.now = pose.translation;
+    }
+    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches that are held
+    moment.text = fmt::format("live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
+                              1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
+                                     seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
+                              seen.frame.step.iterations);
+    return moment;
+}
+
+}  // namespace livetet
