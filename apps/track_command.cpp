@@ -125,11 +125,11 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
     ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-    Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
     TrackerSource& source = *open.source;
+    writer.write_text("tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
+    Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
-    writer.write_text("tools", json(source.tools()).dump());  // now: a run that is killed cannot say it at its end
 
     // 3. frames
     const Interruptible interruptible;  // until all is written
