@@ -124,16 +124,16 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
+    TrackerSource& source = *open.source;
     std::optional<ResultWriter> writer;
     std::optional<Recorder> recorder;
     if (scene.output.has_file()) {
         writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
+        writer->write_text("tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
         recorder.emplace(*writer, body.body->elastic_operator().kind(), arrivals);
     }
-    TrackerSource& source = *open.source;
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
-    if (writer) writer->write_text("tools", json(source.tools()).dump());  // now: a run that is killed cannot say it at its end
 
     // 3. frames
     const Interruptible interruptible;  // until all is written

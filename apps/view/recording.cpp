@@ -129,10 +129,14 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k), farthest_from_organ);
                 sensors[i].patch = patches[i].nodes();
             }
-            const auto pose = in_image(sensors[i].name);
-            now.now.push_back(pose ? std::optional(pose->translation) : std::nullopt);
+            // On the organ: without the registration's own lag behind an organ that is carried.
             const auto& base = patches[i].drive().base();
             now.bases.push_back(base ? std::optional(base->translation) : std::nullopt);
+            const auto pose = in_image(sensors[i].name);
+            if (base && patches[i].trouble() == SensorTrouble::none)
+                now.now.push_back(base->translation + patches[i].drive().displacement(base->translation));
+            else
+                now.now.push_back(pose ? std::optional(pose->translation) : std::nullopt);
         }
     }
     traced_ = std::move(traced);

@@ -52,12 +52,12 @@ struct Picture {
     }
 };
 
-/// Another version of the renderer moves edges and letters by a pixel: one pixel in fifty may be another (by more than 40 of
-/// 255). The press, slices at rest instead of deformed, or another colouring change more.
+/// Another version of the renderer moves edges and letters by a pixel: four pixels in a thousand may be another (by more than
+/// 40 of 255). The press, slices at rest instead of deformed, or another colouring change more, which a test below holds.
 void expect_as_kept(const std::filesystem::path& written, const std::string& name) {
     const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/view" / name;
     if (std::getenv("LIVETET_KEEP_PICTURES")) std::filesystem::copy_file(written, kept, std::filesystem::copy_options::overwrite_existing);
-    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40), 0.02) << written << " is not as " << kept;
+    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40), 0.004) << written << " is not as " << kept;
 }
 
 /// Stripes across x and z, of 20 mm, about the block.
@@ -105,15 +105,15 @@ TEST(View, ARecordedPressLooksAsKept) {
     EXPECT_GT(frames, 50u);
     for (const char* name : {"rest.png", "pressed.png", "image.png", "volume.png"}) expect_as_kept(viewed.folder / name, name);
     const Picture rest(viewed.folder / "rest.png"), pressed(viewed.folder / "pressed.png"), image(viewed.folder / "image.png");
-    EXPECT_GT(rest.share_differing(pressed, 40), 0.03);
-    EXPECT_GT(image.share_differing(pressed, 40), 0.02);
+    EXPECT_GT(rest.share_differing(pressed, 40), 0.008);
+    EXPECT_GT(image.share_differing(pressed, 40), 0.008);
     // The press, and what the sensor did, are the tracker's.
     const json state = Viewed::told(outcome).at(0);
     EXPECT_NEAR(state.at("largest_mm"), 15, 1.5);
     EXPECT_NEAR(number(state.at("sensors").at("Sensor").at("base_mm"), 0), 100, 0.5);
     EXPECT_NEAR(number(state.at("sensors").at("Sensor").at("base_mm"), 2), 100, 0.5);
-    EXPECT_LT(number(state.at("sensors").at("Sensor").at("now_mm"), 2), 90);
-    EXPECT_GT(state.at("sensors").at("Sensor").at("patch"), 3);
+    EXPECT_NEAR(number(state.at("sensors").at("Sensor").at("now_mm"), 2), 85, 1);
+    EXPECT_GE(state.at("sensors").at("Sensor").at("patch"), 1);  // the block is coarse
 }
 
 TEST(View, PlayMouseAndKeysInAWindow) {
@@ -189,10 +189,10 @@ TEST(View, WithoutAnImageSlicesAreLeftOutAndSaid) {
 
 TEST(View, AKilledRunIsShownAsFarAsItIsWhole) {
     Viewed viewed;
-    viewed.tracker.hold_s = 20;
+    viewed.tracker.hold_s = 40;
     viewed.record();
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
-    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 10").status, 128 + SIGKILL);
+    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 18").status, 128 + SIGKILL);
     for (const auto& entry : std::filesystem::directory_iterator(viewed.folder.path()))
         if (entry.path().filename().string().starts_with(".result.part")) std::filesystem::rename(entry.path(), viewed.folder / "left.h5");
     const std::size_t frames = ResultReader(viewed.folder / "left.h5").frame_count();
