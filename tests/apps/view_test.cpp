@@ -3,11 +3,14 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "apps/tracked_block.hpp"
+#include "base/error.hpp"
 #include "io/image_file.hpp"
 
 // `livetet view` under a virtual X server. Kept pictures lie in tests/apps/view; LIVETET_KEEP_PICTURES=1 writes them anew.
@@ -192,9 +195,18 @@ TEST(View, AKilledRunIsShownAsFarAsItIsWhole) {
     viewed.tracker.hold_s = 40;
     viewed.record();
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
-    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 18").status, 128 + SIGKILL);
+    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 12").status, 128 + SIGKILL);
     for (const auto& entry : std::filesystem::directory_iterator(viewed.folder.path()))
         if (entry.path().filename().string().starts_with(".result.part")) std::filesystem::rename(entry.path(), viewed.folder / "left.h5");
+    // `timeout` ends before the run that it killed, which holds its file for a moment more.
+    const auto is_free = [&] {
+        try {
+            return ResultReader(viewed.folder / "left.h5").frame_count() > 0;
+        } catch (const Error&) {
+            return false;
+        }
+    };
+    for (int i = 0; i < 100 && !is_free(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
     const std::size_t frames = ResultReader(viewed.folder / "left.h5").frame_count();
     EXPECT_GT(frames, 30u);
     const auto outcome = viewed.script("time 1000\ntell\nscreenshot last.png\n", "--off-screen", "left.h5");
