@@ -26,12 +26,14 @@ TriangleMesh surface_of(const TetMesh& mesh) {
 
 MeshHierarchy mesh_beam(double edge, const ProgressCallback& progress) {
     const Vector3 extent(0.2, 0.1, 0.1);
+    GmshOptions patient;
+    patient.time_limit_s = 1800;  // a million nodes on a busy machine
     std::vector<TetMesh> levels;
     for (double h = edge; h < 0.06; h *= 2) {
         if (progress) progress(0.2 * static_cast<double>(levels.size()), fmt::format("level {}", levels.size()));
         std::array<int, 3> cells;
         for (int a = 0; a < 3; ++a) cells[a] = std::max(1, static_cast<int>(std::lround(extent[a] / h)));
-        levels.push_back(fill_surface(surface_of(verification::box(extent, cells)), h));
+        levels.push_back(fill_surface(surface_of(verification::box(extent, cells)), h, patient));
     }
     return make_hierarchy(std::move(levels), "beam");
 }

@@ -24,6 +24,7 @@ struct Mode {
 Mode lowest_mode(Problem& problem, const std::function<Vector3(const Vector3& x)>& guess) {
     problem.apply();
     DeformableBody& body = problem.body();
+    body.elastic_operator().find_mass();  // of a static body: it has none of its own
     const auto mass = body.elastic_operator().fine().node_mass();
     std::vector<Vector3> y, force(problem.node_count());
     for (const Vector3& x : problem.mesh().nodes) y.push_back(guess(x));
