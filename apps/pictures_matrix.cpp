@@ -88,7 +88,7 @@ void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture
         const double x = left + width * static_cast<double>(k);
         if (k == 0 || m.columns[k][0] != m.columns[k - 1][0]) sheet.text(m.columns[k][0], 18, x, look::height - 72, true);
         if (k == 0 || m.columns[k][1] != m.columns[k - 1][1]) sheet.text(m.columns[k][1], 15, x, look::height - 94);
-        sheet.text(m.columns[k][2].substr(0, 6), 12, x + 0.65 * width, top + 6, false, 90);
+        sheet.text(m.columns[k][2].substr(0, 7), 12, x + 0.65 * width, top + 6, false, 90);
     }
     for (std::size_t r = 0; r < m.rows.size(); ++r) {
         const double y = top - height * static_cast<double>(r + 1);
