@@ -265,7 +265,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     realtime->add_option("--threads", live->threads, "0: one a core, 4 at most")->capture_default_str()->check(CLI::Range(0, 64));
     realtime->add_option("--json", live->json, "write every case's figures to this file");
     realtime->add_option("--figure", live->figure,
-                         "draw error against frame time, method by method, to this PNG (needs an X server, or xvfb-run)");
+                         "draw error against frame time, method by method, on the first phantom's mesh asked for, to this PNG (needs an X server, or xvfb-run)");
     realtime->callback([live, &status] {
         check_drawable(live->figure);
         status.value = bench_realtime(*live);
@@ -285,6 +285,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     view->add_option("--for", viewed->seconds, "seconds of each stretch, with the window and without")->capture_default_str()->check(CLI::Range(1, 1000));
     view->add_option("--stretches", viewed->stretches, "of each")->capture_default_str()->check(CLI::Range(1, 1000));
     view->add_option("--rate", viewed->rate_Hz, "samples a second")->capture_default_str()->check(CLI::PositiveNumber);
+    view->add_option("--budget", viewed->budget_ms, "ms that a frame may take")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--tets", viewed->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--json", viewed->json, "write the figures to this file");
     view->callback([viewed, &status] {

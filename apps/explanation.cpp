@@ -52,7 +52,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     if (multigrid)
         e.uses("coarse levels",
                fmt::format("{} of them, {}", levels - 1,
-                           scene.solver.coarse == CoarseOperator::galerkin ? "P^T A P each linearisation"
+                           resolved_coarse(scene.solver.coarse, contrast_of(scene.materials)) == CoarseOperator::galerkin ? "P^T A P each linearisation"
                                                                            : "assembled with their own rotations"));
     else
         e.leaves_out("coarse levels",

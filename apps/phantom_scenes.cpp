@@ -7,7 +7,7 @@ namespace {
 
 constexpr const char* body_text = R"(mesh:
   file: liver.h5             # what `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5` wrote
-image: image.nii.gz          # the grey image, for `livetet view`
+image: image.nii.gz          # the grey image, for `livetet view` and `livetet warp`
 
 materials:                   # one for each region of the mesh; a liver is one region
   - young_Pa: 3000           # Young's modulus: soft tissue is 1 to 10 kPa

@@ -356,7 +356,7 @@ template <class Visitor>
 void visit_fields(Visitor& v, Scene& s) {
     v.group("mesh", s.mesh, "the body's mesh");
     v.field("image", s.image, "",
-            "the grey image of the organ, in the mesh's world: what `livetet view` shows slices of; none: the image that was meshed");
+            "the grey image of the organ, in the mesh's world: what `livetet view` and `livetet warp` deform; none: the image that was meshed");
     v.list("materials", s.materials, "what it is made of");
     v.choice("strain", s.strain, "strain model of the elements",
              {{StrainModel::corotated, "corotated", "small strain, any rotation"},

@@ -13,13 +13,16 @@
 #include <variant>
 
 #include "apps/commands.hpp"
-#include "apps/result_image.hpp"
+#include "apps/scene_image.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "config/yaml.hpp"
 #include "io/image_file.hpp"
+#include "io/result_file.hpp"
 #include "io/text.hpp"
 #include "mesh/image_warp.hpp"
 #include "mesh/label_map.hpp"
+#include "meshing/surface_check.hpp"
 
 namespace livetet {
 
@@ -102,22 +105,22 @@ AnyImage values_of(const Volume& volume, const fs::path& file, std::optional<boo
 
 Source read_source(const ResultReader& result, const WarpArguments& a) {
     Source source;
-    std::optional<MeshedImage> meshed;
+    std::optional<SceneImage> found;
     if (a.image.empty()) {
         try {
-            meshed = find_meshed_image(result, a.result);
+            found = find_scene_image(read_yaml<Scene>(result.scene_text(), a.result.string()), a.result);
         } catch (const Error& e) {
             fail("{}; expected --image to name the image to warp", e.what());
         }
     }
-    source.file = meshed ? meshed->file : a.image;
+    source.file = found ? found->file : a.image;
     const Volume volume = read_volume(source.file);
-    if (meshed && meshed->grid &&
-        !(meshed->grid->size == volume.size && meshed->grid->ras_from_voxel.isApprox(volume.ras_from_voxel, 1e-6)))
+    if (found && found->grid &&
+        !(found->grid->size == volume.size && found->grid->ras_from_voxel.isApprox(volume.ras_from_voxel, 1e-6)))
         fail("{}: has {} voxels in another place or of another number than the image that was meshed, of {}; expected --image to "
              "name the image to warp",
-             source.file.string(), size_text(volume.size), size_text(meshed->grid->size));
-    source.values = values_of(volume, source.file, meshed ? std::optional(meshed->label_map) : std::nullopt, a.interpolation);
+             source.file.string(), size_text(volume.size), size_text(found->grid->size));
+    source.values = values_of(volume, source.file, found ? found->label_map : std::nullopt, a.interpolation);
     const bool plain = volume.slope == 1 && volume.intercept == 0;
     source.stored = plain ? volume.type : ScalarType::float32;
     const bool labels = std::holds_alternative<LabelImage>(source.values);
@@ -125,26 +128,20 @@ Source read_source(const ResultReader& result, const WarpArguments& a) {
     return source;
 }
 
-std::string box_mm(const Eigen::AlignedBox3d& box) {
-    const Vector3 low = 1e3 * box.min(), high = 1e3 * box.max();
-    return fmt::format("({:.0f}, {:.0f}, {:.0f}) to ({:.0f}, {:.0f}, {:.0f}) mm", low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
-}
-
 /// Refuses a grid that none of these nodes lies in; says how many do not. `what`: the nodes.
 void check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const char* what, const fs::path& file) {
-    const Eigen::Affine3d ras_from_voxel(grid.ras_from_voxel), voxel_from_ras = ras_from_voxel.inverse();
+    const Eigen::Affine3d voxel_from_ras(Eigen::Matrix4d(grid.ras_from_voxel.inverse()));
     const Eigen::Vector3d size(grid.size[0], grid.size[1], grid.size[2]);
-    Eigen::AlignedBox3d image, body;
-    for (int c = 0; c < 8; ++c)
-        image.extend(ras_from_voxel * (Eigen::Vector3d(c & 1, c >> 1 & 1, c >> 2).cwiseProduct(size) - Eigen::Vector3d::Constant(0.5)));
     std::size_t outside = 0;
     for (const Vector3& x : nodes) {
-        body.extend(x);
         const Vector3 v = voxel_from_ras * x;
         outside += (v.array() < -0.5).any() || (v.array() > size.array() - 0.5).any();
     }
-    if (outside == nodes.size())
-        fail("{}: is an image of another place: it spans {}, {} spans {} (RAS)", file.string(), box_mm(image), what, box_mm(body));
+    if (outside == nodes.size()) {
+        const Eigen::AlignedBox3d box = box_of(grid);
+        fail("{}: is an image of another place: it spans {}, {} spans {} (RAS)", file.string(),
+             box_mm(std::array{Vector3(box.min()), Vector3(box.max())}), what, box_mm(nodes));
+    }
     if (outside > 0)
         fmt::print("note         {} of {} nodes of {} lie outside of {}\n", outside, nodes.size(), what, file.string());
 }

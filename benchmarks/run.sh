@@ -50,7 +50,7 @@ head -n 5 "$out/machine.txt"
 
 verification() { measure verification verification $(full '' '--only patch') --csv "$out/verification.csv" $(full "--figure $out/verification.png" ''); }
 convergence() { measure convergence convergence $(full '' '--most-nodes 1100 --nodes 400') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
-stability() { measure stability stability $(full '--noise-frames 100000' '--cells 2 --noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
+stability() { measure stability stability --cells 2 --budget 50 $(full '--noise-frames 10000' '--noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
 savings() { measure savings savings "$out/scenes/linear.yaml" $(full '' '--repeats 1') --json "$out/savings.json"; }
 workprecision() {
     local names=(phantom_static phantom_newmark cantilever column block layers everything)
@@ -65,9 +65,9 @@ workprecision() {
             --figure "$out/workprecision_$name.png" --memory-figure "$out/memory_$name.png"
     done
 }
-realtime() { measure realtime realtime $(full '' '--size P60 --frames 20') --json "$out/realtime.json"; }
+realtime() { measure realtime realtime $(full '--frames 300' '--size P60 --frames 20') --json "$out/realtime.json"; }
 latency() { measure latency latency $(full '' '--for 3 --tets 3000') --json "$out/latency.json"; }
-accuracy() { measure accuracy accuracy $(full '--seeds 20' '--seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" --figure "$out/accuracy.png"; }
+accuracy() { measure accuracy accuracy $(full '--seeds 8' '--seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" --figure "$out/accuracy.png"; }
 scaling() { measure scaling scaling $(full '--compare gamg' '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"; }
 kernels() {
     local name

@@ -183,6 +183,7 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
+      coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
       smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 6),
       tet_count_(hierarchy.levels.front().tets.size()) {
     if (kind_ == SolverKind::multigrid && hierarchy.levels.size() < 2)
@@ -219,7 +220,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
         if (l > 0)
             volumes = carried_volumes(hierarchy.levels[l - 1], l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes,
                                       hierarchy.transfers[l - 1], hierarchy.levels[l]);
-        const auto layout = layout_for(kind_, options_.coarse, l + 1 == count);
+        const auto layout = layout_for(kind_, coarse_, l + 1 == count);
         const HeapGrowth grown(l == 0 ? &costs_.elements : &costs_.coarse_levels);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
@@ -484,7 +485,7 @@ void ElasticOperator::set_up_preconditioner() {
 void ElasticOperator::find_mass() {
     const HeapGrowth grown(&costs_.mass);
     for (const auto& level : levels_)
-        if (level == levels_.front() || live_ || options_.coarse == CoarseOperator::rediscretised) level->find_mass();
+        if (level == levels_.front() || live_ || coarse_ == CoarseOperator::rediscretised) level->find_mass();
 }
 
 void ElasticOperator::update_rotations(Vec u) {
@@ -497,7 +498,7 @@ void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m
     fine().assemble(s, m, tangent, at);
     if (kind_ != SolverKind::multigrid) return;
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
-        if (options_.coarse == CoarseOperator::rediscretised) {
+        if (coarse_ == CoarseOperator::rediscretised) {
             Vec coarse = displacements_[l].get();
             transfers_[l]->restrict_displacement(l == 0 ? at.u : displacements_[l - 1].get(), coarse);
             update_ghosts(coarse);
@@ -528,7 +529,7 @@ bool ElasticOperator::cycles() const {
 void ElasticOperator::set_level_operators() {
     if (!cycles()) return;
     const auto matrix = [&](std::size_t l) {
-        return l > 0 && options_.coarse == CoarseOperator::galerkin ? galerkin_[l - 1].get() : levels_[l]->matrix();
+        return l > 0 && coarse_ == CoarseOperator::galerkin ? galerkin_[l - 1].get() : levels_[l]->matrix();
     };
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
         LIVETET_PETSC(KSPSetOperators(smoothers_[l], matrix(l), matrix(l)));
@@ -645,7 +646,7 @@ std::string ElasticOperator::name() const {
         return fmt::format("{} + multigrid in single precision, {} levels, rediscretised", krylov ? krylov : "?", level_count());
     if (kind_ == SolverKind::multigrid)
         text += fmt::format(", {} levels, {}", level_count(),
-                            options_.coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+                            coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
     return text;
 }
 

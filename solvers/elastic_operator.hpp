@@ -145,6 +145,7 @@ class ElasticOperator {
     SolverOptions options_;
     ThreadTeam& team_;
     SolverKind kind_;
+    CoarseOperator coarse_;
     int smoothing_steps_;
     std::vector<std::unique_ptr<ElasticLevel>> levels_;  ///< finest first
     std::vector<std::unique_ptr<Transfer>> transfers_;

@@ -5,7 +5,7 @@
 namespace livetet {
 
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
-enum class CoarseOperator { galerkin, rediscretised };
+enum class CoarseOperator { automatic, galerkin, rediscretised };
 enum class Partitioner { metis, ptscotch };
 enum class TangentChoice { automatic, held_rotation, exact };
 
@@ -15,10 +15,18 @@ inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
     return kind;
 }
 
+/// What `automatic` means where Young's moduli are so many times apart: beyond this a re-discretised coarse mesh, which does
+/// not know which part of a tet is stiff, costs more iterations than it saves in being renewed.
+inline CoarseOperator resolved_coarse(CoarseOperator coarse, double contrast) {
+    constexpr double most_contrast = 100;
+    if (coarse == CoarseOperator::automatic) return contrast > most_contrast ? CoarseOperator::galerkin : CoarseOperator::rediscretised;
+    return coarse;
+}
+
 /// How the linear systems of a step, and the step itself, are solved.
 struct SolverOptions {
     SolverKind kind = SolverKind::automatic;
-    CoarseOperator coarse = CoarseOperator::rediscretised;
+    CoarseOperator coarse = CoarseOperator::automatic;
     int smoothing_steps = 0;
     int threads = 0;
     double relative_tolerance = 1e-3;
@@ -43,7 +51,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
               {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
               {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
     v.choice("coarse", s.coarse, "multigrid's coarse operators",
-             {{CoarseOperator::rediscretised, "rediscretised",
+             {{CoarseOperator::automatic, "automatic", "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
+              {CoarseOperator::rediscretised, "rediscretised",
                "assembled on each coarse mesh with its own rotations: cheap to renew"},
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
     v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",

@@ -35,9 +35,9 @@ struct Method {
 
 const std::vector<Method>& methods() {
     static const std::vector<Method> all{
-        {"multigrid", "kind: multigrid", 1e9},
+        {"multigrid", "kind: multigrid, coarse: rediscretised", 1e9},
         {"multigrid, Galerkin", "kind: multigrid, coarse: galerkin", 1e9},
-        {"multigrid, nested", "kind: multigrid", 1e9},
+        {"multigrid, nested", "kind: multigrid, coarse: rediscretised", 1e9},
         {"BoomerAMG", solver_at_its_best("boomeramg"), 2.5e5},
         {"GAMG", solver_at_its_best("gamg"), 2.5e5},
         {"ICC", "kind: petsc, petsc_options: -ksp_type cg -pc_type icc", 2.5e5},

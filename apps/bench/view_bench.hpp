@@ -8,6 +8,7 @@ struct ViewBenchArguments {
     double seconds = 6;   ///< of each stretch
     int stretches = 5;    ///< with the window, and as many without
     double rate_Hz = 40;  ///< of the tracker
+    double budget_ms = 10;
     int tets = 60000;
     std::filesystem::path json;
 };

@@ -7,44 +7,21 @@
 #include <vtkPolyData.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "apps/mesh_source.hpp"
 #include "apps/scene_body.hpp"
+#include "apps/scene_image.hpp"
 #include "base/error.hpp"
-#include "config/yaml.hpp"
-#include "io/hdf5.hpp"
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
 #include "io/text.hpp"
+#include "meshing/surface_check.hpp"
 
 namespace livetet {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The file that a hierarchy says it was meshed from; empty where it does not say.
-fs::path meshed_from(const fs::path& hierarchy) {
-    try {
-        const auto about = nlohmann::json::parse(hdf5::File::open(hierarchy).read_text("provenance"), nullptr, false);
-        return read_yaml<MeshSource>(about.at("asked").at("mesh").get<std::string>(), hierarchy.string()).file;
-    } catch (const Error&) {
-        return {};
-    } catch (const nlohmann::json::exception&) {
-        return {};
-    }
-}
-
-/// The image that a scene is about: what it names, else what its mesh was made from.
-fs::path image_of(const Scene& scene) {
-    if (!scene.image.empty()) return scene.image;
-    if (is_image_name(scene.mesh.file)) return scene.mesh.file;
-    if (kind_of(scene.mesh.file) != hierarchy_kind || !fs::exists(scene.mesh.file)) return {};
-    const fs::path from = meshed_from(scene.mesh.file);
-    return is_image_name(from) ? scene.mesh.file.parent_path() / from : fs::path();
-}
 
 /// f(), whose Error is noted as what is left out.
 template <class F>
@@ -57,27 +34,13 @@ void or_left_out(ShownBody& body, const std::string& what, F&& f) {
 }
 
 /// A mesh in another place than the image would be shown as nothing at all.
-void check_overlap(const GreyImage& image, const TetMesh& mesh, const fs::path& path) {
-    Eigen::AlignedBox3d box, body;
-    for (int corner = 0; corner < 8; ++corner) {
-        Eigen::Vector4d v(0, 0, 0, 1);
-        for (int d = 0; d < 3; ++d) v[d] = corner >> d & 1 ? image.size[d] - 1 : 0;
-        box.extend((image.ras_from_voxel * v).head<3>());
-    }
-    for (const Vector3& x : mesh.nodes) body.extend(x);
-    if (box.intersects(body)) return;
-    const auto text = [](const Eigen::AlignedBox3d& b) {
-        return fmt::format("({:.0f}, {:.0f}, {:.0f}) to ({:.0f}, {:.0f}, {:.0f}) mm", 1e3 * b.min().x(), 1e3 * b.min().y(),
-                           1e3 * b.min().z(), 1e3 * b.max().x(), 1e3 * b.max().y(), 1e3 * b.max().z());
-    };
-    fail("{}: lies from {}, the mesh from {}, expected an image of the same place", path.string(), text(box), text(body));
-}
-
 void read_image(ShownBody& body, const fs::path& path) {
     GreyImage image = read_grey_image(path);
-    check_overlap(image, body.mesh, path);
+    Eigen::AlignedBox3d box = box_of(grid_of(image)), mesh;
+    for (const Vector3& x : body.mesh.nodes) mesh.extend(x);
+    if (!box.intersects(mesh))
+        fail("{}: lies from {}, the mesh from {}, expected an image of the same place", path.string(), box_mm(std::array{Vector3(box.min()), Vector3(box.max())}), box_mm(body.mesh.nodes));
     body.image = std::move(image);
-    body.image_name = path.filename().string();
 }
 
 void read_shown_fiducials(ShownBody& body, const fs::path& path) {
@@ -125,21 +88,18 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     return surface;
 }
 
-ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const ViewFiles& files) {
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& told_by, const ViewFiles& files) {
     ShownBody body;
     body.mesh = std::move(mesh);
     body.surface = files.surface.empty() ? render_surface(body.mesh) : read_surface(files.surface, Space::ras);
 
-    const fs::path image = !files.image.empty() || !scene ? files.image : image_of(*scene);
     if (!files.image.empty())
-        read_image(body, image);
-    else if (image.empty())
-        body.left_out.push_back("slices: the scene names no image and its mesh was made from none; --image FILE shows one");
-    else
-        or_left_out(body, "slices", [&] { read_image(body, image); });
+        read_image(body, files.image);
+    else if (scene)
+        or_left_out(body, "slices (--image FILE shows them)", [&] { read_image(body, find_scene_image(*scene, told_by).file); });
 
     if (!scene) {
-        body.left_out.push_back("fixed nodes, sensors, fiducials: the result holds no scene");
+        body.left_out.push_back("slices, fixed nodes, sensors, fiducials: the result holds no scene");
         return body;
     }
     std::vector<std::int32_t> fixed;

@@ -25,7 +25,6 @@ struct ShownBody {
     TriangleMesh surface;             ///< at rest, as fine as it is to look
     std::vector<std::int32_t> fixed;  ///< nodes on the mesh's surface that the scene holds
     std::optional<GreyImage> image;
-    std::string image_name;
     std::vector<ShownFiducial> fiducials;
     std::vector<std::string> left_out;  ///< what cannot be shown, and why: a line each
 };
@@ -58,9 +57,10 @@ struct ViewFiles {
     std::filesystem::path image, surface;  ///< given by the user; empty: found
 };
 
-/// What stays the same of a scene on this mesh. Files that the user named must be there; what is not found of those that
+/// What stays the same of a scene on this mesh. `told_by`: the scene's file, or the result that holds it. Files that the user named must be there; what is not found of those that
 /// the scene names is left out, and said. Throws Error.
-ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const ViewFiles& files);
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const std::filesystem::path& told_by,
+                          const ViewFiles& files);
 
 /// A surface of at least some ten thousand triangles for a mesh: its own, subdivided by Loop's scheme where it has fewer.
 TriangleMesh render_surface(const TetMesh& mesh);

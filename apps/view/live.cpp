@@ -1,7 +1,7 @@
 #include "apps/view/live.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,9 +17,11 @@ namespace {
 
 constexpr double shortest_picture_s = 1.0 / 30;  // more than that would only take from the simulation
 
-/// Of this thread, and so of those that a software renderer starts from it: where cores are few, the simulation is first.
+/// This thread, and so those that a software renderer starts from it, runs where nobody else wants a core: pictures, unlike
+/// frames, may come late.
 void give_way() {
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);
+    const sched_param none{};
+    (void)::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
 }
 
 }  // namespace
@@ -58,6 +60,7 @@ void LiveView::run() {
     give_way();
     try {
         ViewWindow window(body_, options_.surface, options_.size);
+        window.set_slices_in_turns(true);
         lead(window);
         if (!options_.screenshot.empty() && !abandoned_) window.write_png(options_.screenshot);
     } catch (const std::exception& error) {

@@ -86,15 +86,17 @@ vtkSmartPointer<vtkPolyData> MarksView::add_dots(const look::Colour& colour, dou
 
 void MarksView::label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour) {
     while (labels_.size() <= which) {
-        auto actor = vtkSmartPointer<vtkBillboardTextActor3D>::New();
+        // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a third of a picture's time.
+        auto actor = vtkSmartPointer<vtkTextActor>::New();
+        actor->GetPositionCoordinate()->SetCoordinateSystemToWorld();
         set_text(actor->GetTextProperty(), 13, true);
         renderer_->AddActor(actor);
         labels_.push_back(actor);
     }
-    vtkBillboardTextActor3D* actor = labels_[which];
+    vtkTextActor* actor = labels_[which];
     if (!actor->GetInput() || text != actor->GetInput()) actor->SetInput(text.c_str());
     actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
-    actor->SetPosition(1e3 * at.x() + ball_mm_, 1e3 * at.y(), 1e3 * at.z() + ball_mm_);
+    actor->GetPositionCoordinate()->SetValue(1e3 * at.x() + ball_mm_, 1e3 * at.y(), 1e3 * at.z() + ball_mm_);
     actor->VisibilityOn();
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vtkBillboardTextActor3D.h>
+#include <vtkTextActor.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 #include <vtkRenderer.h>
@@ -28,7 +28,7 @@ class MarksView {
     double ball_mm_;
     vtkSmartPointer<vtkPolyData> fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
     vtkNew<vtkPolyData> lines_;
-    std::vector<vtkSmartPointer<vtkBillboardTextActor3D>> labels_;
+    std::vector<vtkSmartPointer<vtkTextActor>> labels_;
 };
 
 }  // namespace livetet

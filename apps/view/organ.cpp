@@ -35,6 +35,7 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body)
     actor_->SetMapper(mapper_);
     actor_->GetProperty()->SetAmbient(0.35);
     actor_->GetProperty()->SetDiffuse(0.7);
+    actor_->GetProperty()->BackfaceCullingOn();
     renderer->AddActor(actor_);
 
     bar_->SetNumberOfLabels(6);

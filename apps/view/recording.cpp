@@ -63,7 +63,7 @@ ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles&
     if (reader_.frame_count() == 0) fail("{}: holds no frame, expected the result of livetet track or solve", source);
     std::optional<Scene> scene;
     if (!reader_.scene_text().empty()) scene = read_yaml<Scene>(reader_.scene_text(), source);
-    body_ = make_shown_body(reader_.mesh(), scene, files);
+    body_ = make_shown_body(reader_.mesh(), scene, path, files);
     has_stress_ = has(reader_.field_names(), "von_mises");
     has_press_ = has(reader_.value_names(), "press_mm");
     const bool tracked = has(reader_.value_names(), "tracker_from_image");

@@ -30,16 +30,6 @@ const Axes axes_of[3] = {{"sagittal", 'x', -Vector3::UnitY(), Vector3::UnitZ()},
                          {"coronal", 'y', -Vector3::UnitX(), Vector3::UnitZ()},
                          {"axial", 'z', -Vector3::UnitX(), Vector3::UnitY()}};
 
-Eigen::AlignedBox3d box_of(const GreyImage& image) {
-    Eigen::AlignedBox3d box;
-    for (int corner = 0; corner < 8; ++corner) {
-        Eigen::Vector4d v(0, 0, 0, 1);
-        for (int d = 0; d < 3; ++d) v[d] = corner >> d & 1 ? image.size[d] - 1 : 0;
-        box.extend((image.ras_from_voxel * v).head<3>());
-    }
-    return box;
-}
-
 /// The values below which 1 % and 99 % of an image's voxels lie.
 std::pair<double, double> usual_values(const GreyImage& image) {
     std::vector<float> some;
@@ -59,7 +49,7 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
       renderer_(renderer),
       skin_(boundary_triangles(body.mesh.tets)),
       at_rest_(body.mesh.nodes.size(), Vector3::Zero()) {
-    const Eigen::AlignedBox3d box = box_of(*body.image);
+    const Eigen::AlignedBox3d box = box_of(grid_of(*body.image));
     const Axes& axes = axes_of[axis];
     const double width = std::abs(axes.right.dot(box.sizes())), height = std::abs(axes.up.dot(box.sizes()));
     const double finest = ImageGrid{body.image->size, body.image->ras_from_voxel}.spacing().minCoeff();
@@ -180,12 +170,10 @@ SliceViews::SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>&
     fit();
 }
 
-void SliceViews::show(const ShownMoment& moment) {
-    for (const auto& view : views_) view->show(moment, deformed_, cross_);
-}
+void SliceViews::show(int view, const ShownMoment& moment) { views_[view]->show(moment, deformed_, cross_); }
 
 void SliceViews::set_cross(const Vector3& cross) {
-    const Eigen::AlignedBox3d box = box_of(image_);
+    const Eigen::AlignedBox3d box = box_of(grid_of(image_));
     cross_ = cross.cwiseMax(box.min()).cwiseMin(box.max());
 }
 

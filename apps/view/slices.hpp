@@ -63,7 +63,7 @@ class SliceViews {
     /// `renderers`: of the axial, the coronal and the sagittal slice.
     SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>& renderers);
 
-    void show(const ShownMoment& moment);
+    void show(int view, const ShownMoment& moment);
     void set_cross(const Vector3& cross);
     const Vector3& cross() const { return cross_; }
     void set_window(double window, double level);

@@ -3,7 +3,7 @@
 #include <vtkActor2D.h>
 #include <vtkCamera.h>
 #include <vtkCoordinate.h>
-#include <vtkLightKit.h>
+#include <vtkLight.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty2D.h>
 #include <vtkTextProperty.h>
@@ -39,9 +39,10 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     organ_renderer_->SetViewport(0, strip_height, has_slices ? organ_width : 1, 1);
     organ_renderer_->SetBackground(look::paper.data());
     window_->AddRenderer(organ_renderer_);
-    vtkNew<vtkLightKit> lights;
-    lights->SetKeyLightIntensity(0.85);
-    lights->AddLightsToRenderer(organ_renderer_);
+    vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software renderer as much as all the rest
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(-0.5, 0.6, 1);
+    organ_renderer_->AddLight(light);
     organ_ = std::make_unique<OrganView>(body, organ_renderer_);
     marks_ = std::make_unique<MarksView>(body, organ_renderer_);
     if (has_slices) {
@@ -108,7 +109,7 @@ void ViewWindow::show(ShownMoment moment) {
 
 void ViewWindow::set_range(ColourBy what, double largest) {
     organ_->set_range(what, largest);
-    stale_ = true;
+    renew();
 }
 
 void ViewWindow::grow_range() {
@@ -121,17 +122,17 @@ void ViewWindow::grow_range() {
 
 void ViewWindow::set_colour(ColourBy what) {
     organ_->set_colour(what == ColourBy::von_mises && moment_.von_mises.empty() ? ColourBy::displacement : what);
-    stale_ = true;
+    renew();
 }
 
 void ViewWindow::set_deformed(bool deformed) {
     if (slices_) slices_->set_deformed(deformed);
-    stale_ = true;
+    renew();
 }
 
 void ViewWindow::set_cross(const Vector3& cross) {
     if (slices_) slices_->set_cross(cross);
-    stale_ = true;
+    renew();
 }
 
 void ViewWindow::set_window(double window, double level) {
@@ -143,7 +144,7 @@ void ViewWindow::set_volume(bool visible) {
     if (!volume_) return;
     volume_->set_visible(visible);
     organ_->actor()->SetVisibility(!visible);
-    stale_ = true;
+    renew();
 }
 
 void ViewWindow::look_from(Look look) {
@@ -177,20 +178,27 @@ void ViewWindow::reset() {
 
 bool ViewWindow::draw() {
     if (!stale_ && !changed_) return false;
+    const bool in_turn = slices_in_turns_ && !changed_;
+    if (in_turn) turn_ = (turn_ + 1) % 3;
+    const auto is_drawn = [&](int slice) { return !in_turn || slice == turn_; };
     if (stale_) {
         organ_->show(moment_);
         marks_->show(moment_);
-        if (slices_) slices_->show(moment_);
+        for (int i = 0; slices_ && i < 3; ++i)
+            if (is_drawn(i)) slices_->show(i, moment_);
         if (volume_) volume_->show(moment_);
         text_->SetInput(moment_.text.c_str());
     }
     stale_ = changed_ = false;
     organ_renderer_->ResetCameraClippingRange();
+    for (int i = 0; i < 3; ++i) slice_renderers_[i]->SetDraw(is_drawn(i));  // else what is there stays
     window_->Render();
+    for (const auto& renderer : slice_renderers_) renderer->DrawOn();
     return true;
 }
 
 void ViewWindow::write_png(const std::filesystem::path& path) {
+    if (slices_in_turns_) renew();
     draw();
     write_window(window_, path);
 }

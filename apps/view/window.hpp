@@ -56,6 +56,8 @@ class ViewWindow {
     void set_window(double window, double level);
     void set_volume(bool visible);
     void look_from(Look look);
+    /// Of a new moment one slice is drawn at a time, the three in turns: a third of their work in each picture.
+    void set_slices_in_turns(bool in_turns) { slices_in_turns_ = in_turns; }
     void zoom(double factor);
     void reset();
     /// Sets a marker as the mouse would: `base` and where it is pulled to.
@@ -98,7 +100,10 @@ class ViewWindow {
     std::unique_ptr<VolumeView> volume_;
     vtkNew<vtkPolyData> time_line_;
     vtkNew<vtkTextActor> text_, help_;
-    bool stale_ = true, changed_ = true, closed_ = false;
+    void renew() { stale_ = changed_ = true; }
+    bool stale_ = true, changed_ = true;  ///< the moment is another; what is shown of it, or how
+    bool slices_in_turns_ = false, closed_ = false;
+    int turn_ = 0;
 
     enum class Doing { nothing, crossing, windowing, pulling, seeking };
     Doing doing_ = Doing::nothing;

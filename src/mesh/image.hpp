@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -36,6 +36,22 @@ struct ImageGrid {
     /// The lengths of a voxel along its axes, metres.
     Eigen::Vector3d spacing() const { return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose(); }
 };
+
+template <class T>
+ImageGrid grid_of(const Image<T>& image) {
+    return {image.size, image.ras_from_voxel};
+}
+
+/// What the voxels' centres span, metres; its sides along the axes of RAS.
+inline Eigen::AlignedBox3d box_of(const ImageGrid& grid) {
+    Eigen::AlignedBox3d box;
+    for (int corner = 0; corner < 8; ++corner) {
+        Eigen::Vector4d voxel(0, 0, 0, 1);
+        for (int d = 0; d < 3; ++d) voxel[d] = corner >> d & 1 ? grid.size[d] - 1 : 0;
+        box.extend((grid.ras_from_voxel * voxel).head<3>());
+    }
+    return box;
+}
 
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;

@@ -59,9 +59,9 @@ void slice_body(const TetMesh& mesh, std::span<const Vector3> displacement, cons
     slice.rest.resize(plane.size());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
         const Tet& tet = mesh.tets[t];
+        const auto z = [&](int k) { return place[tet[k]].z(); };
+        if (std::min(std::min(z(0), z(1)), std::min(z(2), z(3))) > 0 || std::max(std::max(z(0), z(1)), std::max(z(2), z(3))) < 0) continue;
         const std::array<Vector3, 4> q{place[tet[0]], place[tet[1]], place[tet[2]], place[tet[3]]};
-        const auto [low, high] = std::minmax({q[0].z(), q[1].z(), q[2].z(), q[3].z()});
-        if (low > 0 || high < 0) continue;
         Eigen::Matrix3d edges, rest_edges;
         for (int k = 0; k < 3; ++k) {
             edges.col(k) = q[k + 1] - q[0];

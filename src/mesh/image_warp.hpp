@@ -34,10 +34,4 @@ enum class FieldDirection {
 Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotion& motion, FieldDirection direction,
                                           ThreadTeam& team);
 
-/// Where an image's voxels lie.
-template <class T>
-ImageGrid grid_of(const Image<T>& image) {
-    return {image.size, image.ras_from_voxel};
-}
-
 }  // namespace livetet

@@ -191,7 +191,7 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
     LabelImage image = read_label_image(block.folder / "labels.nii.gz");
     image.ras_from_voxel(0, 3) += 0.5;
     write_image(block.folder / "far.nii.gz", image);
-    refused("result.h5 -o out.nii.gz --image far.nii.gz", {"far.nii.gz", "another place", "(0, 0, 0) to (60, 50, 40) mm"});
+    refused("result.h5 -o out.nii.gz --image far.nii.gz", {"far.nii.gz", "another place", "(0.00, 0.00, 0.00) mm to (60.00, 50.00, 40.00) mm"});
     refused("result.h5 -o out.nii.gz --grid far.nii.gz", {"far.nii.gz", "another place"});
     write_image(block.folder / "labels.nii.gz", image);
     refused("result.h5 -o out.nii.gz", {"labels.nii.gz", "another place", "--image"});

@@ -132,5 +132,57 @@ TEST_F(LeftOut, ALinearBodyThatKeepsItsOperatorGoesWhereANewOneDoes) {
     }
 }
 
+/// Along a straight way the first load step says what the rest will be.
+TEST_F(LeftOut, ALinearBodysLoadStepsGoOnFromTheLast) {
+    const auto linear = body(StrainModel::linear, TimeScheme::static_equilibrium, SolverKind::multigrid);
+    std::vector<int> iterations;
+    for (int k = 1; k <= 4; ++k) {
+        linear->set_constraints(pressed(0.25 * k));
+        const StepReport report = linear->step(0, to_the_end);
+        EXPECT_TRUE(report.converged);
+        iterations.push_back(report.iterations);
+    }
+    for (int k = 1; k < 4; ++k) EXPECT_LT(2 * iterations[k], iterations[0]) << "step " << k;
+}
+
+/// Let go it is nearer to rest by the solves' tolerance in each frame: down to numbers that processors are slow with.
+TEST_F(LeftOut, ABodyAtRestIsNotSolvedAnyMore) {
+    for (const SolverKind kind : {SolverKind::multigrid, SolverKind::live}) {
+        const auto linear = body(StrainModel::linear, TimeScheme::static_equilibrium, kind);
+        int iterations = 0;
+        for (int frame = 0; frame < 60; ++frame) {
+            linear->set_constraints(pressed(frame < 3));
+            const int more = linear->step(0, {}).iterations;
+            if (frame >= 40) iterations += more;
+        }
+        EXPECT_EQ(iterations, 0);
+        for (const Vector3& u : linear->displacement()) ASSERT_LT(u.norm(), 1e-15);
+    }
+}
+
+TEST_F(LeftOut, CoarseOperatorsAreByTheContrast) {
+    std::vector<TetMesh> levels = hierarchy.levels;
+    for (TetMesh& level : levels)
+        for (const Tet& t : level.tets) {
+            double z = 0;
+            for (const std::int32_t n : t) z += level.nodes[n].z() / 4;
+            level.regions.push_back(z > 0.06);
+        }
+    const MeshHierarchy halves = make_hierarchy(std::move(levels), "two halves");
+    const auto coarse_of = [&](double contrast) {
+        const Material materials[] = {tissue, {.young_Pa = contrast * tissue.young_Pa, .poisson = 0.4, .density_kg_per_m3 = 1000, .region = 1}};
+        DeformableBody two(PETSC_COMM_SELF, halves, {}, {materials, StrainModel::linear}, {.scheme = TimeScheme::static_equilibrium},
+                           {.kind = SolverKind::multigrid});
+        two.set_constraints(pressed(1));
+        EXPECT_TRUE(two.step(0, to_the_end).converged);
+        const std::string name = two.elastic_operator().name();
+        return name.substr(name.rfind(' ') + 1);
+    };
+    EXPECT_EQ(coarse_of(1), "rediscretised");
+    EXPECT_EQ(coarse_of(99), "rediscretised");
+    EXPECT_EQ(coarse_of(101), "galerkin");
+    EXPECT_EQ(coarse_of(1e8), "galerkin");
+}
+
 }  // namespace
 }  // namespace livetet

@@ -1,4 +1,4 @@
-#include "apps/result_image.hpp"
+#include "apps/scene_image.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -33,11 +33,15 @@ MeshSource source_of_hierarchy(const fs::path& path) {
 
 }  // namespace
 
-MeshedImage find_meshed_image(const ResultReader& result, const fs::path& path) {
-    MeshSource source = read_yaml<Scene>(result.scene_text(), path.string()).mesh;
-    MeshedImage image;
-    std::string named_by = path.string();
-    fs::path folder = path.parent_path();
+SceneImage find_scene_image(const Scene& scene, const fs::path& told_by) {
+    SceneImage image;
+    std::string named_by = told_by.string();
+    fs::path folder = told_by.parent_path();
+    if (!scene.image.empty()) {
+        image.file = locate(scene.image, folder, named_by);
+        return image;
+    }
+    MeshSource source = scene.mesh;
     if (kind_of(source.file) == hierarchy_kind) {
         const fs::path hierarchy = locate(source.file, folder, named_by);
         image.grid = read_image_grid(hierarchy);
@@ -46,7 +50,7 @@ MeshedImage find_meshed_image(const ResultReader& result, const fs::path& path) 
         folder = hierarchy.parent_path();
     }
     if (kind_of(source.file) != image_kind)
-        fail("{}: was meshed from {}, which is no image", named_by, source.file.string());
+        fail("{}: names no image, and was meshed from {}, which is none", named_by, source.file.string());
     image.file = locate(source.file, folder, named_by);
     image.label_map = source.threshold.empty();
     return image;

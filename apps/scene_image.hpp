@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+
+#include "apps/scene.hpp"
+#include "mesh/image.hpp"
+
+namespace livetet {
+
+/// The image that a scene is about.
+struct SceneImage {
+    std::filesystem::path file;
+    std::optional<bool> label_map;  ///< of the image that was meshed; else nobody knows
+    std::optional<ImageGrid> grid;  ///< where its voxels lay when it was meshed, where that is known
+};
+
+/// The image that the scene names; else the one that its mesh was made from, or the hierarchy was that it names. Where a file
+/// is no longer there, one of its name beside `told_by`, or beside the hierarchy, is meant. `told_by`: the scene's file, or the
+/// result that holds the scene. Throws Error that says what is missing where there is none.
+SceneImage find_scene_image(const Scene& scene, const std::filesystem::path& told_by);
+
+}  // namespace livetet
