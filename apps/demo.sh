@@ -21,4 +21,4 @@ say "4. the recording, played at its own pace"
 say "5. how far off it was: the report, with the truth that track never read"
 "$livetet" report result.h5 --truth truth/truth.json -o report
 
-say "done: look at $demo/report (report.txt and pictures) and, in ParaView, at $demo/result.xdmf"
+say "done: look at $demo/report (report.txt and pictures), watch it by $livetet view $demo/result.h5, or in ParaView $demo/result.xdmf"
