@@ -90,6 +90,8 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
         auto actor = vtkSmartPointer<vtkTextActor>::New();
         actor->GetPositionCoordinate()->SetCoordinateSystemToWorld();
         set_text(actor->GetTextProperty(), 13, true);
+        actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
+        actor->GetTextProperty()->SetBackgroundOpacity(0.6);
         renderer_->AddActor(actor);
         labels_.push_back(actor);
     }
