@@ -157,6 +157,7 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     Viewed viewed;
     viewed.tracker.press_depth = 1e-6;
     viewed.tracker.rest_s = 6;
+    viewed.tracker.position_rms_mm = viewed.tracker.rotation_rms_deg = 0;  // marks where the kept picture has them, whenever it is taken
     viewed.record();
     test::write_text(viewed.folder / "pull.txt", "play 2\npull 30 50 100 0 0 -8\nplay 1.5\ntell\nscreenshot pulled.png\nrelease\nplay 2.5\ntell\n");
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
