@@ -49,11 +49,10 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     else
         e.uses("forces", fmt::format("{}{} load(s)", scene.gravity_m_per_s2 == Vector3::Zero() ? "" : "gravity, ",
                                      scene.loads.size()));
+    const bool galerkin = resolved_coarse(scene.solver.coarse, contrast_of(scene.materials)) == CoarseOperator::galerkin;
     if (multigrid)
-        e.uses("coarse levels",
-               fmt::format("{} of them, {}", levels - 1,
-                           resolved_coarse(scene.solver.coarse, contrast_of(scene.materials)) == CoarseOperator::galerkin ? "P^T A P each linearisation"
-                                                                           : "assembled with their own rotations"));
+        e.uses("coarse levels", fmt::format("{} of them, {}", levels - 1,
+                                            galerkin ? "P^T A P each linearisation" : "assembled with their own rotations"));
     else
         e.leaves_out("coarse levels",
                      levels > 1 ? "solver.kind is not multigrid" : "the mesh has one level");

@@ -14,7 +14,6 @@
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
-#include "io/text.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
