@@ -196,7 +196,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
                          "finest mesh; ends with what to choose");
     auto chosen = std::make_shared<WorkPrecisionArguments>();
     choices->add_option("scene", chosen->scene, "scene file (YAML)")->required();
-    choices->add_option("--repeats", chosen->repeats, "rounds that times are medians of")->capture_default_str()->check(CLI::Range(1, 100));
+    choices->add_option("--repeats", chosen->repeats, "rounds that times are medians of; choices that take over 5 s are run once")->capture_default_str()->check(CLI::Range(1, 100));
     choices->add_option("--only", chosen->only, "only choices with this in their name, as \"solver\" or \"level 1, P2\"");
     choices->add_option("--folder", chosen->folder, "keep meshes, scenes and logs here");
     choices->add_option("--csv", chosen->csv, "write every choice's figures to this file");

@@ -6,6 +6,7 @@
 
 #include "apps/interruptible.hpp"
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "tracking/poses.hpp"
 
@@ -76,7 +77,7 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
                 start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
         if (plan.guest) model.pull(plan.guest->pull());
         const Frame& frame = model.advance(sample->sample, limits);
-        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        const double seconds = seconds_since(start);
         count.take(*sample, counts);
         if (recorder && counts.frames % scene.output.every == 0) {
             bool kept = recorder->keep(frame, *sample, seconds);

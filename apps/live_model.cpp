@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "io/tip_file.hpp"
 #include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
@@ -281,7 +282,6 @@ void LiveModel::settle() {
 }
 
 const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits) {
-    const auto seconds_since = [](Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); };
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     follow(sample);

@@ -14,10 +14,12 @@ void LiveModel::pull(const std::optional<HandPull>& pull) {
     }
     if (!is_new || pull->number == hand_) return;
     hand_ = pull->number;
-    SensorPatchOptions options = sensor_patch_options(scene_, SensorOptions{.tool = ""});
+    SensorOptions of_no_tool;
+    of_no_tool.tool.clear();
+    SensorPatchOptions options = sensor_patch_options(scene_, of_no_tool);
     options.filter.enabled = false;
     options.drive.base_window_s = 0;
-    sensors_.push_back({SensorOptions{.tool = ""}, 0, false, hand_, SensorPatch(options)});
+    sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }
 
 /// The image is the tracker here, and the reference rests in it.

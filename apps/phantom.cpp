@@ -120,8 +120,7 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
 }
 
 PhantomRecordings record_phantom(const PhantomOptions& options, const std::vector<NamedPoint>& fiducials) {
-    std::vector<Vector3d> places;
-    for (const NamedPoint& f : fiducials) places.push_back(f.position);
+    const std::vector<Vector3d> places = positions_of(fiducials);
     // Each recording has errors of its own, which no other phantom's recordings share.
     SimulatedTrackerOptions tracker = phantom_tracker(options);
     tracker.seed = 4 * options.seed;

@@ -110,14 +110,9 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
     const auto fixed = mesh.node_sets.find("fixed");
     if (fixed == mesh.node_sets.end() || fixed->second.empty()) fail("phantom: the truth's mesh has no fixed nodes");
 
-    std::vector<Vector3> places;
     truth.targets.clear();
-    for (const NamedPoint& t : targets) {
-        places.push_back(t.position);
-        truth.targets.push_back({t.name, t.position, {}});
-    }
-    const BarycentricMap map = map_into(mesh, places);
-    const EdgeNodes edges(mesh);
+    for (const NamedPoint& t : targets) truth.targets.push_back({t.name, t.position, {}});
+    const PointSampler sampler(mesh, positions_of(targets));
     double worst = 0;
     for (std::size_t k = 0; k < truth.depths.size(); ++k) {
         if (progress)
@@ -125,15 +120,14 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                      fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
         const double imbalance = press(body, pressed, fixed->second, truth, k, effort_for(model.strain));
         worst = std::max(worst, imbalance);
-        const std::vector<Vector3> u = body.displacement();
-        for (std::size_t i = 0; i < places.size(); ++i)
-            truth.targets[i].displacement.push_back(interpolate(map, edges, i, u));
+        const std::vector<Vector3> u = sampler.sample(body.displacement());
+        for (std::size_t i = 0; i < u.size(); ++i) truth.targets[i].displacement.push_back(u[i]);
     }
     truth.provenance = fmt::format(
         "{} equilibrium, E = {} Pa, nu = {}, {} {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
         model.strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa, material.poisson,
-        mesh.tets.size(), edges.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
+        mesh.tets.size(), mesh.edge_nodes.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
     if (progress) progress(1, "done");
 }
 

@@ -164,9 +164,7 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) 
     if (is_list(source)) {
         if (!a.surface_frames.empty())
             fail("{}: holds points, expected a recording for --surface-frames {}", source, a.surface_frames);
-        std::vector<Eigen::Vector3d> points;
-        for (const NamedPoint& p : read_list(source)) points.push_back(p.position);
-        return points;
+        return positions_of(read_list(source));
     }
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/explanation.hpp"
+#include "apps/report_parts.hpp"
 #include "apps/run_result.hpp"
 #include "apps/target_error.hpp"
 #include "apps/truth_file.hpp"
@@ -65,11 +66,6 @@ std::string report_text(const Report& report);
 
 /// The same figures as JSON text, with units in the keys' names.
 std::string report_json(const Report& report);
-
-/// A picture to stand in a page: PNG, as base64.
-struct PagePicture {
-    std::string caption, base64;
-};
 
 /// The same figures as one HTML page that needs no other file. `no_pictures`: why there are none, where there are none.
 std::string report_page(const Report& report, std::span<const PagePicture> pictures, const std::string& no_pictures = "");

@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "apps/commands.hpp"
 #include "apps/report.hpp"
+#include "apps/solve_report.hpp"
 #include "apps/virtual_display.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -27,54 +30,86 @@ struct ReportArguments {
     bool pictures_only = false;  // how the command calls itself once it has found itself an X server
 };
 
-#ifdef LIVETET_IMAGES
+/// A report of either kind of run, in all of its forms.
+struct Told {
+    std::vector<std::string> verdicts;
+    std::string text, json;
+    std::function<std::string(std::span<const PagePicture>, const std::string& no_pictures)> page;
+    std::function<void(const fs::path& folder)> draw;
+    std::vector<std::pair<const char*, const char*>> pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
+};
 
-void draw(const ReportArguments& arguments, const RunResult& result, const Report& report) {
-    const RunFrame& deepest = result.frames[report.deepest_frame];
-    write_organ_picture(arguments.folder / "organ.png", result.mesh, result.displacement(report.deepest_frame),
-                        deepest.time_s);
-    write_frame_times_picture(arguments.folder / "frame_times.png", result.frames, report);
-    if (report.truth) write_target_error_picture(arguments.folder / "target_error.png", *report.truth);
+Told tell_tracked(const ReportArguments& arguments) {
+    const auto result = std::make_shared<RunResult>(read_run_result(arguments.result));
+    std::optional<Truth> truth;
+    if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
+    const auto report = std::make_shared<Report>(make_report(*result, truth ? &*truth : nullptr));
+    Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
+    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
+#ifdef LIVETET_IMAGES
+    told.draw = [result, report](const fs::path& folder) {
+        write_organ_picture(folder / "organ.png", result->mesh, result->displacement(report->deepest_frame), result->frames[report->deepest_frame].time_s);
+        write_frame_times_picture(folder / "frame_times.png", result->frames, *report);
+        if (report->truth) write_target_error_picture(folder / "target_error.png", *report->truth);
+    };
+    told.pictures = {{"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
+                     {"target_error.png", "Error at the targets over time"},
+                     {"frame_times.png", "What each frame took"}};
+#endif
+    return told;
 }
 
-/// This command once more, pictures only, under a virtual X server. Why it could not, if it could not.
-std::optional<std::string> draw_under_virtual_display(const ReportArguments& arguments) {
+Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultReader> result) {
+    if (!arguments.truth.empty()) fail("--truth: {} holds no tracked poses, expected the result of livetet track", arguments.result.string());
+    const auto report = std::make_shared<SolveReport>(make_solve_report(*result, arguments.result));
+    Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
+    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
+#ifdef LIVETET_IMAGES
+    told.draw = [result, report](const fs::path& folder) {
+        write_organ_picture(folder / "body.png", result->mesh(), result->displacement(report->largest_frame), result->times_s()[report->largest_frame]);
+    };
+    told.pictures = {{"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};
+#endif
+    return told;
+}
+
+Told tell(const ReportArguments& arguments) {
+    auto result = std::make_shared<const ResultReader>(arguments.result);
+    const std::vector<std::string> names = result->value_names();
+    if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end()) return tell_solved(arguments, std::move(result));
+    return tell_tracked(arguments);
+}
+
+/// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
+std::optional<std::string> add_pictures(const ReportArguments& arguments, const Told& told) {
+#ifdef LIVETET_IMAGES
+    if (have_display()) {
+        told.draw(arguments.folder);
+        return std::nullopt;
+    }
+    // this command once more, pictures only, under a virtual X server
     std::vector<std::string> words{"report", arguments.result.string(), "-o", arguments.folder.string(), "--pictures-only"};
     if (!arguments.truth.empty()) words.insert(words.end(), {"--truth", arguments.truth.string()});
     const VirtualRun run = run_under_virtual_display(words);
     if (run.why_not) return fmt::format("there is no X server, and {}", *run.why_not);
     if (run.status == 0) return std::nullopt;
     return fmt::format("there is no X server, and xvfb-run ended with status {}", run.status);
+#else
+    (void)arguments, (void)told;
+    return "this build of livetet draws none";
+#endif
 }
 
-/// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
-std::optional<std::string> add_pictures(const ReportArguments& arguments, const RunResult& result, const Report& report) {
-    if (!have_display()) return draw_under_virtual_display(arguments);
-    draw(arguments, result, report);
-    return std::nullopt;
-}
-
-/// The pictures that are in the folder, in the order in which a reader wants them.
-std::vector<PagePicture> pictures_in(const fs::path& folder) {
+std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, const Told& told) {
     std::vector<PagePicture> pictures;
-    for (const auto& [name, caption] : {std::pair{"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
-                                        {"target_error.png", "Error at the targets over time"},
-                                        {"frame_times.png", "What each frame took"}})
+#ifdef LIVETET_IMAGES
+    for (const auto& [name, caption] : told.pictures)
         if (fs::exists(folder / name)) pictures.push_back({caption, base64_of(folder / name)});
+#else
+    (void)told;
+#endif
     return pictures;
 }
-
-#else
-
-void draw(const ReportArguments&, const RunResult&, const Report&) {}
-
-std::optional<std::string> add_pictures(const ReportArguments&, const RunResult&, const Report&) {
-    return "this build of livetet draws none";
-}
-
-std::vector<PagePicture> pictures_in(const fs::path&) { return {}; }
-
-#endif
 
 /// A folder for pictures on their way into a page, gone with the guard.
 class PassingFolder {
@@ -98,7 +133,7 @@ class PassingFolder {
 
 bool is_page(const fs::path& output) { return ending(output) == ".html" || ending(output) == ".htm"; }
 
-void write_page(const ReportArguments& arguments, const RunResult& result, const Report& report) {
+void write_page(const ReportArguments& arguments, const Told& told) {
     PendingFile page(arguments.folder);  // before pictures are drawn
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
@@ -108,27 +143,26 @@ void write_page(const ReportArguments& arguments, const RunResult& result, const
         const PassingFolder folder;
         ReportArguments drawn = arguments;
         drawn.folder = folder.path();
-        why = add_pictures(drawn, result, report).value_or("");
-        pictures = pictures_in(folder.path());
+        why = add_pictures(drawn, told).value_or("");
+        pictures = pictures_in(folder.path(), told);
         if (!why.empty()) fmt::print(stderr, "pictures left out: {}\n", why);
     }
-    write_text_file(page.path(), report_page(report, pictures, why));
-    if (extra) write_text_file(extra->path(), report_json(report));
+    write_text_file(page.path(), told.page(pictures, why));
+    if (extra) write_text_file(extra->path(), told.json);
     page.commit();
     if (extra) extra->commit();
-    for (const std::string& sentence : verdicts(report)) fmt::print("{}\n", sentence);
+    for (const std::string& sentence : told.verdicts) fmt::print("{}\n", sentence);
     fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(), pictures.size());
 }
 
 /// All files or none: each is complete beside its place before the first is moved there.
-void write_texts(const ReportArguments& arguments, const Report& report) {
-    const std::string json = report_json(report);
+void write_texts(const ReportArguments& arguments, const Told& told) {
     PendingFile text_file(arguments.folder / "report.txt"), json_file(arguments.folder / "report.json");
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
-    write_text_file(text_file.path(), report_text(report));
-    write_text_file(json_file.path(), json);
-    if (extra) write_text_file(extra->path(), json);
+    write_text_file(text_file.path(), told.text);
+    write_text_file(json_file.path(), told.json);
+    if (extra) write_text_file(extra->path(), told.json);
     text_file.commit();
     json_file.commit();
     if (extra) extra->commit();
@@ -136,27 +170,24 @@ void write_texts(const ReportArguments& arguments, const Report& report) {
 
 void run(ReportArguments arguments) {
     // 1. the run, and what it is measured by
-    const RunResult result = read_run_result(arguments.result);
-    std::optional<Truth> truth;
-    if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
-    const Report report = make_report(result, truth ? &*truth : nullptr);
+    const Told told = tell(arguments);
     if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
 
     // 2. only pictures: called by ourselves
     if (arguments.pictures_only) {
-        draw(arguments, result, report);
+        if (told.draw) told.draw(arguments.folder);
         return;
     }
 
     // 3. the page, or texts and pictures
-    if (is_page(arguments.folder)) return write_page(arguments, result, report);
+    if (is_page(arguments.folder)) return write_page(arguments, told);
     std::error_code failure;
     fs::create_directories(arguments.folder, failure);
     if (failure) fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
-    write_texts(arguments, report);
-    fmt::print("{}\n", report_text(report));
+    write_texts(arguments, told);
+    fmt::print("{}\n", told.text);
     std::fflush(stdout);
-    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments, result, report);
+    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments, told);
     if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
     fmt::print("written          {}\n", arguments.folder.string());
 }
@@ -172,9 +203,9 @@ void report_result(const std::filesystem::path& result, const std::filesystem::p
 
 void add_report_command(CLI::App& app) {
     CLI::App* command =
-        app.add_subcommand("report", "Says what a tracked run was worth: frame times, errors, pictures");
+        app.add_subcommand("report", "Says what a run was worth: errors, frame times or steps, what was left out, pictures");
     auto arguments = std::make_shared<ReportArguments>();
-    command->add_option("result", arguments->result, "what livetet track wrote (.h5)")->required();
+    command->add_option("result", arguments->result, "what livetet track or livetet solve wrote (.h5)")->required();
     command->add_option("--truth", arguments->truth, "a phantom's truth (.json): errors at its hidden targets");
     command->add_option("-o,--output", arguments->folder, "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
         ->default_str("report, beside the result");

@@ -6,79 +6,8 @@ namespace livetet {
 
 namespace {
 
-/// Text as HTML shows it: names come from files.
-std::string escaped(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += c;
-        }
-    }
-    return out;
-}
-
-constexpr const char* head = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>Livetet: report of a tracked run</title>
-<style>
-body { font: 15px/1.5 sans-serif; color: #222; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
-h2 { margin-top: 2rem; border-bottom: 1px solid #ccc; font-size: 1.15rem; }
-table { border-collapse: collapse; }
-th, td { padding: .15rem .8rem .15rem 0; text-align: left; vertical-align: top; }
-td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
-tr + tr { border-top: 1px solid #eee; }
-img { max-width: 100%; border: 1px solid #ddd; }
-figure { margin: 1rem 0; }
-figcaption, .note { color: #555; }
-pre { overflow-x: auto; background: #f6f6f6; padding: 1rem; }
-</style></head><body>
-)";
-
-/// A table under a heading, row by row. Cells that are numbers stand to the right.
-class Section {
-  public:
-    explicit Section(std::string_view title) : html_(fmt::format("<section><h2>{}</h2>\n<table>\n", escaped(title))) {}
-
-    void heads(std::initializer_list<std::string_view> names) {
-        html_ += "<tr>";
-        for (const auto name : names) html_ += fmt::format("<th class=\"{}\">{}</th>", name == *names.begin() ? "" : "n", escaped(name));
-        html_ += "</tr>\n";
-    }
-    void texts(std::initializer_list<std::string> cells) {
-        html_ += "<tr>";
-        for (const auto& cell : cells) html_ += fmt::format("<td>{}</td>", escaped(cell));
-        html_ += "</tr>\n";
-    }
-    void numbers(std::string_view name, std::initializer_list<double> values, int digits) {
-        html_ += fmt::format("<tr><td>{}</td>", escaped(name));
-        for (const double v : values) html_ += fmt::format("<td class=\"n\">{:.{}f}</td>", v, digits);
-        html_ += "</tr>\n";
-    }
-    std::string end(std::string_view note = "") {
-        html_ += "</table>\n";
-        if (!note.empty()) html_ += fmt::format("<p class=\"note\">{}</p>\n", escaped(note));
-        return html_ + "</section>\n";
-    }
-
-  private:
-    std::string html_;
-};
-
 std::string run_section(const Report& r) {
-    Section s("The run");
+    HtmlSection s("The run");
     s.texts({"result", r.source});
     s.texts({"mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels)});
     if (!r.run.solver.empty()) s.texts({"solver", r.run.solver});
@@ -91,7 +20,7 @@ std::string run_section(const Report& r) {
 }
 
 std::string registration_section(const Report& r) {
-    Section s("Registration");
+    HtmlSection s("Registration");
     s.heads({"", "residual [mm]", "left out [mm]"});
     for (const RunFiducial& f : r.run.fiducials) {
         if (f.leave_one_out_mm)
@@ -106,7 +35,7 @@ std::string registration_section(const Report& r) {
 
 std::string frames_section(const Report& r) {
     const FrameStatistics& f = r.frames;
-    Section s("Frames, and what each stage took");
+    HtmlSection s("Frames, and what each stage took");
     s.heads({"", "median", "mean", "95 %", "99 %", "worst"});
     const auto row = [&](std::string_view name, const Distribution& d, int digits = 2) {
         if (d.count > 0) s.numbers(name, {d.median, d.mean, d.p95, d.p99, d.worst}, digits);
@@ -127,7 +56,7 @@ std::string frames_section(const Report& r) {
 }
 
 std::string sensors_section(const Report& r) {
-    Section s("Sensors");
+    HtmlSection s("Sensors");
     for (const ReportSensor& sensor : r.sensors) s.texts({sensor.tool, sensor_text(sensor)});
     if (r.sensor_frames)
         for (std::size_t i = 0; i < r.sensor_frames->size(); ++i)
@@ -136,7 +65,7 @@ std::string sensors_section(const Report& r) {
 }
 
 std::string truth_section(const TargetErrors& t) {
-    Section s("Error at the targets [mm]");
+    HtmlSection s("Error at the targets [mm]");
     s.heads({"", "RMS", "mean", "95 %", "worst"});
     const auto row = [&](std::string_view name, const Distribution& d) { s.numbers(name, {d.rms, d.mean, d.p95, d.worst}, 2); };
     row("deepest press: rigid-only", t.rigid_mm);
@@ -150,33 +79,16 @@ std::string truth_section(const TargetErrors& t) {
                              t.moving, t.targets, t.gain(), t.rest.expected_rms_mm, t.rest.registration_lag_ms));
 }
 
-std::string parts_section(const Report& r, bool built) {
-    Section s(built ? "What was built" : "What was left out, and why");
-    for (const ExplainedPart& p : r.parts)
-        if (p.built == built) s.texts({p.part, p.why});
-    return s.end();
-}
-
 }  // namespace
 
 std::string report_page(const Report& r, std::span<const PagePicture> pictures, const std::string& no_pictures) {
-    std::string out = head;
-    out += "<h1>Report of a tracked run</h1>\n<ul>\n";
-    for (const std::string& sentence : verdicts(r)) out += fmt::format("<li>{}</li>\n", escaped(sentence));
-    out += "</ul>\n";
-    for (const PagePicture& p : pictures)
-        out += fmt::format("<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
-                           escaped(p.caption), p.base64);
-    if (!no_pictures.empty()) out += fmt::format("<p class=\"note\">Pictures are left out: {}.</p>\n", escaped(no_pictures));
-    if (r.truth) out += truth_section(*r.truth);
-    out += frames_section(r) + registration_section(r);
-    if (!r.sensors.empty() || r.sensor_frames) out += sensors_section(r);
-    out += run_section(r);
-    if (!r.parts.empty()) out += parts_section(r, true) + parts_section(r, false);
-    if (!r.scene_text.empty())
-        out += fmt::format("<section><h2>Scene</h2><details><summary>every value it resolved to</summary>\n<pre>{}</pre></details></section>\n",
-                           escaped(r.scene_text));
-    return out + "</body></html>\n";
+    std::string body;
+    if (r.truth) body += truth_section(*r.truth);
+    body += frames_section(r) + registration_section(r);
+    if (!r.sensors.empty() || r.sensor_frames) body += sensors_section(r);
+    body += run_section(r);
+    if (!r.parts.empty()) body += parts_html(r.parts);
+    return html_page("Report of a tracked run", verdicts(r), pictures, no_pictures, body, r.scene_text);
 }
 
 }  // namespace livetet

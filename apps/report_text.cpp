@@ -48,29 +48,15 @@ std::string rest_verdict(const RestErrors& r) {
         r.expected_rms_mm, 3 * r.expected_rms_mm);
 }
 
-/// A line of the page is at most this long.
-std::string wrapped(const std::string& sentence, std::size_t width = 96) {
-    std::string out;
-    std::size_t begin = 0;
-    while (sentence.size() - begin > width) {
-        const std::size_t end = sentence.rfind(' ', begin + width);
-        out += sentence.substr(begin, end - begin) + "\n    ";
-        begin = end + 1;
-    }
-    return out + sentence.substr(begin) + "\n";
-}
-
-std::string line(std::string_view name, const std::string& value) { return fmt::format("  {:<22}{}\n", name, value); }
-
 std::string run_section(const Report& r) {
     std::string out = "RUN\n";
-    out += line("result", r.source);
-    out += line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
-    if (!r.run.solver.empty()) out += line("solver", r.run.solver);
-    if (!r.run.version.empty()) out += line("livetet", r.run.version);
-    if (!r.run.problem.empty()) out += line("ended early", r.run.problem);
-    out += line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
-    out += line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
+    out += report_line("result", r.source);
+    out += report_line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
+    if (!r.run.solver.empty()) out += report_line("solver", r.run.solver);
+    if (!r.run.version.empty()) out += report_line("livetet", r.run.version);
+    if (!r.run.problem.empty()) out += report_line("ended early", r.run.problem);
+    out += report_line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
+    out += report_line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
     return out;
 }
 
@@ -101,30 +87,23 @@ std::string frames_section(const Report& r) {
            row("  output [ms]", f.output_ms) + row("iterations", f.iterations) +
            row("error estimate [mm]", f.error_estimate_mm, 4);
     if (f.error_estimate_mm.count > 0) out += "  (error estimate: what a frame's solve left undone, RMS over the nodes)\n";
-    out += line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
-    out += line("budget", fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
+    out += report_line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
+    out += report_line("budget", fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
                                       r.run.budget_given ? "track.budget" : "time between samples",
                                       share_of_frames(r, f.over_budget)));
-    if (r.run.budget_given) out += line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
-    out += line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
-    if (r.run.not_kept > 0) out += line("not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
-    out += line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
-    return out + line("not converged", fmt::format("{} frames", f.not_converged));
+    if (r.run.budget_given) out += report_line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
+    out += report_line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
+    if (r.run.not_kept > 0) out += report_line("not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
+    out += report_line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
+    return out + report_line("not converged", fmt::format("{} frames", f.not_converged));
 }
 
 std::string sensors_section(const Report& r) {
     std::string out = "SENSORS\n";
-    for (const ReportSensor& s : r.sensors) out += line(s.tool, sensor_text(s));
+    for (const ReportSensor& s : r.sensors) out += report_line(s.tool, sensor_text(s));
     if (!r.sensor_frames) return out;
     for (std::size_t s = 0; s < r.sensor_frames->size(); ++s)
-        if (const double frames = (*r.sensor_frames)[s]; frames > 0) out += line(sensor_states[s], fmt::format("{:g} frames", frames));
-    return out;
-}
-
-std::string parts_section(const Report& r) {
-    std::string out = "BUILT, AND LEFT OUT\n";
-    for (const ExplainedPart& p : r.parts)
-        out += "  " + wrapped(fmt::format("{:<11}{:<22}{}", p.built ? "built" : "left out", p.part, p.why));
+        if (const double frames = (*r.sensor_frames)[s]; frames > 0) out += report_line(sensor_states[s], fmt::format("{:g} frames", frames));
     return out;
 }
 
@@ -150,8 +129,8 @@ std::string truth_section(const TargetErrors& t) {
         r.frames, r.organ_travel_mm, r.organ_turn_deg);
     out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
     out +=
-        line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
-    return out + line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
+        report_line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
+    return out + report_line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
 }
 
 }  // namespace
@@ -177,7 +156,7 @@ std::string report_text(const Report& report) {
     out += "\n" + run_section(report) + "\n" + registration_section(report) + "\n" + frames_section(report);
     if (!report.sensors.empty() || report.sensor_frames) out += "\n" + sensors_section(report);
     if (report.truth) out += "\n" + truth_section(*report.truth);
-    if (!report.parts.empty()) out += "\n" + parts_section(report);
+    if (!report.parts.empty()) out += "\n" + parts_text(report.parts);
     return out;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/stopwatch.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
@@ -313,7 +314,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     const auto start = std::chrono::steady_clock::now();
     std::vector<std::vector<std::int32_t>> parts;
     if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
-    scene_body.partition_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    scene_body.partition_s = seconds_since(start);
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
         MeshHierarchy& h = scene_body.hierarchy;  // the coarser levels are not solved on

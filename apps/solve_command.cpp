@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
@@ -12,6 +11,7 @@
 #include "apps/scene_run.hpp"
 #include "apps/solve_profile.hpp"
 #include "base/file.hpp"
+#include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "io/points_csv.hpp"
 #include "io/result_file.hpp"
@@ -30,10 +30,6 @@ struct SolveArguments {
     bool restart = false, profile = false;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 double largest_norm(const std::vector<Vector3>& values) {
     double largest = 0;
     for (const Vector3& v : values) largest = std::max(largest, v.norm());
@@ -43,23 +39,15 @@ double largest_norm(const std::vector<Vector3>& values) {
 /// Where displacements at the scene's probe points are read off.
 struct Probes {
     std::vector<NamedPoint> points;
-    BarycentricMap map;
-    EdgeNodes edges;
+    PointSampler sampler;
 
-    Probes(const ProbeOptions& options, const TetMesh& mesh) : points(read_points_csv(options.points)), edges(mesh) {
-        std::vector<Vector3> places;
-        for (const NamedPoint& p : points) places.push_back(p.position);
-        map = map_into(mesh, places);
+    Probes(const ProbeOptions& options, const TetMesh& mesh)
+        : points(read_points_csv(options.points)), sampler(mesh, positions_of(points)) {
         for (std::size_t i = 0; i < points.size(); ++i)
-            if (map.distance[i] > 1e-3)
+            if (sampler.distance(i) > 1e-3)
                 fmt::print(stderr,
                            "probe {} lies {:.1f} mm outside the mesh; its nearest surface point stands for it\n",
-                           points[i].name, 1e3 * map.distance[i]);
-    }
-    std::vector<Eigen::Vector3d> displacements(const std::vector<Vector3>& u) const {
-        std::vector<Eigen::Vector3d> values;
-        for (std::size_t i = 0; i < points.size(); ++i) values.push_back(interpolate(map, edges, i, u));
-        return values;
+                           points[i].name, 1e3 * sampler.distance(i));
     }
 };
 
@@ -104,6 +92,15 @@ json history_json(const RunHistory& history) {
                          {"time_error_mm", 1e3 * s.report.time_error},
                          {"seconds", s.report.seconds()}});
     return steps;
+}
+
+/// The first rank's text, on every rank. Collective.
+std::string same_on_all(std::string text) {
+    auto size = static_cast<std::int64_t>(text.size());
+    MPI_Bcast(&size, 1, MPI_INT64_T, 0, PETSC_COMM_WORLD);
+    text.resize(static_cast<std::size_t>(size));
+    MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, PETSC_COMM_WORLD);
+    return text;
 }
 
 int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc) {
@@ -170,15 +167,6 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (arguments.profile) profile = solve_profile(PETSC_COMM_WORLD, scene, scene_body, mesh_s, {0, output_s, static_cast<long>(frames)});
 
     // 4. results
-    const auto closing = std::chrono::steady_clock::now();
-    MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
-    if (keeps_going)
-        for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
-    if (writer) writer->close();
-    if (!first) return history.converged ? 0 : 3;
-    if (keeps_going) store.remove();
-    if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->displacements(last));
-    output_s += seconds_since(closing);
     StepReport sum;
     for (const StepRecord& step : history.steps) {
         const StepReport& r = step.report;
@@ -189,6 +177,50 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         sum.preconditioner_s += r.preconditioner_s;
         sum.solve_s += r.solve_s;
     }
+    const auto forces = constraints.forces(reactions, last);
+    json told{{"tets", scene_body.mesh().tets.size()},
+              {"nodes", scene_body.mesh().nodes.size()},
+              {"levels", scene_body.hierarchy.levels.size()},
+              {"ranks", session.ranks()},
+              {"version", LIVETET_VERSION},
+              {"largest_displacement_mm", 1e3 * largest_norm(last)},
+              {"converged", history.converged},
+              {"failure", history.failure},
+              {"share", history.share},
+              {"restarted_at_s", hooks.start.time_s},
+              {"reactions_N", json::object()},
+              {"iterations", sum.iterations},
+              {"linearisations", sum.linearisations},
+              {"mesh_s", mesh_s},
+              {"partition_s", scene_body.partition_s},
+              {"setup_s", setup_s},
+              {"solve_s", sum.seconds()},
+              {"forces_s", sum.forces_s},
+              {"assembly_s", sum.operator_s},
+              {"preconditioner_s", sum.preconditioner_s},
+              {"linear_s", sum.solve_s},
+              {"solver", scene_body.body->elastic_operator().name()},
+              {"peak_bytes", usage.peak_bytes},
+              {"peak_bytes_most", usage.peak_bytes_most},
+              {"messages", usage.messages},
+              {"message_bytes", usage.message_bytes},
+              {"reductions", usage.reductions},
+              {"profile", json_of(profile)},
+              {"steps", history_json(history)}};
+    for (const auto& [key, force] : forces) told["reactions_N"][key] = {force.x(), force.y(), force.z()};
+    const auto closing = std::chrono::steady_clock::now();
+    MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
+    if (keeps_going)
+        for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
+    if (writer) {
+        writer->write_text("solve", same_on_all(told.dump()));
+        writer->close();
+    }
+    if (!first) return history.converged ? 0 : 3;
+    if (keeps_going) store.remove();
+    if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last));
+    output_s += seconds_since(closing);
+    told["output_s"] = output_s;
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
                scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
@@ -197,46 +229,12 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), sum.linearisations,
                sum.iterations, history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
-    json forces = json::object();
-    for (const auto& [key, force] : constraints.forces(reactions, last)) {
-        fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
-        forces[key] = {force.x(), force.y(), force.z()};
-    }
+    for (const auto& [key, force] : forces) fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
     fmt::print("written          {}{}\n", scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)",
                probes ? ", " + scene.probes->displacements.string() : "");
     if (arguments.profile) fmt::print("{}", profile_table(profile));
-    if (!arguments.json.empty())
-        write_text_file(arguments.json, json{{"tets", scene_body.mesh().tets.size()},
-                                             {"nodes", scene_body.mesh().nodes.size()},
-                                             {"levels", scene_body.hierarchy.levels.size()},
-                                             {"ranks", session.ranks()},
-                                             {"largest_displacement_mm", 1e3 * largest_norm(last)},
-                                             {"converged", history.converged},
-                                             {"share", history.share},
-                                             {"restarted_at_s", hooks.start.time_s},
-                                             {"reactions_N", forces},
-                                             {"iterations", sum.iterations},
-                                             {"linearisations", sum.linearisations},
-                                             {"mesh_s", mesh_s},
-                                             {"partition_s", scene_body.partition_s},
-                                             {"setup_s", setup_s},
-                                             {"solve_s", sum.seconds()},
-                                             {"forces_s", sum.forces_s},
-                                             {"assembly_s", sum.operator_s},
-                                             {"preconditioner_s", sum.preconditioner_s},
-                                             {"linear_s", sum.solve_s},
-                                             {"output_s", output_s},
-                                             {"solver", scene_body.body->elastic_operator().name()},
-                                             {"peak_bytes", usage.peak_bytes},
-                                             {"peak_bytes_most", usage.peak_bytes_most},
-                                             {"messages", usage.messages},
-                                             {"message_bytes", usage.message_bytes},
-                                             {"reductions", usage.reductions},
-                                             {"profile", json_of(profile)},
-                                             {"steps", history_json(history)}}
-                                                .dump(2) +
-                                            "\n");
+    if (!arguments.json.empty()) write_text_file(arguments.json, told.dump(2) + "\n");
     if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);
     return history.converged ? 0 : 3;
 }

@@ -3,16 +3,12 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 
 namespace livetet {
 
 namespace {
-
-using std::chrono::duration;
-using std::chrono::steady_clock;
-
-double seconds_since(steady_clock::time_point start) { return duration<double>(steady_clock::now() - start).count(); }
 
 void add_vector(StudyRow& row, const std::string& name, const char* unit, const Vector3& v) {
     for (int c = 0; c < 3; ++c) row.outputs.emplace_back(fmt::format("{}_{}_{}", name, "xyz"[c], unit), v[c]);
@@ -40,7 +36,7 @@ void StudySolver::take_mesh(const Scene& scene) {
 
 void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback& progress) {
     // 1. mesh, body
-    const auto start = steady_clock::now();
+    const auto start = std::chrono::steady_clock::now();
     take_mesh(scene);
     row.mesh_s = seconds_since(start);
     std::vector<NamedPoint> probes;
@@ -72,12 +68,8 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     if (scene.time.scheme == TimeScheme::static_equilibrium) row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
         add_vector(row, key + "_force", "N", force);
-    std::vector<Vector3> places;
-    for (const NamedPoint& p : probes) places.push_back(p.position);
-    const BarycentricMap map = map_into(mesh, places);
-    const EdgeNodes edges(mesh);
-    for (std::size_t i = 0; i < probes.size(); ++i)
-        add_vector(row, probes[i].name, "mm", 1e3 * interpolate(map, edges, i, row.displacement));
+    const std::vector<Vector3> at_probes = PointSampler(mesh, positions_of(probes)).sample(row.displacement);
+    for (std::size_t i = 0; i < probes.size(); ++i) add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
 }
 
 StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress) {

@@ -96,7 +96,7 @@ void add_tune_command(CLI::App& app, ExitStatus& status) {
         ->check(CLI::IsMember({"largest", "l2"}));
     command->add_option("--budget", arguments->budget, "the longest that a step may take: 12ms");
     command->add_option("-o,--output", arguments->output, "the scene file; default: SCENE.tuned.yaml, with its mesh beside it");
-    command->add_option("--repeats", arguments->repeats, "rounds that times are medians of")->capture_default_str()->check(CLI::Range(1, 100));
+    command->add_option("--repeats", arguments->repeats, "rounds that times are medians of; choices that take over 5 s are run once")->capture_default_str()->check(CLI::Range(1, 100));
     command->callback([arguments, &status] { status.value = tune(*arguments); });
 }
 

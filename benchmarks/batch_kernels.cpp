@@ -11,6 +11,7 @@
 #include <chrono>
 #include <numeric>
 
+#include "base/stopwatch.hpp"
 #include "mechanics/batch_kernels.hpp"
 #include "mechanics/rotation.hpp"
 #include "support/p1_kernels.hpp"
@@ -68,7 +69,7 @@ double bandwidth(double bytes, Pass&& pass) {
     for (double& s : seconds) {
         const auto begin = std::chrono::steady_clock::now();
         pass();
-        s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        s = seconds_since(begin);
     }
     std::nth_element(seconds.begin(), seconds.begin() + 5, seconds.end());
     return bytes / seconds[5];

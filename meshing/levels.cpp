@@ -9,6 +9,7 @@
 
 #include "base/child_process.hpp"
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "mesh/packed_mesh.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/label_volume.hpp"
@@ -113,7 +114,7 @@ struct Maker {
         const auto start = Clock::now();
         std::vector<std::string> dropped;
         TriangleMesh tried = surface;
-        const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+        const auto passed = [&] { return seconds_since(start); };
         int tries_of_labels = 0;
         for (int tries = 0; tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
             const bool from_labels =

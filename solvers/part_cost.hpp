@@ -4,6 +4,8 @@
 
 #include <chrono>
 
+#include "base/stopwatch.hpp"
+
 namespace livetet {
 
 /// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was computed.
@@ -16,7 +18,7 @@ struct PartCost {
 class PartTimer {
   public:
     explicit PartTimer(PartCost& part) : part_(part) { ++part_.times; }
-    ~PartTimer() { part_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    ~PartTimer() { part_.seconds += seconds_since(start_); }
     PartTimer(const PartTimer&) = delete;
     PartTimer& operator=(const PartTimer&) = delete;
 

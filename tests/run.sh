@@ -17,4 +17,7 @@ export GTEST_BRIEF=1  # what fails, and no more
 status=0
 ctest --test-dir "$build" -j 2 --output-on-failure --label-exclude clock || status=$?
 ctest --test-dir "$build" -j 2 --output-on-failure --label-regex clock --repeat until-pass:2 || status=$?
+
+say "the benchmarks' commands, at a size that says only that they work"
+LIVETET_OUT=$build/benchmarks/quick "$root/benchmarks/run.sh" --quick || status=$?
 exit $status

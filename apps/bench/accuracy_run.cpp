@@ -37,8 +37,8 @@ std::uint64_t seed_of(const AccuracyCase& c, int tool) {
 RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
     SimulatedTrackerOptions tracker = tracker_of(c);
     tracker.seed = seed_of(c, 0);
-    std::vector<Vector3> in_image, in_reference;
-    for (const NamedPoint& f : phantom::fiducials()) in_image.push_back(f.position);
+    const std::vector<Vector3> in_image = positions_of(phantom::fiducials());
+    std::vector<Vector3> in_reference;
     std::vector<FrameWindow> windows;
     for (std::size_t i = 0; i < in_image.size(); ++i) {
         const double begin = touch_begins_s(tracker, i) * tracker.rate_Hz;

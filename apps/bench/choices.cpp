@@ -13,7 +13,7 @@ namespace livetet {
 namespace {
 
 constexpr double tightest = 1e-9;
-constexpr int finer_in_time = 8;
+constexpr int finer_in_time = 4;
 
 constexpr std::array<std::pair<StrainModel, const char*>, 4> strains{{{StrainModel::linear, "linear"},
                                                                        {StrainModel::corotated, "corotated"},

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "base/thread_team.hpp"
 
 namespace livetet {
@@ -22,7 +23,7 @@ double measure_bandwidth(int threads) {
             const std::size_t n = values.size() / threads;
             sums[t] += Eigen::Map<const Eigen::VectorXd>(values.data() + t * n, static_cast<Eigen::Index>(n)).sum();
         });
-        best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        best = std::min(best, seconds_since(start));
     }
     if (!(sums[0] > 0)) fail("bench: the bandwidth's sum is {}", sums[0]);
     return 8.0 * static_cast<double>(values.size()) / best;

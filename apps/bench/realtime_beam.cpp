@@ -4,6 +4,7 @@
 
 #include "apps/allocation_count.hpp"
 #include "apps/bench/realtime_cases.hpp"
+#include "base/stopwatch.hpp"
 
 namespace livetet {
 
@@ -60,7 +61,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
                 body.set_constraints(constraints);
                 m.step = body.step(dt, {.linear_tolerance = 1e-4, .iterations = size.iterations});
                 body.displacement(reached);
-                m.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+                m.seconds = seconds_since(start);
                 if (turn == 0) continue;
                 result.allocations += allocations_of_this_thread() - allocations;
                 result.blocked += times_blocked() - blocked;

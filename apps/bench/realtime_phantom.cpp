@@ -7,6 +7,7 @@
 #include "apps/phantom.hpp"
 #include "apps/phantom_shape.hpp"
 #include "apps/bench/realtime_cases.hpp"
+#include "base/stopwatch.hpp"
 #include "mesh/node_selection.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
@@ -86,7 +87,7 @@ class Follower {
         if (budget_s)
             limits.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*budget_s));
         const Frame& frame = model_.advance(sample, limits);
-        m.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        m.seconds = seconds_since(start);
         m.step = frame.step;
         m.sensor_s = frame.sensor_s;
         m.output_s = frame.output_s;

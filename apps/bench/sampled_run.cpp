@@ -71,14 +71,9 @@ const SampledRun& SceneRuns::run(const Scene& scene) {
         const std::filesystem::path file = folder_ / fmt::format("{}.h5", place->second);
         {
             const ResultReader result(file);
-            const BarycentricMap map = map_into(result.mesh(), points_.places, Outside::extrapolated);
-            const EdgeNodes edges(result.mesh());
+            const PointSampler sampler(result.mesh(), points_.places, Outside::extrapolated);
             run.times_s = result.times_s();
-            for (std::size_t k = 0; k < result.frame_count(); ++k) {
-                const std::vector<Vector3> u = result.displacement(k);
-                std::vector<Vector3>& values = run.displacement.emplace_back();
-                for (std::size_t p = 0; p < points_.places.size(); ++p) values.push_back(interpolate(map, edges, p, u));
-            }
+            for (std::size_t k = 0; k < result.frame_count(); ++k) run.displacement.push_back(sampler.sample(result.displacement(k)));
         }
         std::filesystem::remove(file);
     } catch (const Error& error) {

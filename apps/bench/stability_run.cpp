@@ -8,6 +8,7 @@
 
 #include "apps/scene_run.hpp"
 #include "base/error.hpp"
+#include "base/stopwatch.hpp"
 #include "mechanics/rigid_motions.hpp"
 
 namespace livetet {
@@ -15,8 +16,6 @@ namespace livetet {
 namespace {
 
 constexpr int settling_frames = 15;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// What ends a trial: the rule that does not hold.
 struct Broken {

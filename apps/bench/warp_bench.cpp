@@ -24,6 +24,7 @@
 #include "apps/phantom_shape.hpp"
 #include "base/distribution.hpp"
 #include "base/file.hpp"
+#include "base/stopwatch.hpp"
 #include "io/image_file.hpp"
 #include "mesh/image_warp.hpp"
 
@@ -65,7 +66,7 @@ std::vector<double> timed(int repeats, const std::function<void()>& run) {
     for (int r = 0; r < repeats; ++r) {
         const auto start = std::chrono::steady_clock::now();
         run();
-        seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        seconds.push_back(seconds_since(start));
     }
     return seconds;
 }

@@ -13,6 +13,9 @@ namespace livetet {
 
 namespace {
 
+/// A choice that takes longer is run once: what matters of it is that it is slow.
+constexpr double longest_repeated_s = 5;
+
 /// The times of one choice, round by round.
 struct Times {
     std::vector<double> total, setup, step;
@@ -65,7 +68,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
     const double count = static_cast<double>(all.size()) * (repeats + 3.0);
     double done = 0;
     for (std::size_t k = 0; k < all.size(); ++k) {
-        ChoiceResult r{all[k], "", 0, 0, 0, 0, 0, {}, 0, 0, 0, 0};
+        ChoiceResult r{.choice = all[k]};
         progress.update(done / count, all[k].name);
         done += 4;
         const SampledRun& own = runs.run(all[k].scene);
@@ -95,7 +98,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
     // 3. their times, round by round
     for (int round = 1; round < repeats; ++round)
         for (std::size_t k = 0; k < all.size(); ++k, ++done) {
-            if (!out.results[k].has_figures()) continue;
+            if (!out.results[k].has_figures() || times[k].total.front() > longest_repeated_s) continue;
             progress.update(done / count, fmt::format("{}, once more", all[k].name));
             times[k].add(runs.again(all[k].scene));
         }
@@ -103,6 +106,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
         if (!out.results[k].has_figures()) continue;
         ChoiceResult& r = out.results[k];
         const auto [least, most] = std::minmax_element(times[k].total.begin(), times[k].total.end());
+        r.runs = times[k].total.size();
         r.spread_s = (*most - *least) / 2;
         r.total_s = distribution(times[k].total).median;
         r.setup_s = distribution(times[k].setup).median;

@@ -16,11 +16,12 @@ enum class ErrorMeasure { largest, l2 };
 /// What one choice costs, and what its error is.
 struct ChoiceResult {
     SceneChoice choice;
-    std::string failure;  ///< where there are no figures: why
+    std::string failure{};  ///< where there are no figures: why
     double total_s = 0, spread_s = 0;  ///< set-up and all steps, median; half the way from the least to the most
     double setup_s = 0, step_s = 0;    ///< medians; of each step
+    std::size_t runs = 0;              ///< that these are medians of: one has no spread
     double peak_bytes = 0;
-    Difference error;         ///< against the reference
+    Difference error{};       ///< against the reference
     double mesh_m = 0, time_m = 0, algebraic_m = 0, model_m = 0;  ///< its parts, L2
 
     bool has_figures() const { return failure.empty(); }
@@ -39,8 +40,8 @@ struct WorkPrecision {
     const ChoiceResult* most_accurate(ErrorMeasure measure, double step_s) const;
 };
 
-/// Runs every choice of a scene `repeats` times, each round through all of them, and what their errors are measured
-/// against once. Meshes, scenes and logs go to `folder`. Shows progress. Throws Error where the reference fails.
+/// Runs every choice of a scene `repeats` times, each round through all of them (those that take over 5 s once), and what
+/// their errors are measured against once. Meshes, scenes and logs go to `folder`. Shows progress. Throws Error where the reference fails.
 WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats, const std::string& only);
 
 struct WorkPrecisionArguments {

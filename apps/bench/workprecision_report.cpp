@@ -32,8 +32,8 @@ void print_table(const WorkPrecision& w) {
         if (!r.has_figures())
             fmt::print("{}\n", r.failure);
         else
-            fmt::print("{:>8.3f} {:>7.3f} {:>8.3f} {:>8.2f} {:>7.0f} | {:>8.4f} {:>6.2f} {:>8.4f} {:>6.2f} | {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f}\n",
-                       r.total_s, r.spread_s, r.setup_s, 1e3 * r.step_s, r.peak_bytes / 1e6, 1e3 * r.error.largest_m,
+            fmt::print("{:>8.3f} {:>7} {:>8.3f} {:>8.2f} {:>7.0f} | {:>8.4f} {:>6.2f} {:>8.4f} {:>6.2f} | {:>8.4f} {:>8.4f} {:>8.4f} {:>8.4f}\n",
+                       r.total_s, r.runs > 1 ? fmt::format("{:.3f}", r.spread_s) : "once", r.setup_s, 1e3 * r.step_s, r.peak_bytes / 1e6, 1e3 * r.error.largest_m,
                        percent(r.error.largest_m, w.largest_m), 1e3 * r.error.l2_m, percent(r.error.l2_m, w.mean_m), 1e3 * r.mesh_m,
                        1e3 * r.time_m, 1e3 * r.algebraic_m, 1e3 * r.model_m);
     }
@@ -57,19 +57,19 @@ void recommend(const WorkPrecision& w) {
 }
 
 std::string csv_text(const WorkPrecision& w) {
-    std::string text = "number,varied,name,level,converged,total_s,spread_s,setup_s,step_s,peak_bytes,largest_mm,l2_mm,mesh_mm,time_mm,algebraic_mm,model_mm";
+    std::string text = "number,varied,name,level,converged,runs,total_s,spread_s,setup_s,step_s,peak_bytes,largest_mm,l2_mm,mesh_mm,time_mm,algebraic_mm,model_mm";
     for (const std::string& probe : w.probes) text += fmt::format(",{}_mm", probe);
     text += ",failure\n";
     for (std::size_t k = 0; k < w.results.size(); ++k) {
         const ChoiceResult& r = w.results[k];
         text += fmt::format("{},\"{}\",\"{}\",{},{}", k + 1, r.choice.varied, r.choice.name, r.choice.level, r.has_figures());
         if (r.has_figures()) {
-            for (const double x : {r.total_s, r.spread_s, r.setup_s, r.step_s, r.peak_bytes, 1e3 * r.error.largest_m, 1e3 * r.error.l2_m,
+            for (const double x : {static_cast<double>(r.runs), r.total_s, r.spread_s, r.setup_s, r.step_s, r.peak_bytes, 1e3 * r.error.largest_m, 1e3 * r.error.l2_m,
                                    1e3 * r.mesh_m, 1e3 * r.time_m, 1e3 * r.algebraic_m, 1e3 * r.model_m})
                 text += fmt::format(",{:.6g}", x);
             for (const double x : r.error.probes_m) text += fmt::format(",{:.6g}", 1e3 * x);
         } else {
-            text += std::string(11 + w.probes.size(), ',');
+            text += std::string(12 + w.probes.size(), ',');
         }
         std::string why = r.failure;
         std::replace(why.begin(), why.end(), '"', '\'');
@@ -85,7 +85,8 @@ json json_of(const WorkPrecision& w) {
         if (r.has_figures()) {
             json probes = json::object();
             for (std::size_t i = 0; i < w.probes.size(); ++i) probes[w.probes[i]] = 1e3 * r.error.probes_m[i];
-            j.update({{"total_s", r.total_s},
+            j.update({{"runs", r.runs},
+                      {"total_s", r.total_s},
                       {"spread_s", r.spread_s},
                       {"setup_s", r.setup_s},
                       {"step_s", r.step_s},

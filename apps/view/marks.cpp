@@ -5,6 +5,7 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
+#include <vtkCoordinate.h>
 #include <vtkTextProperty.h>
 
 #include "apps/view/colours.hpp"
@@ -88,7 +89,11 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
     while (labels_.size() <= which) {
         // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a third of a picture's time.
         auto actor = vtkSmartPointer<vtkTextActor>::New();
-        actor->GetPositionCoordinate()->SetCoordinateSystemToWorld();
+        vtkNew<vtkCoordinate> marked;
+        marked->SetCoordinateSystemToWorld();
+        actor->GetPositionCoordinate()->SetCoordinateSystemToViewport();
+        actor->GetPositionCoordinate()->SetReferenceCoordinate(marked);
+        actor->SetPosition(10, 8);  // pixels: beside its ball, from wherever one looks
         set_text(actor->GetTextProperty(), 13, true);
         actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
         actor->GetTextProperty()->SetBackgroundOpacity(0.6);
@@ -98,7 +103,7 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
     vtkTextActor* actor = labels_[which];
     if (!actor->GetInput() || text != actor->GetInput()) actor->SetInput(text.c_str());
     actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
-    actor->GetPositionCoordinate()->SetValue(1e3 * at.x() + ball_mm_, 1e3 * at.y(), 1e3 * at.z() + ball_mm_);
+    actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
     actor->VisibilityOn();
 }
 

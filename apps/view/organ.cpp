@@ -10,6 +10,10 @@
 
 namespace livetet {
 
+namespace {
+constexpr double bar_width = 0.1;
+}  // namespace
+
 OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body), map_(map_into(body.mesh, body.surface.nodes)) {
     const auto count = static_cast<vtkIdType>(body.surface.nodes.size());
     for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()}) {
@@ -41,8 +45,7 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body)
     bar_->SetNumberOfLabels(6);
     bar_->UnconstrainedFontSizeOn();
     bar_->SetOrientationToVertical();
-    bar_->SetPosition(0.015, 0.2);
-    bar_->SetWidth(0.1);
+    bar_->SetWidth(bar_width);
     bar_->SetHeight(0.6);
     bar_->SetBarRatio(0.25);
     set_text(bar_->GetLabelTextProperty(), 13);
@@ -59,6 +62,11 @@ void OrganView::set_range(ColourBy what, double largest) {
 void OrganView::set_colour(ColourBy what) {
     colour_ = what;
     update_bar();
+}
+
+void OrganView::make_room(double width_pixels) {
+    constexpr double half_title = 55;  // pixels: its title stands over the bar's middle
+    bar_->SetPosition(std::max(0.015, half_title / width_pixels - bar_width / 2), 0.2);
 }
 
 void OrganView::update_bar() {

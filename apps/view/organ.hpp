@@ -30,6 +30,8 @@ class OrganView {
     double range(ColourBy what) const { return largest_[static_cast<int>(what)]; }
     void set_colour(ColourBy what);
     ColourBy colour() const { return colour_; }
+    /// Places the bar in a view of this width so that its title is whole.
+    void make_room(double width_pixels);
     vtkActor* actor() { return actor_; }
 
   private:

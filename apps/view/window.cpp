@@ -19,7 +19,8 @@ namespace livetet {
 
 namespace {
 
-constexpr double strip_height = 0.075, organ_width = 0.66;
+constexpr double organ_width = 0.66;
+constexpr int strip_pixels = 60;  ///< of two lines of text and the time line, whatever the window's height
 constexpr double line_height = 0.78;
 
 constexpr const char* help_text =
@@ -36,7 +37,6 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     window_->SetSize(size[0], size[1]);
     window_->SetWindowName("Livetet");
     const bool has_slices = body.image.has_value();
-    organ_renderer_->SetViewport(0, strip_height, has_slices ? organ_width : 1, 1);
     organ_renderer_->SetBackground(look::paper.data());
     window_->AddRenderer(organ_renderer_);
     vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software renderer as much as all the rest
@@ -46,11 +46,7 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     organ_ = std::make_unique<OrganView>(body, organ_renderer_);
     marks_ = std::make_unique<MarksView>(body, organ_renderer_);
     if (has_slices) {
-        for (int i = 0; i < 3; ++i) {
-            const double height = (1 - strip_height) / 3, bottom = strip_height + (2 - i) * height;
-            slice_renderers_[i]->SetViewport(organ_width + 0.002, bottom, 1, bottom + height - 0.004);
-            window_->AddRenderer(slice_renderers_[i]);
-        }
+        for (const auto& renderer : slice_renderers_) window_->AddRenderer(renderer);
         slices_ = std::make_unique<SliceViews>(
             body, std::array<vtkRenderer*, 3>{slice_renderers_[0], slice_renderers_[1], slice_renderers_[2]});
         volume_ = std::make_unique<VolumeView>(body, organ_renderer_);
@@ -61,13 +57,29 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     organ_renderer_->GetActiveCamera()->SetViewUp(0, 0, 1);
     moment_.displacement.assign(body.mesh.nodes.size(), Vector3::Zero());
     listen(surface);
+    arrange();
     reset();
 }
 
 ViewWindow::~ViewWindow() = default;
 
+void ViewWindow::arrange() {
+    const int* size = window_->GetSize();
+    if (arranged_ == std::array{size[0], size[1]}) return;
+    arranged_ = {size[0], size[1]};
+    const double strip = std::min(0.4, static_cast<double>(strip_pixels) / std::max(size[1], 1));
+    strip_->SetViewport(0, 0, 1, strip);
+    organ_renderer_->SetViewport(0, strip, slices_ ? organ_width : 1, 1);
+    organ_->make_room((slices_ ? organ_width : 1) * size[0]);
+    for (int i = 0; i < 3; ++i) {
+        const double height = (1 - strip) / 3, bottom = strip + (2 - i) * height;
+        slice_renderers_[i]->SetViewport(organ_width + 0.002, bottom, 1, bottom + height - 0.004);
+    }
+    if (slices_) slices_->fit();
+    renew();
+}
+
 void ViewWindow::add_strip() {
-    strip_->SetViewport(0, 0, 1, strip_height);
     strip_->SetBackground(0.94, 0.94, 0.95);
     window_->AddRenderer(strip_);
     vtkNew<vtkCoordinate> share;
@@ -177,6 +189,7 @@ void ViewWindow::reset() {
 }
 
 bool ViewWindow::draw() {
+    arrange();
     if (!stale_ && !changed_) return false;
     const bool in_turn = slices_in_turns_ && !changed_;
     if (in_turn) turn_ = (turn_ + 1) % 3;

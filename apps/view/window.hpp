@@ -87,6 +87,8 @@ class ViewWindow {
     bool mouse_up();
     bool wheel(int steps, int x, int y);
     void add_strip();
+    /// Gives each part its place, where the window has another size than it had.
+    void arrange();
 
     const ShownBody& body_;
     ShownMoment moment_;
@@ -104,6 +106,7 @@ class ViewWindow {
     bool stale_ = true, changed_ = true;  ///< the moment is another; what is shown of it, or how
     bool slices_in_turns_ = false, closed_ = false;
     int turn_ = 0;
+    std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
 
     enum class Doing { nothing, crossing, windowing, pulling, seeking };
     Doing doing_ = Doing::nothing;

@@ -20,6 +20,8 @@
 
 #include <fmt/format.h>
 
+#include "base/stopwatch.hpp"
+
 namespace livetet {
 
 namespace {
@@ -146,7 +148,7 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     int status = 0;
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);
-    out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    out.seconds = seconds_since(start);
     const std::vector<char> text = contents(log.get(), most_log_bytes);
     out.log.assign(text.begin(), text.end());
     if (killed) {

@@ -1,5 +1,6 @@
 #include "base/file.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -27,8 +28,22 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     return !a.empty() && !b.empty() && std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
 }
 
+namespace {
+
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+/// What was written to a file, or renamed in a folder, is on the disk after this, as far as its file system can promise.
+void reach_the_disk(const fs::path& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    (void)::fsync(descriptor);
+    ::close(descriptor);
+}
+
+}  // namespace
+
 PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
-    const fs::path folder = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+    const fs::path folder = folder_of(target_);
     std::error_code error;
     if (fs::is_directory(target_, error))
         fail("{}: is a folder, expected the name of a file to write", target_.string());
@@ -47,9 +62,11 @@ PendingFile::~PendingFile() {
 
 void PendingFile::commit() {
     std::error_code error;
+    reach_the_disk(temporary_);  // before its name does: a machine that goes down leaves the old file or the new one
     fs::rename(temporary_, target_, error);
     if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
     committed_ = true;
+    reach_the_disk(folder_of(target_));
 }
 
 void write_text_file(const fs::path& path, const std::string& text) {

@@ -105,6 +105,13 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
     return value;
 }
 
+std::vector<Vector3> PointSampler::sample(std::span<const Vector3> values) const {
+    std::vector<Vector3> at_points;
+    at_points.reserve(map_.size());
+    for (std::size_t i = 0; i < map_.size(); ++i) at_points.push_back(interpolate(map_, edges_, i, values));
+    return at_points;
+}
+
 std::vector<std::int32_t> surface_nodes(const TetMesh& mesh) {
     return with_edge_nodes_between(mesh, nodes_of(boundary_triangles(mesh.tets)));
 }

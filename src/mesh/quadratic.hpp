@@ -36,6 +36,20 @@ class EdgeNodes {
 Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size_t point,
                     std::span<const Vector3> values);
 
+/// Reads nodal vectors of a P1 or P2 mesh off at points that stay where they are in the body.
+class PointSampler {
+  public:
+    PointSampler(const TetMesh& mesh, std::span<const Vector3> points, Outside outside = Outside::nearest)
+        : map_(map_into(mesh, points, outside)), edges_(mesh) {}
+    std::vector<Vector3> sample(std::span<const Vector3> values) const;
+    /// How far the point lies outside the mesh, m; its nearest surface point stands for it.
+    double distance(std::size_t point) const { return map_.distance[point]; }
+
+  private:
+    BarycentricMap map_;
+    EdgeNodes edges_;
+};
+
 /// All nodes of the surface, those of its edges too, sorted.
 std::vector<std::int32_t> surface_nodes(const TetMesh& mesh);
 

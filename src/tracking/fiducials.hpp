@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,5 +13,12 @@ struct NamedPoint {
     std::string name;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
+
+/// Where they are, without their names.
+inline std::vector<Eigen::Vector3d> positions_of(std::span<const NamedPoint> points) {
+    std::vector<Eigen::Vector3d> positions;
+    for (const NamedPoint& p : points) positions.push_back(p.position);
+    return positions;
+}
 
 }  // namespace livetet

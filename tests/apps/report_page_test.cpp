@@ -4,6 +4,7 @@
 
 #include "apps/report.hpp"
 #include "geometry/matrix_rows.hpp"
+#include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -156,6 +157,56 @@ TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     ASSERT_EQ(livetet(folder, "report result.h5 -o bare.html --no-pictures").status, 0);
     EXPECT_EQ(text_of(folder / "bare.html").find("data:image"), std::string::npos);
     expect_refused(livetet(folder, "report result.h5 -o nofolder/page.html"), {"nofolder"});
+}
+
+TEST(SolveReport, SaysOfASolveWhatTheSolveSaid) {
+    const Folder folder;
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    test::write_text(folder / "swing.yaml", R"(
+mesh: {file: block.h5}
+materials: [{young_Pa: 5000, poisson: 0.45}]
+fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
+loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, -0.5]}]
+time: {scheme: newmark, step_s: 0.01, duration_s: 0.3}
+)");
+    ASSERT_EQ(livetet(folder, "solve swing.yaml --json solve.json").status, 0);
+    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json solved = json::parse(text_of(folder / "solve.json")), figures = json::parse(text_of(folder / "figures.json"));
+    for (const char* key : {"tets", "nodes", "levels", "solver", "converged", "solve_s", "steps", "reactions_N", "version"})
+        EXPECT_EQ(figures.at(key), solved.at(key)) << key;
+    EXPECT_NEAR(figures.at("last_displacement_mm").get<double>(), solved.at("largest_displacement_mm").get<double>(), 1e-9) << "of the last frame";
+    EXPECT_GE(figures.at("largest_displacement_mm").get<double>(), figures.at("last_displacement_mm").get<double>());
+    const std::string page = text_of(folder / "page.html");
+    const json& last = solved.at("steps").back();
+    EXPECT_TRUE(has_row(page, fmt::format("0.3|0.01|{}|{}|{:.1e}|{:.3g}|{:.3f}", last["linearisations"].get<int>(), last["iterations"].get<int>(),
+                                          last["imbalance"].get<double>(), last["time_error_mm"].get<double>(), last["seconds"].get<double>())))
+        << page;
+    EXPECT_NE(page.find("Of 30 steps one in 2"), std::string::npos) << page;
+    EXPECT_NE(page.find("What was left out"), std::string::npos);
+    EXPECT_NE(outcome.out.find("Converged in 30 step(s)"), std::string::npos) << outcome.out;
+    std::size_t pictures = 0;
+    for (std::size_t at = 0; (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at) ++pictures;
+    EXPECT_TRUE(pictures == 1 || page.find("Pictures are left out: ") != std::string::npos);
+    ASSERT_EQ(livetet(folder, "report result.h5 --no-pictures").status, 0);
+    EXPECT_NE(text_of(folder / "report/report.txt").find("REPORT OF A SOLVE"), std::string::npos);
+    expect_refused(livetet(folder, "report result.h5 --truth figures.json"), {"--truth", "no tracked poses"});
+}
+
+TEST(SolveReport, OfAResultThatSaysLittleSaysWhatItMayAndOfOneThatIsDamagedNothing) {
+    const Folder folder;
+    const TetMesh mesh = test::block({1, 1, 1}, {0.1, 0.1, 0.1});
+    for (const auto& [name, text] : {std::pair{"old.h5", ""}, {"cut.h5", "{\"solver\": \"cg\", \"levels\""}, {"odd.h5", "{\"solver\": 3}"}}) {
+        ResultWriter writer(folder / name, mesh, "");
+        writer.append(0, std::vector<Vector3>(mesh.nodes.size(), Vector3(0, 0.003, 0.004)));
+        if (*text) writer.write_text("solve", text);
+        writer.close();
+    }
+    const auto outcome = livetet(folder, "report old.h5 -o page.html --no-pictures");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(text_of(folder / "page.html").find("The body moves by 5.000 mm at most."), std::string::npos);
+    EXPECT_EQ(text_of(folder / "page.html").find("onverged"), std::string::npos);
+    for (const char* name : {"cut.h5", "odd.h5"}) expect_refused(livetet(folder, std::string("report ") + name), {name, "what the solve says of itself"});
 }
 
 }  // namespace

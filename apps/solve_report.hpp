@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/report_parts.hpp"
+#include "io/result_file.hpp"
+
+namespace livetet {
+
+/// One step of a solve, as its result keeps it.
+struct SolvedStep {
+    double time_s = 0, step_s = 0, seconds = 0, imbalance = 0, time_error_mm = 0;
+    int linearisations = 0, iterations = 0;
+    bool converged = false;
+};
+
+/// What a solve says about itself.
+struct SolvedRun {
+    std::string solver, version, failure;
+    std::size_t levels = 0;
+    int ranks = 1;
+    bool converged = false;
+    double mesh_s = 0, setup_s = 0, solve_s = 0, peak_bytes = 0;
+    std::vector<std::pair<std::string, Eigen::Vector3d>> forces_N;  ///< on the body, by the scene's key
+    std::vector<SolvedStep> steps;
+};
+
+/// What `livetet solve` came to: read off its result.
+struct SolveReport {
+    std::string source, scene_text;
+    std::size_t tets = 0, nodes = 0, frames = 0;
+    double first_s = 0, last_s = 0;
+    std::size_t largest_frame = 0;  ///< of the kept frames, the one of the largest displacement
+    double largest_mm = 0, last_mm = 0;  ///< the largest displacement of all frames, and of the last
+    std::optional<SolvedRun> run;        ///< not in files of earlier versions
+    std::vector<ExplainedPart> parts;    ///< what was built and left out; empty where that is not known
+};
+
+/// Throws Error for a result without frames, or with a text about its run that does not hold together.
+SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source);
+
+/// Whether it converged, and how far the body moved.
+std::vector<std::string> verdicts(const SolveReport& report);
+std::string report_text(const SolveReport& report);
+std::string report_json(const SolveReport& report);
+std::string report_page(const SolveReport& report, std::span<const PagePicture> pictures, const std::string& no_pictures = "");
+
+}  // namespace livetet
