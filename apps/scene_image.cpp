@@ -13,15 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// `file`, or one of that name in `folder`: results are moved with what they were made from. `named_by`: for the message.
-fs::path locate(const fs::path& file, const fs::path& folder, const std::string& named_by) {
-    for (const fs::path& candidate : {file, folder / file, folder / file.filename()}) {
-        std::error_code ignored;
-        if (fs::is_regular_file(candidate, ignored)) return candidate;
-    }
-    fail("{}: names {}, which is not there, nor beside it", named_by, file.string());
-}
-
 /// The mesh block that a hierarchy was made by, as its provenance tells.
 MeshSource source_of_hierarchy(const fs::path& path) {
     const auto told = nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
@@ -33,25 +24,32 @@ MeshSource source_of_hierarchy(const fs::path& path) {
 
 }  // namespace
 
+fs::path locate(const fs::path& file, const fs::path& named_by) {
+    const fs::path folder = named_by.parent_path();
+    for (const fs::path& candidate : {file, folder / file, folder / file.filename()}) {
+        std::error_code ignored;
+        if (fs::is_regular_file(candidate, ignored)) return candidate;
+    }
+    fail("{}: names {}, which is not there, nor beside it", named_by.string(), file.string());
+}
+
 SceneImage find_scene_image(const Scene& scene, const fs::path& told_by) {
     SceneImage image;
-    std::string named_by = told_by.string();
-    fs::path folder = told_by.parent_path();
+    fs::path named_by = told_by;
     if (!scene.image.empty()) {
-        image.file = locate(scene.image, folder, named_by);
+        image.file = locate(scene.image, named_by);
         return image;
     }
     MeshSource source = scene.mesh;
     if (kind_of(source.file) == hierarchy_kind) {
-        const fs::path hierarchy = locate(source.file, folder, named_by);
+        const fs::path hierarchy = locate(source.file, named_by);
         image.grid = read_image_grid(hierarchy);
         source = source_of_hierarchy(hierarchy);
-        named_by = hierarchy.string();
-        folder = hierarchy.parent_path();
+        named_by = hierarchy;
     }
     if (kind_of(source.file) != image_kind)
-        fail("{}: names no image, and was meshed from {}, which is none", named_by, source.file.string());
-    image.file = locate(source.file, folder, named_by);
+        fail("{}: names no image, and was meshed from {}, which is none", named_by.string(), source.file.string());
+    image.file = locate(source.file, named_by);
     image.label_map = source.threshold.empty();
     return image;
 }

@@ -7,6 +7,10 @@
 
 namespace livetet {
 
+/// `file`, or where that is not there one of its name beside the file that names it: results are moved with what they were
+/// made from. Throws Error where there is neither.
+std::filesystem::path locate(const std::filesystem::path& file, const std::filesystem::path& named_by);
+
 /// The image that a scene is about.
 struct SceneImage {
     std::filesystem::path file;

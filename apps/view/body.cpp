@@ -104,7 +104,9 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
     std::vector<std::int32_t> fixed;
     for (std::size_t i = 0; i < scene->fix.size(); ++i)
         or_left_out(body, "fixed nodes", [&] {
-            const auto nodes = select_nodes(body.mesh, scene->fix[i], fmt::format("fix[{}]", i));
+            SelectionOptions held = scene->fix[i];
+            if (held.mask) held.mask = locate(*held.mask, told_by);
+            const auto nodes = select_nodes(body.mesh, held, fmt::format("fix[{}]", i));
             fixed.insert(fixed.end(), nodes.begin(), nodes.end());
         });
     std::sort(fixed.begin(), fixed.end());
@@ -112,7 +114,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
     const std::vector<std::int32_t> skin = nodes_of(boundary_triangles(body.mesh.tets));
     std::set_intersection(fixed.begin(), fixed.end(), skin.begin(), skin.end(), std::back_inserter(body.fixed));
     if (scene->track && !scene->track->registration.empty())
-        or_left_out(body, "fiducials", [&] { read_shown_fiducials(body, scene->track->registration); });
+        or_left_out(body, "fiducials", [&] { read_shown_fiducials(body, locate(scene->track->registration, told_by)); });
     return body;
 }
 

@@ -5,6 +5,7 @@
 
 #include "apps/recorder.hpp"
 #include "apps/scene_body.hpp"
+#include "apps/scene_image.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -33,7 +34,7 @@ struct TrackerOfRun {
         try {
             if (!whole) {
                 json::parse(reader.text("tools")).get_to(tools);
-                const auto& image_from_base = read_registration(scene.track->registration).image_from_base;
+                const auto& image_from_base = read_registration(locate(scene.track->registration, source)).image_from_base;
                 image_from_reference = {image_from_base.rotation, image_from_base.translation};
                 return;
             }

