@@ -7,7 +7,7 @@
 
 namespace livetet {
 
-/// What a sub-command says to `main`: its exit status. 0 well, 1 our fault, 2 bad input, 3 not converged.
+/// What a sub-command says to `main`: its exit status. 0 well, 1 a benchmark missed a target, 2 bad input, 3 not converged; 70: our fault.
 struct ExitStatus {
     int value = 0;
 };

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "apps/scene_body.hpp"
+#include "base/error.hpp"
+#include "config/yaml.hpp"
 
 namespace livetet {
 
@@ -81,6 +83,19 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     else
         e.leaves_out("regions", "one material");
     return std::move(e.parts);
+}
+
+std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source, std::size_t tets,
+                                       std::size_t levels, const std::string& solver, bool tracked) {
+    if (scene_text.empty()) return {};
+    try {
+        Scene scene = read_yaml<Scene>(scene_text, source);
+        if (!tracked) scene.track.reset();
+        const bool multigrid = solver.find("multigrid") != std::string::npos || solver.find("+ mg,") != std::string::npos;
+        return explain_parts(scene, tets, levels, multigrid);
+    } catch (const Error&) {
+        return {};
+    }
 }
 
 }  // namespace livetet

@@ -340,7 +340,7 @@ void add_mesh_command(CLI::App& app) {
         ->check(CLI::Range(least_tets, most_tets));
     command
         ->add_option("--levels", a->source.levels,
-                     "how many levels; 0: as many as bring the coarsest to about 150 tets")
+                     "how many levels; 0: as many as bring the coarsest to about 150 tets; of a .msh or .vtu its own alone")
         ->capture_default_str()
         ->check(CLI::Range(0, most_levels));
     command

@@ -18,7 +18,7 @@ constexpr MeshKey keys[] = {
     {"--metres", "unit", surface_kind | tets_kind, [](const MeshSource& s) { return s.unit != MeshSource{}.unit; }},
     {"--space", "space", surface_kind | tets_kind, [](const MeshSource& s) { return s.space != MeshSource{}.space; }},
     {"--tets", "tets", meshed, [](const MeshSource& s) { return s.tets != MeshSource{}.tets; }},
-    {"--levels", "levels", meshed, [](const MeshSource& s) { return s.levels != MeshSource{}.levels; }},
+    {"--levels", "levels", meshed | tets_kind, [](const MeshSource& s) { return s.levels != MeshSource{}.levels; }},
     {"--edge-lengths-mm", "edge_lengths_mm", meshed, [](const MeshSource& s) { return !s.edge_lengths_mm.empty(); }},
     {"--budget-ms", nullptr, meshed, nullptr},
     {"--refine-sphere", nullptr, meshed, nullptr},

@@ -17,11 +17,11 @@
 
 namespace livetet {
 
-/// The organ at rest and as it was at `time_s`, side by side, seen by the same camera, coloured by displacement in mm;
+/// The organ at rest and as it was at some moment, `when` ("at 3.20 s"), side by side, seen by the same camera, coloured by displacement in mm;
 /// the node sets "fixed" and "patch" of the mesh are marked. `displacement` of each node in metres. Throws Error where
 /// its size is not the mesh's or the file cannot be written.
 void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
-                         double time_s);
+                         const std::string& when);
 
 /// RMS error at the moving targets over time, rigid-only and deforming, with the true press depth.
 void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors);

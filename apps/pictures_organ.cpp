@@ -186,7 +186,7 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
 }  // namespace
 
 void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
-                         double time_s) {
+                         const std::string& when) {
     if (displacement.size() != mesh.nodes.size())
         fail("{}: {} displacements for {} nodes, expected one each", path.string(), displacement.size(),
              mesh.nodes.size());
@@ -215,7 +215,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     lights->AddLightsToRenderer(right);
     right->AddActor(veil(mesh, displacement, rest, largest_mm));
     add_text(left, "At rest", 0.5, 0.93, look::title_size, look::ink, true);
-    add_text(right, fmt::format("Deformed, at {:.2f} s: {:.1f} mm at most", time_s, largest_mm), 0.5, 0.93,
+    add_text(right, fmt::format("Deformed, {}: {:.1f} mm at most", when, largest_mm), 0.5, 0.93,
              look::title_size, look::ink, true);
     if (!patch.empty())
         add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size, look::red);

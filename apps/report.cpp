@@ -43,15 +43,9 @@ FrameStatistics frame_statistics(const RunResult& result) {
 /// What the run's scene says of it. A scene of a later version may have keys that this one does not know: then nothing.
 void add_scene(Report& report, const RunResult& result) {
     report.scene_text = result.scene_text;
-    if (result.scene_text.empty()) return;
-    Scene scene;
-    try {
-        scene = read_yaml<Scene>(result.scene_text, result.source);
-    } catch (const Error&) {
-        return;
-    }
-    const bool multigrid = result.info.solver.find("multigrid") != std::string::npos;  // as solvers name themselves
-    report.parts = explain_parts(scene, result.mesh.tets.size(), result.info.levels, multigrid);
+    report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(), result.info.levels, result.info.solver, true);
+    if (report.parts.empty()) return;
+    const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     if (scene.track)
         for (const SensorOptions& s : scene.track->sensors)
             report.sensors.push_back({s.tool, s.patch_radius_mm, s.motion == DriveMotion::rigid, s.stiffness_N_per_m});

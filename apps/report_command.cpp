@@ -39,8 +39,8 @@ struct Told {
     std::vector<std::pair<const char*, const char*>> pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
 };
 
-Told tell_tracked(const ReportArguments& arguments) {
-    const auto result = std::make_shared<RunResult>(read_run_result(arguments.result));
+Told tell_tracked(const ReportArguments& arguments, std::shared_ptr<const ResultReader> reader) {
+    const auto result = std::make_shared<RunResult>(read_run_result(std::move(reader), arguments.result));
     std::optional<Truth> truth;
     if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
     const auto report = std::make_shared<Report>(make_report(*result, truth ? &*truth : nullptr));
@@ -48,7 +48,8 @@ Told tell_tracked(const ReportArguments& arguments) {
     told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
 #ifdef LIVETET_IMAGES
     told.draw = [result, report](const fs::path& folder) {
-        write_organ_picture(folder / "organ.png", result->mesh, result->displacement(report->deepest_frame), result->frames[report->deepest_frame].time_s);
+        write_organ_picture(folder / "organ.png", result->mesh, result->displacement(report->deepest_frame),
+                            fmt::format("at {:.2f} s", result->frames[report->deepest_frame].time_s));
         write_frame_times_picture(folder / "frame_times.png", result->frames, *report);
         if (report->truth) write_target_error_picture(folder / "target_error.png", *report->truth);
     };
@@ -66,7 +67,8 @@ Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultR
     told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
 #ifdef LIVETET_IMAGES
     told.draw = [result, report](const fs::path& folder) {
-        write_organ_picture(folder / "body.png", result->mesh(), result->displacement(report->largest_frame), result->times_s()[report->largest_frame]);
+        write_organ_picture(folder / "body.png", result->mesh(), result->displacement(report->largest_frame),
+                            fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame], report->is_static() ? "of the load" : "s"));
     };
     told.pictures = {{"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};
 #endif
@@ -77,11 +79,11 @@ Told tell(const ReportArguments& arguments) {
     auto result = std::make_shared<const ResultReader>(arguments.result);
     const std::vector<std::string> names = result->value_names();
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end()) return tell_solved(arguments, std::move(result));
-    return tell_tracked(arguments);
+    return tell_tracked(arguments, std::move(result));
 }
 
 /// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
-std::optional<std::string> add_pictures(const ReportArguments& arguments, const Told& told) {
+std::optional<std::string> add_pictures([[maybe_unused]] const ReportArguments& arguments, [[maybe_unused]] const Told& told) {
 #ifdef LIVETET_IMAGES
     if (have_display()) {
         told.draw(arguments.folder);
@@ -95,18 +97,15 @@ std::optional<std::string> add_pictures(const ReportArguments& arguments, const 
     if (run.status == 0) return std::nullopt;
     return fmt::format("there is no X server, and xvfb-run ended with status {}", run.status);
 #else
-    (void)arguments, (void)told;
     return "this build of livetet draws none";
 #endif
 }
 
-std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, const Told& told) {
+std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, [[maybe_unused]] const Told& told) {
     std::vector<PagePicture> pictures;
 #ifdef LIVETET_IMAGES
     for (const auto& [name, caption] : told.pictures)
         if (fs::exists(folder / name)) pictures.push_back({caption, base64_of(folder / name)});
-#else
-    (void)told;
 #endif
     return pictures;
 }

@@ -65,12 +65,6 @@ json sensors_json(const Report& r) {
     return {{"tools", tools}, {"frames", frames}};
 }
 
-json parts_json(const Report& r) {
-    json parts = json::array();
-    for (const ExplainedPart& p : r.parts) parts.push_back({{"part", p.part}, {"built", p.built}, {"why", p.why}});
-    return parts;
-}
-
 json truth_json(const TargetErrors& t) {
     json series = json::array();
     for (const TargetErrorSample& s : t.samples)
@@ -119,9 +113,9 @@ std::string report_json(const Report& r) {
                 {"registration", registration_json(r)},
                 {"frames", frames_json(r)},
                 {"sensors", sensors_json(r)},
-                {"parts", parts_json(r)}};
+                {"parts", parts_json(r.parts)}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
-    return out.dump(2) + "\n";
+    return json_text(out);
 }
 
 }  // namespace livetet

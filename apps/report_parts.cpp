@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 namespace livetet {
 
 namespace {
@@ -50,7 +52,8 @@ std::string wrapped(const std::string& sentence, std::size_t width) {
     std::size_t begin = 0;
     while (sentence.size() - begin > width) {
         std::size_t end = sentence.rfind(' ', begin + width);
-        if (end == std::string::npos || end <= begin) break;  // a word of its own length, a path
+        if (end == std::string::npos || end <= begin) end = sentence.find(' ', begin + width);  // after a long word, a path
+        if (end == std::string::npos) break;
         out += sentence.substr(begin, end - begin) + "\n    ";
         begin = end + 1;
     }
@@ -64,6 +67,16 @@ std::string parts_text(std::span<const ExplainedPart> parts) {
     for (const ExplainedPart& p : parts)
         out += "  " + wrapped(fmt::format("{:<11}{:<22}{}", p.built ? "built" : "left out", p.part, p.why));
     return out;
+}
+
+nlohmann::ordered_json parts_json(std::span<const ExplainedPart> parts) {
+    auto list = nlohmann::ordered_json::array();
+    for (const ExplainedPart& p : parts) list.push_back({{"part", p.part}, {"built", p.built}, {"why", p.why}});
+    return list;
+}
+
+std::string json_text(const nlohmann::ordered_json& json) {
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 HtmlSection::HtmlSection(std::string_view title) : html_(fmt::format("<section><h2>{}</h2>\n<table>\n", escaped(title))) {}

@@ -1,14 +1,14 @@
 #pragma once
 
 #include <initializer_list>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "apps/explanation.hpp"
 
-// What the reports of tracked runs and of solves are made of, as text of at most 100 characters a line and as HTML.
+// What the reports of tracked runs and of solves are made of: text, JSON and HTML.
 
 namespace livetet {
 
@@ -17,6 +17,10 @@ std::string wrapped(const std::string& sentence, std::size_t width = 96);
 std::string report_line(std::string_view name, const std::string& value);
 /// What was built, and what was left out and why.
 std::string parts_text(std::span<const ExplainedPart> parts);
+
+nlohmann::ordered_json parts_json(std::span<const ExplainedPart> parts);
+/// Text in a file: names of files need not be UTF-8.
+std::string json_text(const nlohmann::ordered_json& json);
 
 /// A picture to stand in a page: PNG, as base64.
 struct PagePicture {

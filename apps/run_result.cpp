@@ -76,8 +76,7 @@ RunInfo killed_run(const RunResult& result) {
 
 }  // namespace
 
-RunResult read_run_result(const std::filesystem::path& path) {
-    const auto reader = std::make_shared<const ResultReader>(path);
+RunResult read_run_result(std::shared_ptr<const ResultReader> reader, const std::filesystem::path& path) {
     RunResult result;
     result.source = path.string();
     result.scene_text = reader->scene_text();

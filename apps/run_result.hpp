@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "geometry/transform.hpp"
+#include "io/result_file.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
@@ -68,6 +70,6 @@ RunInfo parse_run_info(const std::string& text, const std::string& source);
 /// Opens what `livetet track` wrote. Where the mesh has no node sets "fixed" and "patch" they are read off the frame of
 /// the deepest press: the surface nodes that did not move, and those that moved exactly as far as the sensor. Throws
 /// Error for a file that is none of its, or holds no frame.
-RunResult read_run_result(const std::filesystem::path& path);
+RunResult read_run_result(std::shared_ptr<const ResultReader> reader, const std::filesystem::path& path);
 
 }  // namespace livetet

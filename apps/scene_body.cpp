@@ -25,6 +25,7 @@
 #ifdef LIVETET_IMAGES
 #include "apps/mesh_input.hpp"
 #include "io/vtu_file.hpp"
+#include "meshing/levels_below.hpp"
 #endif
 
 namespace livetet {
@@ -108,24 +109,35 @@ MeshHierarchy read_tets(const MeshSource& source) {
 }  // namespace
 
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
-    if (is_tet_mesh_name(source.file)) return with_refined_levels(read_tets(source), source.refine);
+    const bool has_levels_to_make = kind_of(source.file) == tets_kind && source.levels > 1;
+    if (is_tet_mesh_name(source.file) && !has_levels_to_make) return with_refined_levels(read_tets(source), source.refine);
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
     MPI_Initialized(&initialised);
     if (initialised) MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     if (ranks > 1)
-        fail(
-            "mesh.file = {}: an image or surface is meshed on one rank only; run `livetet mesh` first and name its .h5",
-            source.file.string());
+        fail("mesh.file = {}: {} on one rank only; run `livetet mesh` first and name its .h5", source.file.string(),
+             has_levels_to_make ? "coarser levels are meshed" : "an image or surface is meshed");
+    const auto tell = [](HierarchyResult result) {
+        for (const std::string& note : result.notes) fmt::print("note         {}\n", note);
+        return std::move(result.hierarchy);
+    };
+    if (has_levels_to_make) {
+        MeshHierarchy read = read_tets(source);
+        MeshingOptions options;
+        options.levels = source.levels;
+        MeshHierarchy made = naming(source.file.string(), [&] { return tell(levels_below(std::move(read.levels.front()), options, progress)); });
+        made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);
+        return with_refined_levels(std::move(made), source.refine);
+    }
     try {
-        MeshedInput meshed = mesh_input(source, progress);
-        for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
-        return std::move(meshed.result.hierarchy);
+        return tell(std::move(mesh_input(source, progress).result));
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"), source.file);
     }
 #else
     (void)progress;
+    if (has_levels_to_make) fail("mesh.levels = {}: this build of livetet meshes no coarser levels, expected 1", source.levels);
     fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());
 #endif
 }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/mesh_source.hpp"
+#include "apps/scene_body.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "io/hierarchy_file.hpp"
@@ -26,11 +27,18 @@ MeshSource source_of_hierarchy(const fs::path& path) {
 
 fs::path locate(const fs::path& file, const fs::path& named_by) {
     const fs::path folder = named_by.parent_path();
-    for (const fs::path& candidate : {file, folder / file, folder / file.filename()}) {
+    std::vector<fs::path> candidates{folder / file, folder / file.filename(), file};
+    if (file.is_absolute()) candidates = {file, folder / file.filename()};
+    for (const fs::path& candidate : candidates) {
         std::error_code ignored;
         if (fs::is_regular_file(candidate, ignored)) return candidate;
     }
     fail("{}: names {}, which is not there, nor beside it", named_by.string(), file.string());
+}
+
+std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions selection, const std::string& key, const fs::path& named_by) {
+    if (selection.mask) selection.mask = locate(*selection.mask, named_by);
+    return select_nodes(mesh, selection, key);
 }
 
 SceneImage find_scene_image(const Scene& scene, const fs::path& told_by) {

@@ -4,12 +4,17 @@
 
 #include "apps/scene.hpp"
 #include "mesh/image.hpp"
+#include "mesh/tet_mesh.hpp"
 
 namespace livetet {
 
-/// `file`, or where that is not there one of its name beside the file that names it: results are moved with what they were
-/// made from. Throws Error where there is neither.
+/// The file of this name beside the file that names it, or where it is said to be: results are moved with what they were made
+/// from, and a relative name is not one of wherever one stands. Throws Error where there is neither.
 std::filesystem::path locate(const std::filesystem::path& file, const std::filesystem::path& named_by);
+
+/// `select_nodes` where a mask is one that `locate` finds.
+std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions selection, const std::string& key,
+                                         const std::filesystem::path& named_by);
 
 /// The image that a scene is about.
 struct SceneImage {

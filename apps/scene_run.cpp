@@ -35,7 +35,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         const double reached = step_in_parts(
             body, 0, batch_effort(scene), [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
-                history.steps.push_back({begin + share * (planned * whole - begin), part * (planned * whole - begin), report});
+                history.steps.push_back({begin + share * (planned * whole - begin), part * (planned * whole - begin), report, report.converged});
                 if (hooks.progress) hooks.progress(history.steps.back().time_s, progress_text(history.steps.back(), history.steps.size()));
             });
         history.share = begin + reached * (planned * whole - begin);
@@ -82,7 +82,9 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             body.set_constraints(constraints.constraints());
             body.set_springs(constraints.springs());
         };
-        const auto take = [&](double share, double part, const StepReport& report) { history.steps.push_back({time + share * step, part * step, report}); };
+        const auto take = [&](double share, double part, const StepReport& report) {
+            history.steps.push_back({time + share * step, part * step, report, report.converged});
+        };
         double reached = 0;
         if (tolerance > 0)
             body.keep_state();
@@ -91,6 +93,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         if (reached < 1) {
             move(1);
             take(1, 1 - reached, body.step((1 - reached) * step, batch_effort(scene)));
+            history.steps.back().kept = true;  // whatever it came to
         }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {
@@ -98,6 +101,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
                                                    : 0.25;
             if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
                 body.return_to_kept_state();
+                history.steps.back().kept = false;
                 dt = std::max(least, step * std::clamp(factor, 0.1, 0.7));
                 continue;
             }

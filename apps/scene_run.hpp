@@ -13,6 +13,7 @@ struct StepRecord {
     double time_s = 0;
     double step_s = 0;
     StepReport report;
+    bool kept = true;  ///< else it did not come out well enough and was done again otherwise
 };
 
 struct [[nodiscard]] RunHistory {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/error.hpp"
-#include "mesh/barycentric_map.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -61,15 +61,15 @@ std::vector<Match> match_frames(const RunResult& result, const Truth& truth, std
     return matches;
 }
 
-BarycentricMap place_targets(const RunResult& result, const Truth& truth) {
+PointSampler place_targets(const RunResult& result, const Truth& truth) {
     std::vector<Vector3> places;
     for (const auto& target : truth.targets) places.push_back(target.position);
-    const BarycentricMap map = map_into(result.mesh, places);
+    PointSampler sampler(result.mesh, places);
     for (std::size_t i = 0; i < places.size(); ++i)
-        if (map.distance[i] > 0.01)
+        if (sampler.distance(i) > 0.01)
             fail("{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of the same organ",
-                 result.source, truth.targets[i].name, 1e3 * map.distance[i]);
-    return map;
+                 result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
+    return sampler;
 }
 
 /// Everything gathered in one pass over the frames.
@@ -155,7 +155,7 @@ double registration_noise_mm(const RunResult& result, const Truth& truth) {
 TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     TargetErrors errors;
     const std::vector<Match> matches = match_frames(result, truth, errors.unregistered_frames);
-    const BarycentricMap map = place_targets(result, truth);
+    const PointSampler targets = place_targets(result, truth);
     double deepest = 0;
     for (const auto& sample : truth.samples) deepest = std::max(deepest, sample.depth);
 
@@ -178,9 +178,9 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     for (const Match& m : matches) {
         const Pose& est = result.frames[m.frame].tracker_from_image;
         const auto& sample = truth.samples[m.sample];
-        const std::vector<Vector3> u = result.displacement(m.frame);
+        const std::vector<Vector3> u = targets.sample(result.displacement(m.frame));
         for (std::size_t i = 0; i < states.size(); ++i) {
-            states[i].u_est = interpolate(map, i, u);
+            states[i].u_est = u[i];
             states[i].u_true = displacement_of(truth, truth.targets[i], sample.depth);
         }
         errors.samples.push_back(

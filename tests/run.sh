@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# All tests. Real inputs are used where LIVETET_DATA names their folder; tests that want them skip, saying so, without.
+# All tests, then the benchmarks' commands at a small size. Real inputs are used where LIVETET_DATA names their folder; tests that want them skip, saying so, without.
 source "$(dirname "$0")/../apps/setup.sh" -DBUILD_TESTING=ON -DLIVETET_BENCHMARKS=ON
 
 say "the variant without VTK, ITK and CGAL, for machines that only solve"

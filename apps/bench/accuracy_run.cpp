@@ -106,6 +106,12 @@ class RecordedPress {
     std::vector<TrackerNoise> noise_;
 };
 
+std::vector<Vector3> places_of(const Truth& truth, std::span<const std::size_t> targets) {
+    std::vector<Vector3> places;
+    for (const std::size_t i : targets) places.push_back(truth.targets[i].position);
+    return places;
+}
+
 }  // namespace
 
 std::vector<std::size_t> judged_targets(const Truth& truth) {
@@ -130,11 +136,7 @@ AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const 
       body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
       organ_(organ),
       judged_(judged_targets(organ.truth)),
-      edges_(body_.mesh()) {
-    std::vector<Vector3> places;
-    for (const std::size_t i : judged_) places.push_back(organ.truth.targets[i].position);
-    targets_ = map_into(body_.mesh(), places);
-}
+      targets_(body_.mesh(), places_of(organ.truth, judged_)) {}
 
 std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     // 1. the model at rest
@@ -164,10 +166,11 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
         if (d < 0) continue;
         const auto& T_est = frame.tracker_from_image;
         const auto T_true = press.tracker_from_image(k);
+        const std::vector<Vector3> u = targets_.sample(frame.displacement);
         for (std::size_t i = 0; i < judged_.size(); ++i) {
             const Vector3& x = truth.targets[judged_[i]].position;
             const Vector3& u_true = truth.targets[judged_[i]].displacement[d];
-            const Vector3 u_est = interpolate(targets_, edges_, i, frame.displacement), goal = T_true * (x + u_true);
+            const Vector3 &u_est = u[i], goal = T_true * (x + u_true);
             sums[d].rigid += (T_est * x - goal).squaredNorm();
             sums[d].deforming += (T_est * (x + u_est) - goal).squaredNorm();
             sums[d].registration += (T_est * x - T_true * x).squaredNorm();

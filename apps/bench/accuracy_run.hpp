@@ -49,8 +49,7 @@ class AccuracyModel {
     SceneBody body_;
     const PressedOrgan& organ_;
     std::vector<std::size_t> judged_;
-    BarycentricMap targets_;  ///< the judged ones in the mesh
-    EdgeNodes edges_;
+    PointSampler targets_;  ///< the judged ones in the mesh
 };
 
 }  // namespace livetet

@@ -28,7 +28,7 @@ class Choices {
     std::vector<SceneChoice> all() const;
 
     // What a choice's error is made of: each has one cause of error fewer than the one before. `tight` solves its
-    // equations to 1e-9; `fine_in_time` takes an eighth of the scene's step, too; `same_model` has the scene's strain
+    // equations to 1e-9; `fine_in_time` takes a quarter of the scene's step, too; `same_model` has the scene's strain
     // model, too; the reference has ten-node tets on the finest mesh, too.
     Scene tight(const SceneChoice& choice) const;
     Scene fine_in_time(const SceneChoice& choice) const;

@@ -104,9 +104,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
     std::vector<std::int32_t> fixed;
     for (std::size_t i = 0; i < scene->fix.size(); ++i)
         or_left_out(body, "fixed nodes", [&] {
-            SelectionOptions held = scene->fix[i];
-            if (held.mask) held.mask = locate(*held.mask, told_by);
-            const auto nodes = select_nodes(body.mesh, held, fmt::format("fix[{}]", i));
+            const auto nodes = select_located(body.mesh, scene->fix[i], fmt::format("fix[{}]", i), told_by);
             fixed.insert(fixed.end(), nodes.begin(), nodes.end());
         });
     std::sort(fixed.begin(), fixed.end());

@@ -1,11 +1,11 @@
 #include "apps/view/marks.hpp"
 
 #include <vtkActor.h>
+#include <vtkCoordinate.h>
 #include <vtkGlyph3DMapper.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
-#include <vtkCoordinate.h>
 #include <vtkTextProperty.h>
 
 #include "apps/view/colours.hpp"

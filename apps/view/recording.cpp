@@ -53,8 +53,8 @@ struct TrackerOfRun {
     }
 };
 
-RigidTransform<Tool, Tip> tip_of(const ToolOptions& tool) {
-    return tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(tool.tip, tool.tool).tool_from_tip();
+RigidTransform<Tool, Tip> tip_of(const ToolOptions& tool, const std::string& source) {
+    return tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(locate(tool.tip, source), tool.tool).tool_from_tip();
 }
 
 }  // namespace
@@ -73,17 +73,17 @@ ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles&
                                              reader_.frame_count()));
     try {
         if (scene && scene->track && tracked) trace_tools(source, *scene);
-        if (scene && !tracked) find_driven(*scene);
+        if (scene && !tracked) find_driven(source, *scene);
     } catch (const Error& error) {
         body_.left_out.push_back(fmt::format("tools and sensors: {}", error.what()));
     }
     find_ranges();
 }
 
-void ViewRecording::find_driven(const Scene& scene) {
+void ViewRecording::find_driven(const std::string& source, const Scene& scene) {
     for (std::size_t i = 0; i < scene.drive.size(); ++i) {
         const std::string key = fmt::format("drive[{}]", i);
-        sensors_.push_back({key, {}, {}, select_nodes(body_.mesh, scene.drive[i], key)});
+        sensors_.push_back({key, {}, {}, select_located(body_.mesh, scene.drive[i], key, source)});
     }
 }
 
@@ -93,7 +93,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     const RecordedRun run = read_recorded_run(reader_, source);
     const std::vector<std::int32_t> skin = nodes_of(boundary_triangles(body_.mesh.tets));
     std::vector<RigidTransform<Tool, Tip>> tips;
-    for (const ToolOptions& tool : scene.track->tools) tips.push_back(tip_of(tool));
+    for (const ToolOptions& tool : scene.track->tools) tips.push_back(tip_of(tool, source));
     std::vector<SensorPatch> patches;
     std::vector<ShownSensor> sensors;
     for (const SensorOptions& sensor : scene.track->sensors) {

@@ -25,7 +25,7 @@ class ViewRecording {
   private:
     std::vector<double> nodal_stress(std::size_t k) const;
     void trace_tools(const std::string& source, const Scene& scene);
-    void find_driven(const Scene& scene);
+    void find_driven(const std::string& source, const Scene& scene);
     void find_ranges();
 
     ResultReader reader_;

@@ -82,9 +82,7 @@ void ViewWindow::listen(Surface surface) {
     vtkNew<vtkCallbackCommand> redraw, close;
     redraw->SetClientData(this);
     redraw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-        auto* window = static_cast<ViewWindow*>(self);
-        if (window->slices_) window->slices_->fit();
-        window->changed_ = true;
+        static_cast<ViewWindow*>(self)->changed_ = true;
     });
     close->SetClientData(this);
     close->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<ViewWindow*>(self)->closed_ = true; });

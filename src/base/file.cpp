@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <fstream>
 #include <sstream>
 #include <system_error>
@@ -32,12 +33,14 @@ namespace {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-/// What was written to a file, or renamed in a folder, is on the disk after this, as far as its file system can promise.
-void reach_the_disk(const fs::path& path) {
+/// What was written to a file, or renamed in a folder, is on the disk after this. Returns the error's number where the
+/// disk could not take it; 0 also where its file system makes no such promise.
+int reach_the_disk(const fs::path& path) {
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return;
-    (void)::fsync(descriptor);
+    if (descriptor < 0) return errno;
+    const int error = ::fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP ? 0 : errno;
     ::close(descriptor);
+    return error;
 }
 
 }  // namespace
@@ -62,11 +65,13 @@ PendingFile::~PendingFile() {
 
 void PendingFile::commit() {
     std::error_code error;
-    reach_the_disk(temporary_);  // before its name does: a machine that goes down leaves the old file or the new one
+    // Before its name does: a machine that goes down leaves the old file or the new one.
+    if (const int reason = reach_the_disk(temporary_); reason != 0)
+        fail("{}: cannot be written: {} (is the disk full?)", target_.string(), std::generic_category().message(reason));
     fs::rename(temporary_, target_, error);
     if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
     committed_ = true;
-    reach_the_disk(folder_of(target_));
+    (void)reach_the_disk(folder_of(target_));
 }
 
 void write_text_file(const fs::path& path, const std::string& text) {

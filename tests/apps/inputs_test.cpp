@@ -5,6 +5,7 @@
 #include "io/image_file.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "support/program.hpp"
+#include "support/shapes.hpp"
 
 namespace livetet {
 namespace {
@@ -127,6 +128,59 @@ const std::string two_tets =
     "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10 10</DataArray></Cells>\n<CellData>"
     "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">4 6</DataArray></CellData>\n"
     "</Piece></UnstructuredGrid></VTKFile>\n";
+
+/// A bar of two materials, its left half 3, its right half 8, as another program would mesh it.
+std::string bar_msh() {
+    const TetMesh bar = test::block({12, 6, 6}, {120, 60, 60});
+    std::string text = fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", bar.nodes.size());
+    for (std::size_t n = 0; n < bar.nodes.size(); ++n) text += fmt::format("{} {} {} {}\n", n + 1, bar.nodes[n].x(), bar.nodes[n].y(), bar.nodes[n].z());
+    text += fmt::format("$EndNodes\n$Elements\n{}\n", bar.tets.size());
+    for (std::size_t e = 0; e < bar.tets.size(); ++e) {
+        const Tet& t = bar.tets[e];
+        const int region = bar.nodes[t[0]].x() + bar.nodes[t[1]].x() + bar.nodes[t[2]].x() + bar.nodes[t[3]].x() < 240 ? 3 : 8;
+        text += fmt::format("{} 4 2 {} {} {} {} {} {}\n", e + 1, region, region, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+    }
+    return text + "$EndElements\n";
+}
+
+TEST(Inputs, TetsOfOthersGetLevelsBelowThem) {
+    const Folder folder;
+    write_text(folder / "bar.msh", bar_msh());
+    const auto outcome = livetet(folder, "mesh bar.msh --levels 3 -o bar.h5");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const MeshHierarchy bar = read_hierarchy(folder / "bar.h5");
+    ASSERT_EQ(bar.levels.size(), 3u) << outcome.out;
+    EXPECT_EQ(bar.levels.front().tets.size(), 12u * 6 * 6 * 6) << "the file's own";
+    for (std::size_t l = 1; l < 3; ++l) {
+        const TetMesh& level = bar.levels[l];
+        EXPECT_LT(level.tets.size(), bar.levels[l - 1].tets.size() / 3);
+        EXPECT_NEAR(volume(level), 0.12 * 0.06 * 0.06, 0.02 * 0.12 * 0.06 * 0.06);
+        ASSERT_EQ(level.regions.size(), level.tets.size());
+        for (std::size_t e = 0; e < level.tets.size(); ++e) {
+            double x = 0;
+            for (const std::int32_t n : level.tets[e]) x += level.nodes[n].x() / 4;
+            if (std::abs(x - 0.06) > 0.011) {  // farther off than a tet of the file is wide
+                EXPECT_EQ(level.regions[e], x < 0.06 ? 3 : 8) << "level " << l << ", x " << x;
+            }
+        }
+    }
+    // The scene that names the file may ask for them too, and multigrid has them.
+    write_text(folder / "scene.yaml", "mesh: {file: bar.msh, levels: 3}\nmaterials: [{region: 3}, {region: 8}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+                                      "gravity_m_per_s2: [0, 0, -9.81]\n");
+    const auto solved = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(solved.status, 0) << solved.err;
+    EXPECT_NE(solved.out.find("3 level(s)"), std::string::npos) << solved.out;
+    EXPECT_NE(solved.out.find("mg, 3 levels"), std::string::npos) << solved.out;
+    const auto two_ranks = livetet(folder, "solve scene.yaml", "mpirun --oversubscribe -n 2");
+    EXPECT_EQ(two_ranks.status, 2);
+    EXPECT_NE(two_ranks.err.find("bar.msh: coarser levels are meshed on one rank only"), std::string::npos) << two_ranks.err;
+    // One tet has nothing below it.
+    write_text(folder / "two.vtu", two_tets);
+    const auto two = livetet(folder, "mesh two.vtu --levels 2 -o two.h5");
+    ASSERT_EQ(two.status, 0) << two.err;
+    EXPECT_NE(two.out.find("no level below"), std::string::npos) << two.out;
+    EXPECT_EQ(read_hierarchy(folder / "two.h5").levels.size(), 1u);
+}
 
 TEST(Inputs, AVtuIsTakenWhereAMshIs) {
     const Folder folder;

@@ -43,10 +43,11 @@ struct Picture {
     }
     const unsigned char* at(int x, int y) const { return &rgb[3 * (x + static_cast<std::size_t>(width) * y)]; }
     /// The share of the pixels whose colours differ by more than this in some channel.
-    double share_differing(const Picture& other, int by) const {
+    /// `rows_left_out`: at the bottom.
+    double share_differing(const Picture& other, int by, int rows_left_out = 0) const {
         if (rgb.size() != other.rgb.size() || rgb.empty()) return 1;
         std::size_t count = 0;
-        for (std::size_t p = 0; p < rgb.size(); p += 3) {
+        for (std::size_t p = 3 * static_cast<std::size_t>(width) * rows_left_out; p < rgb.size(); p += 3) {
             int most = 0;
             for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(rgb[p + c] - other.rgb[p + c]));
             count += most > by;
@@ -57,10 +58,10 @@ struct Picture {
 
 /// Another version of the renderer moves edges and letters by a pixel: four pixels in a thousand may be another (by more than
 /// 40 of 255). The press, slices at rest instead of deformed, or another colouring change more, which a test below holds.
-void expect_as_kept(const std::filesystem::path& written, const std::string& name, double most_other = 0.004) {
+void expect_as_kept(const std::filesystem::path& written, const std::string& name, int rows_left_out = 0) {
     const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/view" / name;
     if (std::getenv("LIVETET_KEEP_PICTURES")) std::filesystem::copy_file(written, kept, std::filesystem::copy_options::overwrite_existing);
-    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40), most_other) << written << " is not as " << kept;
+    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40, rows_left_out), 0.004) << written << " is not as " << kept;
 }
 
 /// Stripes across x and z, of 20 mm, about the block.
@@ -168,7 +169,7 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     EXPECT_NEAR(told[0].at("largest_mm"), 8, 0.5);
     EXPECT_NEAR(number(told[0].at("pull").at("to_mm"), 2), 92, 1e-6);
     EXPECT_LT(told[1].at("largest_mm"), 2);  // let go: held half a second, then released
-    expect_as_kept(viewed.folder / "pulled.png", "pulled.png", 0.008);  // two lines tell times and ways of the moment
+    expect_as_kept(viewed.folder / "pulled.png", "pulled.png", 60);  // the strip tells what the moment's frame took
     const auto replayed = livetet(viewed.folder, "track --replay result.h5");
     EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
     // What was pulled is the patch about the marker.

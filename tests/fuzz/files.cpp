@@ -246,7 +246,7 @@ std::vector<Target> targets() {
         target(
             "run", ".h5",
             [](const fs::path& p) {
-                const RunResult run = read_run_result(p);
+                const RunResult run = read_run_result(std::make_shared<const ResultReader>(p), p);
                 for (std::size_t k = 0; k < run.frames.size(); ++k) run.displacement(k);
                 read_recorded_run(ResultReader(p), p.string());
             },

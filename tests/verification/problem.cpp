@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "base/stopwatch.hpp"
 #include "mechanics/tet_kernels.hpp"
 
 namespace livetet::verification {
@@ -166,8 +167,6 @@ double Problem::l2_error(const std::function<Vector3(const Vector3&)>& exact) co
     return std::sqrt(difference / size);
 }
 
-double Problem::seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
+double Problem::seconds() const { return seconds_since(start_); }
 
 }  // namespace livetet::verification
