@@ -19,6 +19,8 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 
 #include "apps/pictures.hpp"
@@ -183,6 +185,24 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
     return renderer;
 }
 
+/// What brings the body, at rest and deformed, to fill the view but for the title above it.
+double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh, std::span<const Vector3> displacement) {
+    constexpr double width = 0.95, height = 0.8;
+    vtkCamera* camera = renderer->GetActiveCamera();
+    const Vector3 eye(camera->GetPosition()), ahead = (Vector3(camera->GetFocalPoint()) - eye).normalized();
+    const Vector3 right = ahead.cross(Vector3(camera->GetViewUp())).normalized(), up = right.cross(ahead);
+    double widest = 0, highest = 0;  // tangents of the angles that it is seen under, from the middle
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        for (const Vector3& x : {Vector3(1e3 * mesh.nodes[n]), Vector3(1e3 * (mesh.nodes[n] + displacement[n]))}) {
+            const Vector3 seen = x - eye;
+            const double depth = std::max(seen.dot(ahead), 1e-3);
+            widest = std::max(widest, std::abs(seen.dot(right)) / depth);
+            highest = std::max(highest, std::abs(seen.dot(up)) / depth);
+        }
+    const double half = std::tan(0.5 * std::numbers::pi / 180 * camera->GetViewAngle());
+    return std::min(width * half * renderer->GetTiledAspectRatio() / widest, height * half / highest);
+}
+
 }  // namespace
 
 void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
@@ -233,7 +253,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     left->SetActiveCamera(camera);
     right->SetActiveCamera(camera);
     right->ResetCamera();
-    camera->Zoom(1.35);
+    camera->Zoom(zoom_to_fill(right, mesh, displacement));
     right->ResetCameraClippingRange();
     write_window(window, path);
 }

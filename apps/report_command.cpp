@@ -67,7 +67,9 @@ Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultR
     told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
 #ifdef LIVETET_IMAGES
     told.draw = [result, report](const fs::path& folder) {
-        write_organ_picture(folder / "body.png", result->mesh(), result->displacement(report->largest_frame),
+        TetMesh mesh = result->mesh();
+        mesh.node_sets["fixed"] = report->fixed;
+        write_organ_picture(folder / "body.png", mesh, result->displacement(report->largest_frame),
                             fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame], report->is_static() ? "of the load" : "s"));
     };
     told.pictures = {{"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "apps/scene_image.hpp"
 #include "base/error.hpp"
+#include "config/yaml.hpp"
 
 namespace livetet {
 
@@ -44,6 +47,18 @@ SolvedRun parse_run(const std::string& text) {
     } catch (const json::exception& e) {
         fail("{}", e.what());
     }
+}
+
+/// What holds the body; nothing where a mask is not to be had.
+std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh, const std::filesystem::path& source) {
+    std::set<std::int32_t> nodes;
+    try {
+        for (const SelectionOptions& held : scene.fix)
+            for (const std::int32_t n : select_located(mesh, held, "fix", source)) nodes.insert(n);
+    } catch (const Error&) {
+        return {};
+    }
+    return {nodes.begin(), nodes.end()};
 }
 
 /// One of so many of the kept steps is shown, the last, and all that did not converge.
@@ -95,7 +110,7 @@ std::vector<const SolvedStep*> SolvedRun::kept_steps() const {
 SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source) {
     if (result.frame_count() == 0) fail("{}: holds no frame, expected at least one", source.string());
     SolveReport r{.source = source.string(), .scene_text = result.scene_text(), .tets = result.mesh().tets.size(), .nodes = result.mesh().nodes.size(),
-                  .frames = result.frame_count(), .first_s = result.times_s().front(), .last_s = result.times_s().back(), .run = {}, .parts = {}};
+                  .frames = result.frame_count(), .first_s = result.times_s().front(), .last_s = result.times_s().back(), .run = {}, .fixed = {}, .parts = {}};
     for (std::size_t k = 0; k < r.frames; ++k) {
         r.last_mm = 0;
         for (const Vector3& u : result.displacement(k)) r.last_mm = std::max(r.last_mm, 1e3 * u.norm());
@@ -107,6 +122,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
     if (!result.has_text("solve")) return r;
     r.run = naming(r.source + ": what the solve says of itself", [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, false);
+    if (!r.parts.empty()) r.fixed = fixed_nodes(read_yaml<Scene>(r.scene_text, r.source), result.mesh(), source);
     return r;
 }
 

@@ -40,6 +40,7 @@ struct SolveReport {
     std::size_t largest_frame = 0;  ///< of the kept frames, the one of the largest displacement
     double largest_mm = 0, last_mm = 0;  ///< the largest displacement of all frames, and of the last
     std::optional<SolvedRun> run;        ///< not in files of earlier versions
+    std::vector<std::int32_t> fixed;     ///< nodes, where the scene and its masks are known
     std::vector<ExplainedPart> parts;    ///< what was built and left out; empty where that is not known
 
     bool is_static() const { return run && run->is_static; }
