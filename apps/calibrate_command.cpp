@@ -2,6 +2,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/listening.hpp"
+#include "apps/outputs.hpp"
 #include "base/error.hpp"
 #include "io/tip_file.hpp"
 #include "tracking/poses.hpp"
@@ -19,6 +20,8 @@ struct CalibrateArguments {
 /// What `calibrate` makes of the tool's poses; what it finds wrong names the source and the tool.
 template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
+    expect_ending("--output", a.output, ".json");
+    refuse_to_overwrite("--output", a.output, {a.source});
     const Recording recording = read_source(a.source, {{a.tool}, a.seconds, "calibrate"});
     return naming(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
@@ -34,6 +37,10 @@ void write(const CalibrateArguments& a, const ToolTip& tip) {
 
 void pivot(const CalibrateArguments& a) {
     const PivotCalibration c = calibrated(a, [](const auto& poses) { return calibrate_pivot(poses); });
+    constexpr double worst_rms_m = 0.005;
+    if (c.rms > worst_rms_m)
+        fail("{}: {}: pivot calibration: the tip wanders by {:.1f} mm RMS, expected at most {:g}: rest it, and turn the tool about it", a.source,
+             a.tool, 1e3 * c.rms, 1e3 * worst_rms_m);
     const Eigen::Vector3d tip = 1e3 * c.tool_from_tip.translation, pivot = 1e3 * c.pivot_in_tracker;
     fmt::print("tip of {:<12} ({:.3f}, {:.3f}, {:.3f}) mm from its sensor\n", a.tool, tip.x(), tip.y(), tip.z());
     fmt::print("pivot              ({:.3f}, {:.3f}, {:.3f}) mm in the tracker's frame\n", pivot.x(), pivot.y(),

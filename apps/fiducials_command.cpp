@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "base/error.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/image_file.hpp"
@@ -37,6 +38,8 @@ void check_picture(const FiducialsArguments& a) {
 }
 
 void find(const FiducialsArguments& a) {
+    expect_ending("--output", a.output, ".mrk.json");
+    expect_ending("--picture", a.picture, ".png");
     check_picture(a);
     const GreyImage image = read_grey_image(a.image);
     std::vector<ImageMarker> found = naming(

@@ -46,6 +46,7 @@ class SampleCount {
             first_s_ = now_s;
             counts.samples = 1;
         }
+        counts.came += came;
         number_ = sample.number;
         now_s_ = now_s;
         came_ = came;

@@ -39,6 +39,7 @@ struct FramePlan {
 struct FrameCounts {
     std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;  ///< not_kept: by the end, counted in the result
     std::uint64_t samples = 0;
+    std::size_t came = 0;  ///< frames in whose sample a tool came
     /// Of samples that follow each other and in which a tool came: how many steps from one to the next, and how long.
     std::uint64_t steps = 0;
     double steps_s = 0;

@@ -6,6 +6,7 @@
 #include "apps/commands.hpp"
 #include "apps/interruptible.hpp"
 #include "apps/listening.hpp"
+#include "apps/outputs.hpp"
 #include "apps/tracker_source.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -27,6 +28,7 @@ struct RecordArguments {
 void check(const RecordArguments& a) {
     if (ending(a.output) != ".mha")
         fail("--output {}: expected a name that ends in .igs.mha, a PLUS sequence", a.output.string());
+    refuse_to_overwrite("--output", a.output, {a.source});
     const PendingFile writable(a.output);
     for (std::size_t i = 0; i < a.tools.size(); ++i) {
         if (!is_sequence_tool(a.tools[i])) fail("--tool '{}': expected a name without blanks, '=' and ':'", a.tools[i]);

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/registration_input.hpp"
 #include "apps/tracker_source.hpp"
 #include "base/error.hpp"
@@ -55,6 +56,16 @@ void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& 
         "ask for --any-order",
         a.tracker, 1e3 * better->given_fre, std::filesystem::path(a.tracker).filename().string(),
         numbered(better->order), 1e3 * better->fre);
+}
+
+/// Fiducials in metres where mm are expected, or of another patient.
+void refuse_other_size(const RegisterArguments& a, std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to) {
+    constexpr double most = 1.5;
+    const PointMoments m = moments_of(from, to, {});
+    const double ratio = std::sqrt(m.variance_to / m.variance_from);
+    if (m.variance_from > 0 && !(ratio < most && ratio > 1 / most))
+        fail("{}: its fiducials lie {:.3g} times as far apart as those of {}, expected the same distances in mm (--scale looks for a scale)",
+             a.image.string(), ratio, a.tracker);
 }
 
 void warn_of_layout(const FiducialRegistration& r) {
@@ -167,6 +178,8 @@ void register_fiducials(const RegisterArguments& a) {
     if (!a.surface_frames.empty() && is_stream(touched))
         fail("--surface-frames {}: the frames of {} are not there yet, expected --surface-points SOURCE alone",
              a.surface_frames, touched);
+    expect_ending("--output", a.output, ".json");
+    refuse_to_overwrite("--output", a.output, {a.tracker, a.image, a.tip, a.surface, a.surface_points});
     // 1. the fiducials, in one order
     FiducialRegistration r = collect_fiducials(a);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
@@ -175,6 +188,7 @@ void register_fiducials(const RegisterArguments& a) {
     // 2. the fit, checked by a second method
     const auto from = places_in_base(r), to = places_in_image(r);
     const auto weights = weights_of(r);
+    if (!a.scale) refuse_other_size(a, from, to);
     const PointFit fit = naming(fmt::format("{}, {}", a.tracker, a.image.string()),
                                 [&] { return fit_points_cross_checked(from, to, scaling, weights); });
     refuse_wrong_order(a, r);

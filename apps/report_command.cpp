@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/report.hpp"
 #include "apps/solve_report.hpp"
 #include "apps/virtual_display.hpp"
@@ -170,6 +171,9 @@ void write_texts(const ReportArguments& arguments, const Told& told) {
 }
 
 void run(ReportArguments arguments) {
+    if (const std::string end = ending(arguments.folder); !end.empty() && !is_page(arguments.folder) && !fs::is_directory(arguments.folder))
+        fail("--output {}: a report is a folder, or one page (.html), found a name that ends in '{}'", arguments.folder.string(), end);
+    refuse_to_overwrite("--json", arguments.json, {arguments.result, arguments.truth});
     // 1. the run, and what it is measured by
     const Told told = tell(arguments);
     if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";

@@ -53,6 +53,33 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
     return std::pair(*from, *to);
 }
 
+namespace {
+
+/// What a scene reads, it does not write.
+void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
+    std::vector<std::filesystem::path> read{file, scene.mesh.file, scene.image};
+    const auto add_masks = [&](const auto& list) {
+        for (const auto& entry : list)
+            if (entry.mask) read.push_back(*entry.mask);
+    };
+    add_masks(scene.fix);
+    add_masks(scene.drive);
+    add_masks(scene.loads);
+    if (scene.track) {
+        read.insert(read.end(), {scene.track->source, scene.track->registration});
+        for (const ToolOptions& tool : scene.track->tools) read.push_back(tool.tip);
+    }
+    if (scene.probes) read.push_back(scene.probes->points);
+    std::vector<std::pair<const char*, std::filesystem::path>> written;
+    if (scene.output.has_file()) written.emplace_back("output.file", scene.output.file);
+    if (scene.probes) written.emplace_back("probes.displacements", scene.probes->displacements);
+    for (const auto& [key, path] : written)
+        for (const std::filesystem::path& input : read)
+            if (same_file(path, input)) fail("{} = {}: is read, expected another file to write ({})", key, path.string(), file);
+}
+
+}  // namespace
+
 void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
     if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
     if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
@@ -124,6 +151,7 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
         resolve(scene.probes->displacements);
     }
     resolve(scene.output.file);
+    refuse_overwritten_inputs(scene, file);
 }
 
 Scene load_scene(const std::filesystem::path& path) {

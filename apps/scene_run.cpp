@@ -32,6 +32,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     history.share = 0;
     for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
         const double begin = history.share;
+        if (hooks.progress) hooks.progress(begin, fmt::format("load step {} of {}", planned, scene.time.load_steps));
         const double reached = step_in_parts(
             body, 0, batch_effort(scene), [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
@@ -86,6 +87,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             history.steps.push_back({time + share * step, part * step, report, report.converged});
         };
         double reached = 0;
+        if (hooks.progress && place.steps == hooks.start.steps) hooks.progress(time / end, fmt::format("step to {:.4g} s", time + step));
         if (tolerance > 0)
             body.keep_state();
         else

@@ -163,7 +163,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     if (arrivals.not_kept() > 0)
         Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
                                     arrivals.not_kept()));
-    if (counts.frames == 0) fail("{}: no sample came, nothing is kept", scene.track->source);
+    if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
     const auto every = static_cast<std::size_t>(scene.output.every);
     counts.not_kept = (counts.frames + every - 1) / every - writer->frame_count();
     if (problem && writer->frame_count() == 0) fail("{}; nothing is kept", *problem);

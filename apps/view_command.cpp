@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/pictures_display.hpp"
 #include "apps/track_run.hpp"
 #include "apps/view/live.hpp"
@@ -139,6 +140,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
         if (!arguments->is_scene() && (!petsc.empty() || !arguments->track.publish.empty() || arguments->track.seconds > 0 ||
                                        arguments->track.every_sample || !arguments->track.json.empty()))
             fail("view {}: --publish, --for, --every-sample, --json and PETSc's options are for a scene (.yaml)", arguments->input.string());
+        expect_ending("--screenshot", arguments->screenshot, ".png");
         arguments->track.scene = arguments->input;
         if (!have_display())
             status.value = without_display(*arguments);

@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/scene_image.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -33,7 +34,7 @@ using std::chrono::steady_clock;
 
 struct WarpArguments {
     fs::path result, output, image, grid, inverse_field, forward_field, json;
-    std::optional<std::size_t> frame;
+    std::optional<std::int64_t> frame;  ///< counted from 1
     std::optional<double> time_s, empty, rind_mm;
     std::optional<Interpolation> interpolation;
     int threads = 0;
@@ -65,9 +66,9 @@ std::size_t chosen_frame(const ResultReader& result, const WarpArguments& a) {
     const std::vector<double>& times = result.times_s();
     if (times.empty()) fail("{}: holds no frame, expected at least one", a.result.string());
     if (a.frame) {
-        if (*a.frame >= times.size())
-            fail("{}: holds {} frames, found --frame {}, expected 0 to {}", a.result.string(), times.size(), *a.frame, times.size() - 1);
-        return *a.frame;
+        if (*a.frame < 1 || *a.frame > static_cast<std::int64_t>(times.size()))
+            fail("{}: holds {} frames, found --frame {}, expected 1 to {}", a.result.string(), times.size(), *a.frame, times.size());
+        return static_cast<std::size_t>(*a.frame - 1);
     }
     if (!a.time_s) return times.size() - 1;
     if (!(*a.time_s >= times.front() && *a.time_s <= times.back()))
@@ -182,9 +183,12 @@ void run(const WarpArguments& a) {
     Stopwatch watch;
     const ResultReader result(a.result);
     const std::size_t frame = chosen_frame(result, a);
-    fmt::print("frame        {} at {:.3f} s, of {}\n", frame, result.times_s()[frame], result.frame_count());
+    fmt::print("frame        {} at {:.3f} s, of {}\n", frame + 1, result.times_s()[frame], result.frame_count());
     std::optional<Source> source;
-    if (!a.output.empty() || a.grid.empty()) source = read_source(result, a);
+    if (!a.output.empty() || a.grid.empty()) {
+        source = read_source(result, a);
+        for (const fs::path& written : {a.output, a.inverse_field, a.forward_field, a.json}) refuse_to_overwrite("warp", written, {source->file});
+    }
     ImageGrid grid;
     if (a.grid.empty()) {
         grid = source->grid();
@@ -200,7 +204,7 @@ void run(const WarpArguments& a) {
     if (!a.grid.empty()) check_place(grid, motion.deformed, "the deformed mesh", a.grid);
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     ThreadTeam team(a.threads > 0 ? a.threads : cores);
-    nlohmann::json json{{"result", a.result.string()}, {"frame", frame}, {"time_s", result.times_s()[frame]},
+    nlohmann::json json{{"result", a.result.string()}, {"frame", frame + 1}, {"time_s", result.times_s()[frame]},
                         {"size", grid.size}, {"rind_mm", 1e3 * rind}};
     json["read_s"] = watch.lap();
 
@@ -249,7 +253,7 @@ void add_warp_command(CLI::App& app) {
     auto a = std::make_shared<WarpArguments>();
     command->add_option("result", a->result, "what livetet track or solve wrote (.h5)")->required();
     command->add_option("-o,--output", a->output, "the deformed image to write (.nii, .nii.gz)");
-    CLI::Option* frame = command->add_option("--frame", a->frame, "which frame, counted from 0 (default: the last)");
+    CLI::Option* frame = command->add_option("--frame", a->frame, "which frame, counted from 1 as `livetet view` does (default: the last)");
     command->add_option("--time", a->time_s, "the frame nearest to this time, s")->excludes(frame);
     command->add_option("--image", a->image, "the image to warp (default: the one that the result's mesh was made from)");
     command->add_option("--grid", a->grid, "an image on whose voxels to write (default: the warped image's own)");

@@ -3,6 +3,7 @@
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/registration_file.hpp"
 #include "io/sequence_file.hpp"
 #include "mesh/hierarchy.hpp"
 #include "support/program.hpp"
@@ -138,6 +139,52 @@ TEST(BadInput, ARecordingWithoutTheSensorListsThoseItHas) {
     const std::string whole = text_of(folder / "press.igs.mha");
     write_text(folder / "cut.igs.mha", whole.substr(0, whole.size() / 2));
     expect_refused(livetet(folder, "calibrate pivot cut.igs.mha --tool Sensor"), {"cut.igs.mha"});
+}
+
+TEST(BadInput, WhatIsReadIsNotWritten) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,50,40,30\n");
+    SimulatedTrackerOptions options;
+    write_sequence(folder / "press.igs.mha", simulate_press(options));
+    write_fiducials(folder / "image.mrk.json", std::vector<NamedPoint>{{"F1", {0, 0, 0}}, {"F2", {0.1, 0, 0}}, {"F3", {0, 0.1, 0}}, {"F4", {0, 0, 0.1}}});
+    std::filesystem::copy_file(folder / "image.mrk.json", folder / "touched.mrk.json");
+    const auto kept = [&](const std::string& file, const std::string& command, std::initializer_list<std::string> parts) {
+        const std::string bytes = text_of(folder / file);
+        expect_refused(livetet(folder, command), parts);
+        EXPECT_EQ(text_of(folder / file), bytes) << command;
+    };
+    write_text(folder / "scene.yaml", held_scene + "output: {file: block.h5}\n");
+    kept("block.h5", "solve scene.yaml", {"output.file", "block.h5", "is read", "scene.yaml"});
+    write_text(folder / "scene.yaml", held_scene + "probes: {points: points.csv, displacements: ./points.csv}\n");
+    kept("points.csv", "solve scene.yaml", {"probes.displacements", "points.csv", "is read"});
+    kept("press.igs.mha", "record press.igs.mha -o press.igs.mha", {"--output press.igs.mha", "is read"});
+    kept("press.igs.mha", "calibrate pivot press.igs.mha --tool Sensor -o press.igs.mha", {"--output press.igs.mha", ".json"});
+    kept("image.mrk.json", "register --tracker touched.mrk.json --image image.mrk.json -o image.mrk.json", {"--output image.mrk.json", "is read"});
+    EXPECT_EQ(livetet(folder, "register --tracker touched.mrk.json --image image.mrk.json -o registration.json").status, 0);
+    kept("block.h5", "register --tracker touched.mrk.json --image image.mrk.json -o block.h5", {"--output block.h5", ".json"});
+    write_text(folder / "scene.yaml", held_scene + "gravity_m_per_s2: [0, 0, -1]\n");
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    kept("result.h5", "report result.h5 --no-pictures --json result.h5", {"--json result.h5", "is read"});
+    kept("result.h5", "report result.h5 -o page.pdf", {"page.pdf", ".html"});
+#ifdef LIVETET_IMAGES
+    kept("block.h5", "view result.h5 --screenshot block.h5", {"--screenshot block.h5", ".png"});
+#endif
+}
+
+TEST(BadInput, ATrackerOfWhichNothingComesLeavesTheGoodResultAlone) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    FiducialRegistration registration;
+    registration.reference_tool = "Reference";
+    for (const Vector3& x : {Vector3(0, 0, 0), Vector3(0.1, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)}) registration.fiducials.push_back({"F", x, x, x, 0, 0});
+    write_registration(folder / "registration.json", registration);
+    write_text(folder / "result.h5", "something good");
+    write_text(folder / "scene.yaml", held_scene + "track: {source: \"openigtlink://localhost:9\", registration: registration.json, sensors: [{tool: Sensor}]}\n");
+    const auto outcome = livetet(folder, "track scene.yaml --for 2");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("nothing is kept"), std::string::npos) << outcome.err;
+    EXPECT_EQ(text_of(folder / "result.h5"), "something good");
 }
 
 TEST(BadInput, HelpAndVersionAreNotErrors) {

@@ -15,6 +15,7 @@
 #include "io/tip_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
+#include "tracking/simulated_tracker.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -102,6 +103,12 @@ TEST(Register, NamesTheOutlierAndLeavesItOutByItsWeight) {
     EXPECT_EQ(without.fiducials[0].weight, 0.5);
     EXPECT_GT(without.fiducials[2].residual, 0.007);
     EXPECT_LT(t.error_at({0.1, 0.05, 0.05}), 0.0007);
+}
+
+TEST(Register, RefusesFiducialsOfAnotherUnit) {
+    Touched t(0.0003);
+    for (NamedPoint& p : t.image) p.position *= 1e-3;
+    expect_refused(t.run(), {"image.mrk.json", "0.001 times as far apart", "tracker.mrk.json", "--scale"});
 }
 
 TEST(Register, RefusesWeightsThatAreNone) {
@@ -239,6 +246,14 @@ Recording spun(double turn_deg) {
         recording.samples.push_back({0.1 * i, {pose_of(pose)}});
     }
     return recording;
+}
+
+TEST(Calibrate, PivotRefusesATipThatWanders) {
+    const Folder folder;
+    SimulatedTrackerOptions options;
+    write_sequence(folder / "press.igs.mha", simulate_press(options));  // the organ's reference sensor, carried about
+    expect_refused(livetet(folder, "calibrate pivot press.igs.mha --tool Reference -o tip.json"), {"press.igs.mha", "Reference", "mm RMS", "at most 5"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "tip.json"));
 }
 
 TEST(Calibrate, SpinAddsTheShaftToTheTip) {

@@ -54,8 +54,8 @@ TEST(Warp, FramesAreChosenByNumberOrTimeAndTheLastIsTheDefault) {
         while (i < 40 && out.at(i, 20, 20) != 1) ++i;
         return i;
     };
-    const int at_rest = leftmost("--frame 0");
-    EXPECT_EQ(leftmost("--frame 1"), at_rest + 1);
+    const int at_rest = leftmost("--frame 1");
+    EXPECT_EQ(leftmost("--frame 2"), at_rest + 1);
     EXPECT_EQ(leftmost(""), at_rest + 2);
     EXPECT_EQ(leftmost("--time 10.4"), at_rest);
     EXPECT_EQ(leftmost("--time 11.4"), at_rest + 1);
@@ -154,7 +154,7 @@ TEST(Warp, OfAResultThatWasCutOffWhatIsWholeIsUsed) {
     }
     const auto outcome = livetet(block.folder, "warp cut.h5 -o out.nii.gz --json told.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(nlohmann::json::parse(text_of(block.folder / "told.json"))["frame"], 1);
+    EXPECT_EQ(nlohmann::json::parse(text_of(block.folder / "told.json"))["frame"], 2);
     EXPECT_EQ(read_label_image(block.folder / "out.nii.gz").at(30, 20, 20), 1);
     std::filesystem::resize_file(block.folder / "cut.h5", 2000);  // within the mesh; behind the frames lies room for more
     expect_refused(livetet(block.folder, "warp cut.h5 -o other.nii.gz"), {"cut.h5"});
@@ -173,8 +173,10 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
         EXPECT_FALSE(std::filesystem::exists(block.folder / "out.nii.gz")) << arguments;
     };
     refused("result.h5", {"nothing to write", "-o", "--inverse-field"});
-    refused("result.h5 -o out.nii.gz --frame 2", {"result.h5", "2 frames", "--frame 2", "0 to 1"});
-    refused("result.h5 -o out.nii.gz --frame -1", {"--frame"});
+    refused("result.h5 -o out.nii.gz --frame 3", {"result.h5", "2 frames", "--frame 3", "1 to 2"});
+    refused("result.h5 -o out.nii.gz --frame 0", {"--frame 0", "1 to 2"});
+    refused("result.h5 -o out.nii.gz --frame -1", {"--frame -1", "1 to 2"});
+    refused("result.h5 -o labels.nii.gz", {"labels.nii.gz", "is read"});
     refused("result.h5 -o out.nii.gz --time 11.5", {"result.h5", "10 to 11 s", "11.5"});
     refused("result.h5 -o out.png", {"out.png", "'.png'", ".nii"});
     refused("empty.h5 -o out.nii.gz", {"empty.h5", "no frame"});
