@@ -54,7 +54,8 @@ void write_scatter_picture(const std::filesystem::path& path, const std::string&
         auto* points = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, {"", c.x, c.y, look::blue, 1}));
         points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
         points->SetMarkerSize(10);
-        if (const ChartLine means = means_of(c); !means.x.empty()) add_plot(chart, vtkChart::LINE, means);
+        const ChartLine means = means_of(c);
+        if (!means.x.empty()) add_plot(chart, vtkChart::LINE, means);
         const Range y = around(c.y);
         Range x = around(c.x);
         if (c.logarithmic) {
@@ -62,7 +63,7 @@ void write_scatter_picture(const std::filesystem::path& path, const std::string&
             chart->GetAxis(vtkAxis::BOTTOM)->SetLogScale(true);
             x = {*least / 1.1, *most * 1.1};
         }
-        set_axis(chart, vtkAxis::BOTTOM, c.x_axis, x.low, x.high);
+        set_axis(chart, vtkAxis::BOTTOM, means.x.empty() ? c.x_axis : c.x_axis + " (red: the mean)", x.low, x.high);
         set_axis(chart, vtkAxis::LEFT, c.y_axis, y.low, y.high);
     }
     write_window(out.window, path);

@@ -58,7 +58,7 @@ std::string whole_fingerprint(const Study& study) {
 }
 
 [[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was, const std::string& is) {
-    fail("{}: changed since the run that {} is of ({}); put it back, or remove that, or name another output", study.file,
+    fail("{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it back, or remove that, or name another output", study.file,
          where.string(), first_difference(was, is));
 }
 
