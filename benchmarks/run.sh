@@ -51,10 +51,10 @@ head -n 5 "$out/machine.txt"
 verification() { measure verification verification $(full '' '--only patch') --csv "$out/verification.csv" $(full "--figure $out/verification.png" ''); }
 convergence() { measure convergence convergence $(full '' '--most-nodes 1100 --nodes 400') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
 stability() { measure stability stability --cells 2 --budget 50 $(full '--noise-frames 10000' '--noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
-savings() { measure savings savings "$out/scenes/linear.yaml" $(full '' '--repeats 1') --json "$out/savings.json"; }
+savings() { measure savings savings "$out/scenes/$(full linear layers).yaml" $(full '' '--repeats 1') --json "$out/savings.json"; }
 workprecision() {
     local names=(phantom_static phantom_newmark cantilever column block layers everything)
-    if $quick; then names=(column); fi
+    if $quick; then names=(layers); fi
     if ! $quick && [ ! -f "$out/scenes/liver.h5" ]; then
         "$livetet" phantom -o "$out/phantom" >"$out/phantom.log"
         "$livetet" mesh "$out/phantom/labels.nii.gz" --fix "$out/phantom/fixed_mask.nii.gz" --tets 12000 --levels 2 -o "$out/scenes/liver.h5" >"$out/mesh.log"
