@@ -218,5 +218,26 @@ TEST(SolveReport, OfAResultThatSaysLittleSaysWhatItMayAndOfOneThatIsDamagedNothi
     for (const char* name : {"cut.h5", "odd.h5"}) expect_refused(livetet(folder, std::string("report ") + name), {name, "what the solve says of itself"});
 }
 
+TEST(SolveReport, LeavesOutStepsThatWereDoneAgainAndSaysWhereARunWasTakenUp) {
+    const Folder folder;
+    const TetMesh mesh = test::block({1, 1, 1}, {0.1, 0.1, 0.1});
+    ResultWriter writer(folder / "result.h5", mesh, "");
+    writer.append(0.5, std::vector<Vector3>(mesh.nodes.size(), Vector3(0, 0.003, 0.004)));
+    writer.write_text("solve", R"({"solver": "cg + mg, 2 levels, rediscretised", "version": "1", "failure": "", "levels": 2, "ranks": 1, "converged": true,
+        "is_static": false, "restarted_at_s": 0.3, "mesh_s": 0, "setup_s": 0, "solve_s": 2, "peak_bytes": 1e8, "reactions_N": {"fix[0]": [1, null, 3]}, "steps": [
+        {"time_s": 0.5, "step_s": 0.2, "seconds": 1, "imbalance": 1e-9, "time_error_mm": 9, "linearisations": 3, "iterations": 30, "converged": true, "kept": false},
+        {"time_s": 0.4, "step_s": 0.1, "seconds": 1, "imbalance": null, "time_error_mm": 0.5, "linearisations": 2, "iterations": 20, "converged": true, "kept": true}]})");
+    writer.close();
+    const auto outcome = livetet(folder, "report result.h5 -o page.html --no-pictures");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::string page = text_of(folder / "page.html");
+    for (const char* words : {"Converged in 1 step(s), 5 linearisations, 50 iterations", "A time step errs by 0.5 mm at most", "taken up again at 0.3 s",
+                              "1 more were tried, and done again in other lengths."})
+        EXPECT_NE(page.find(words), std::string::npos) << words << "\n" << page;
+    EXPECT_TRUE(has_row(page, "0.4|0.1|2|20|nan|0.5|1.000"));
+    EXPECT_FALSE(has_row(page, "0.5|0.2|3|30|1.0e-09|9|1.000"));
+    EXPECT_TRUE(has_row(page, "fix[0]|1|nan|3"));
+}
+
 }  // namespace
 }  // namespace livetet
