@@ -284,7 +284,9 @@ TEST(TrackStream, WhereEveryNameIsWrongItSaysWhichComeAndEnds) {
     } catch (const std::exception&) {  // it has ended
     }
     const test::Outcome outcome = run.get();
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("no pose of a tool came, nothing is kept"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5"));
     EXPECT_NE(outcome.err.find("no Reference, Sensor yet; what comes: StylusToTracker"), std::string::npos) << outcome.err;
 }
 
