@@ -52,8 +52,7 @@ void check_outputs(const WarpArguments& a) {
         if (path->empty()) continue;
         if (const std::string end = ending(*path); path != &a.json && end != ".nii" && end != ".nii.gz")
             fail("{} {}: the name ends in '{}', expected .nii or .nii.gz", option, path->string(), end);
-        for (const fs::path* read : {&a.result, &a.image, &a.grid})
-            if (same_file(*path, *read)) fail("{} {}: is read, expected another file to write", option, path->string());
+        refuse_to_overwrite(option, *path, {a.result, a.image, a.grid});
         for (const auto& [other, other_path] : written)
             if (path != other_path && same_file(*path, *other_path))
                 fail("{} and {}: both name {}, expected two files", option, other, path->string());
