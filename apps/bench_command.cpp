@@ -22,6 +22,7 @@
 #include "apps/bench/realtime_bench.hpp"
 #include "apps/bench/warp_bench.hpp"
 #include "apps/bench/view_bench.hpp"
+#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -145,12 +146,13 @@ int verify(const VerificationArguments& arguments) {
     return failed ? 1 : 0;
 }
 
-/// Before minutes of measuring, not after.
-void check_drawable([[maybe_unused]] const std::filesystem::path& figure) {
+/// What `run` says; of a figure without an X server, all of the command runs under a virtual one.
+template <class Run>
+int with_display([[maybe_unused]] bool draws, Run&& run) {
 #ifdef LIVETET_IMAGES
-    if (!figure.empty() && !have_display())
-        fail("--figure {}: no X server answers that could draw it; start the command behind xvfb-run -a", figure.string());
+    if (draws && !have_display()) return rerun_under_virtual_display("bench");
 #endif
+    return run();
 }
 
 }  // namespace
@@ -165,11 +167,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     command->add_option("--csv", arguments->csv, "write every run of every case to this file");
     command->add_option("--json", arguments->json, "the same as JSON");
 #ifdef LIVETET_IMAGES
-    command->add_option("--figure", arguments->figure, "draw error against time to this PNG (needs an X server, or xvfb-run)");
+    command->add_option("--figure", arguments->figure, "draw error against time to this PNG");
 #endif
     command->callback([arguments, &status] {
-        check_drawable(arguments->figure);
-        status.value = verify(*arguments);
+        status.value = with_display(!arguments->figure.empty(), [&] { return verify(*arguments); });
     });
     CLI::App* scaling = bench->add_subcommand(
         "scaling", "Strong and weak scaling of a pressed beam under mpirun, by phase, against GAMG and BoomerAMG, and a model of 10^3 to 10^5 "
@@ -185,11 +186,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     scaling->add_option("--folder", scaled->folder, "keep meshes, scenes, logs and results here");
     scaling->add_option("--json", scaled->json, "write every figure to this file");
 #ifdef LIVETET_IMAGES
-    scaling->add_option("--figure", scaled->figure, "draw the model to this PNG (needs an X server, or xvfb-run)");
+    scaling->add_option("--figure", scaled->figure, "draw the model to this PNG");
 #endif
     scaling->callback([scaled, &status] {
-        check_drawable(scaled->figure);
-        status.value = bench_scaling(*scaled);
+        status.value = with_display(!scaled->figure.empty(), [&] { return bench_scaling(*scaled); });
     });
     CLI::App* choices = bench->add_subcommand(
         "workprecision", "Error against run time and memory of one scene over the choices that matter, against ten-node tets on its "
@@ -202,13 +202,11 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     choices->add_option("--csv", chosen->csv, "write every choice's figures to this file");
     choices->add_option("--json", chosen->json, "the same as JSON");
 #ifdef LIVETET_IMAGES
-    choices->add_option("--figure", chosen->figure, "draw error against run time to this PNG (needs an X server, or xvfb-run)");
+    choices->add_option("--figure", chosen->figure, "draw error against run time to this PNG");
     choices->add_option("--memory-figure", chosen->memory_figure, "draw error against memory to this PNG");
 #endif
     choices->callback([chosen, &status] {
-        check_drawable(chosen->figure);
-        check_drawable(chosen->memory_figure);
-        status.value = bench_workprecision(*chosen);
+        status.value = with_display(!chosen->figure.empty() || !chosen->memory_figure.empty(), [&] { return bench_workprecision(*chosen); });
     });
     CLI::App* convergence = bench->add_subcommand(
         "convergence", "Iterations and time to 1e-8 of each preconditioner against mesh size, nu, contrast, anisotropy, levels and "
@@ -221,11 +219,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     convergence->add_option("--csv", converged->csv, "write every figure to this file");
     convergence->add_option("--json", converged->json, "the same as JSON");
 #ifdef LIVETET_IMAGES
-    convergence->add_option("--figure", converged->figure, "draw iterations and time against mesh size to this PNG (needs an X server, or xvfb-run)");
+    convergence->add_option("--figure", converged->figure, "draw iterations and time against mesh size to this PNG");
 #endif
     convergence->callback([converged, &status] {
-        check_drawable(converged->figure);
-        status.value = bench_convergence(*converged);
+        status.value = with_display(!converged->figure.empty(), [&] { return bench_convergence(*converged); });
     });
     CLI::App* savings = bench->add_subcommand(
         "savings", "What a scene saves by what it leaves out: as it is, and with each part forced on that it does not need");
@@ -248,11 +245,10 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     stability->add_option("--csv", stable->csv, "write every cell to this file");
     stability->add_option("--json", stable->json, "the same as JSON");
 #ifdef LIVETET_IMAGES
-    stability->add_option("--figure", stable->figure, "draw the matrix to this PNG (needs an X server, or xvfb-run)");
+    stability->add_option("--figure", stable->figure, "draw the matrix to this PNG");
 #endif
     stability->callback([stable, &status] {
-        check_drawable(stable->figure);
-        status.value = bench_stability(*stable);
+        status.value = with_display(!stable->figure.empty(), [&] { return bench_stability(*stable); });
     });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(
@@ -265,10 +261,9 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     realtime->add_option("--threads", live->threads, "0: one a core, 4 at most")->capture_default_str()->check(CLI::Range(0, 64));
     realtime->add_option("--json", live->json, "write every case's figures to this file");
     realtime->add_option("--figure", live->figure,
-                         "draw error against frame time, method by method, on the first phantom's mesh asked for, to this PNG (needs an X server, or xvfb-run)");
+                         "draw error against frame time, method by method, on the first phantom's mesh asked for, to this PNG");
     realtime->callback([live, &status] {
-        check_drawable(live->figure);
-        status.value = bench_realtime(*live);
+        status.value = with_display(!live->figure.empty(), [&] { return bench_realtime(*live); });
     });
     CLI::App* latency = bench->add_subcommand(
         "latency", "From a tracker's message to the published frame that used it, over TCP; exit 1 where a target is missed");
@@ -289,8 +284,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     view->add_option("--tets", viewed->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--json", viewed->json, "write the figures to this file");
     view->callback([viewed, &status] {
-        if (!have_display()) fail("bench view: no X server answers that could draw; start the command behind xvfb-run -a");
-        status.value = bench_view(*viewed);
+        status.value = with_display(true, [&] { return bench_view(*viewed); });
     });
     CLI::App* accuracy = bench->add_subcommand(
         "accuracy", "Error at targets inside the pressed phantom, rigid-only against deforming, and what limits it; exit 1 where "
@@ -304,10 +298,9 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     accuracy->add_option("--json", experiment->json, "write every cell's errors to this file");
     accuracy->add_option("--csv", experiment->csv, "write every run's errors to this file");
     accuracy->add_option("--figure", experiment->figure,
-                         "draw errors with their spread against the press to this PNG (needs an X server, or xvfb-run)");
+                         "draw errors with their spread against the press to this PNG");
     accuracy->callback([experiment, &status] {
-        check_drawable(experiment->figure);
-        status.value = bench_accuracy(*experiment);
+        status.value = with_display(!experiment->figure.empty(), [&] { return bench_accuracy(*experiment); });
     });
     CLI::App* warp = bench->add_subcommand(
         "warp", "The image in the deformed state, part by part, against VTK's probe filter; exit 1 where a target is missed");

@@ -15,7 +15,7 @@ struct ExitStatus {
 // Each adds its sub-command, whose callback runs it. Errors are thrown.
 void add_mesh_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
-void add_fiducials_command(CLI::App& app);
+void add_fiducials_command(CLI::App& app, ExitStatus& status);
 void add_register_command(CLI::App& app);
 void add_scene_command(CLI::App& app);
 void add_explain_command(CLI::App& app);

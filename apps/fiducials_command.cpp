@@ -11,6 +11,7 @@
 #include "mesh/image_markers.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
+#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -24,23 +25,16 @@ struct FiducialsArguments {
     MarkerShade shade = MarkerShade::bright;
 };
 
-void check_picture(const FiducialsArguments& a) {
-    if (a.picture.empty()) return;
-    if (a.picture.extension() != ".png")
-        fail("--picture {}: the name ends in '{}', expected .png", a.picture.string(), a.picture.extension().string());
-#ifdef LIVETET_IMAGES
-    if (!have_display())
-        fail("--picture {}: no X server answers that could draw it; start the command behind xvfb-run -a",
-             a.picture.string());
-#else
-    fail("--picture {}: pictures are not in this build", a.picture.string());
-#endif
-}
-
-void find(const FiducialsArguments& a) {
+int find(const FiducialsArguments& a) {
     expect_ending("--output", a.output, ".mrk.json");
     expect_ending("--picture", a.picture, ".png");
-    check_picture(a);
+    if (!a.picture.empty()) {
+#ifdef LIVETET_IMAGES
+        if (!have_display()) return rerun_under_virtual_display(fmt::format("--picture {}", a.picture.string()));
+#else
+        fail("--picture {}: pictures are not in this build", a.picture.string());
+#endif
+    }
     const GreyImage image = read_grey_image(a.image);
     std::vector<ImageMarker> found = naming(
         a.image.string(), [&] { return find_markers(image, {.diameter = a.diameter_mm / 1e3, .shade = a.shade}); });
@@ -69,14 +63,15 @@ void find(const FiducialsArguments& a) {
         fmt::print("picture  {}: confirm that each circle holds its marker\n", a.picture.string());
     }
 #endif
-    if (a.output.empty()) return;
+    if (a.output.empty()) return 0;
     write_fiducials(a.output, points);
     fmt::print("written  {}: ranked, so register with --any-order\n", a.output.string());
+    return 0;
 }
 
 }  // namespace
 
-void add_fiducials_command(CLI::App& app) {
+void add_fiducials_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand(
         "fiducials",
         "Finds an image's fiducials: markers that show as balls of a known diameter, to a fraction of a voxel");
@@ -95,8 +90,8 @@ void add_fiducials_command(CLI::App& app) {
     command->add_option("-o,--output", a->output,
                         "write them to this file (.mrk.json) for `livetet register --any-order`");
     command->add_option("--picture", a->picture,
-                        "draw the slices through each (.png) to confirm them by; needs an X server");
-    command->callback([a] { find(*a); });
+                        "draw the slices through each (.png) to confirm them by");
+    command->callback([a, &status] { status.value = find(*a); });
 }
 
 }  // namespace livetet

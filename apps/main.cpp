@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <regex>
 
 #include "apps/commands.hpp"
 #include "base/error.hpp"
@@ -34,6 +35,26 @@ int give_up(const std::string& message, int status) {
     return status;
 }
 
+/// What the parser has to say of a value, in our words: what, found, expected.
+std::string told(const CLI::ParseError& e, const CLI::App& app) {
+    const std::string message = e.what();
+    std::smatch part;
+    if (std::regex_match(message, part, std::regex("(.*): Value (.*) not in range (.*) to (.*)"))) {
+        const bool endless = part[4].length() > 40;  // a number's largest, digit by digit
+        return fmt::format("{}: found {}, expected {}", part[1].str(), part[2].str(),
+                           endless ? "a positive number" : fmt::format("{} to {}", part[3].str(), part[4].str()));
+    }
+    if (std::regex_match(message, part, std::regex("Could not convert: (.*) = (.*)"))) {
+        const CLI::App* command = &app;
+        while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+        const CLI::Option* option = command->get_option_no_throw(part[1].str());
+        const std::string type = option ? option->get_type_name() : "";
+        return fmt::format("{}: found {}, expected a {}number", part[1].str(), part[2].str(),
+                           type.starts_with("INT") || type.starts_with("UINT") ? "whole " : "");
+    }
+    return message;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -53,7 +74,7 @@ int main(int argc, char** argv) {
 #endif
     add_mesh_command(app);
     add_calibrate_command(app);
-    add_fiducials_command(app);
+    add_fiducials_command(app, status);
     add_register_command(app);
     add_track_command(app, status);
     add_record_command(app);
@@ -80,7 +101,7 @@ int main(int argc, char** argv) {
         }
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-        return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", e.what()), 2);
+        return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
     } catch (const std::bad_alloc&) {

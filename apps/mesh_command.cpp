@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/scene_body.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
@@ -222,9 +223,8 @@ void fix_nodes(MeshHierarchy& hierarchy, const MeshArguments& a, nlohmann::json&
 void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     if (ending(a.output) != ".h5")
         fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5", a.output.string(), ending(a.output));
-    for (const std::filesystem::path& other : {given, a.source.file, a.fixed_mask, a.output})
-        if (same_file(a.json, other))
-            fail("--json {}: is the same file as {}, expected another", a.json.string(), other.string());
+    refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask});
+    if (same_file(a.json, a.output)) fail("--json {}: is the same file as --output, expected another", a.json.string());
     (void)PendingFile(a.output);  // that it can be written, before minutes of meshing
 }
 

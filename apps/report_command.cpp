@@ -12,6 +12,7 @@
 #include "apps/report.hpp"
 #include "apps/solve_report.hpp"
 #include "apps/virtual_display.hpp"
+#include "apps/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/text.hpp"
@@ -113,26 +114,6 @@ std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, [[
     return pictures;
 }
 
-/// A folder for pictures on their way into a page, gone with the guard.
-class PassingFolder {
-  public:
-    PassingFolder() {
-        std::string name = (fs::temp_directory_path() / "livetet_report_XXXXXX").string();
-        if (!::mkdtemp(name.data())) fail("{}: the folder for pictures cannot be made", name);
-        path_ = name;
-    }
-    ~PassingFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    PassingFolder(const PassingFolder&) = delete;
-    PassingFolder& operator=(const PassingFolder&) = delete;
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
-
 bool is_page(const fs::path& output) { return ending(output) == ".html" || ending(output) == ".htm"; }
 
 void write_page(const ReportArguments& arguments, const Told& told) {
@@ -142,7 +123,7 @@ void write_page(const ReportArguments& arguments, const Told& told) {
     std::vector<PagePicture> pictures;
     std::string why = "--no-pictures";
     if (!arguments.no_pictures) {
-        const PassingFolder folder;
+        const WorkFolder folder;
         ReportArguments drawn = arguments;
         drawn.folder = folder.path();
         why = add_pictures(drawn, told).value_or("");

@@ -163,6 +163,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const RunHistory history = run_scene(scene, scene_body, constraints, hooks);
     progress.reset();
     const std::vector<Vector3> reactions = scene_body.body->reactions();
+    const std::size_t inverted = scene_body.body->inverted_tets();
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
     std::vector<ProfileRow> profile;
     if (arguments.profile) profile = solve_profile(PETSC_COMM_WORLD, scene, scene_body, mesh_s, {0, output_s, static_cast<long>(frames)});
@@ -187,6 +188,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
               {"largest_displacement_mm", 1e3 * largest_norm(last)},
               {"converged", history.converged},
               {"failure", history.failure},
+              {"inverted_tets", inverted},
               {"share", history.share},
               {"is_static", !dynamic},
               {"restarted_at_s", hooks.start.time_s},
@@ -231,6 +233,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), sum.linearisations,
                sum.iterations, history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
+    if (inverted > 0) fmt::print("inside out       {} tets: stresses there mean nothing; a finer mesh or a gentler load may help\n", inverted);
     for (const auto& [key, force] : forces) fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
     fmt::print("written          {}{}\n", scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)",

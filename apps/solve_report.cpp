@@ -33,7 +33,8 @@ SolvedRun parse_run(const std::string& text) {
     try {
         const json j = json::parse(text);
         SolvedRun run{.solver = j.at("solver"), .version = j.at("version"), .failure = j.at("failure"), .levels = count(j.at("levels"), most),
-                      .ranks = count(j.at("ranks"), most), .converged = j.at("converged"), .is_static = j.at("is_static"),
+                      .ranks = count(j.at("ranks"), most),
+                      .inverted_tets = count(j.value("inverted_tets", json(0)), most), .converged = j.at("converged"), .is_static = j.at("is_static"),
                       .restarted_at_s = number(j.at("restarted_at_s")), .mesh_s = number(j.at("mesh_s")), .setup_s = number(j.at("setup_s")),
                       .solve_s = number(j.at("solve_s")), .peak_bytes = number(j.at("peak_bytes")), .forces_N = {}, .steps = {}};
         for (const auto& [key, f] : j.at("reactions_N").items())
@@ -142,6 +143,8 @@ std::vector<std::string> verdicts(const SolveReport& r) {
         if (r.run->restarted_at_s > 0)
             sentences.push_back(fmt::format("It was taken up again at {:.4g} s: steps, iterations and seconds are those from there on.", r.run->restarted_at_s));
         if (!r.run->failure.empty()) sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
+        if (r.run->inverted_tets > 0)
+            sentences.push_back(fmt::format("{} tets are inside out in the end: stresses there mean nothing; a finer mesh or a gentler load may help.", r.run->inverted_tets));
         if (time_error_mm > 0) sentences.push_back(fmt::format("A time step errs by {:.3g} mm at most, estimated.", time_error_mm));
     }
     sentences.push_back(r.frames > 1 ? fmt::format("The body moves by {:.3f} mm at most, {:.3f} mm in the last of {} frames.", r.largest_mm, r.last_mm, r.frames)
@@ -187,7 +190,7 @@ std::string report_json(const SolveReport& r) {
                              {"iterations", s.iterations}, {"imbalance", s.imbalance}, {"time_error_mm", s.time_error_mm}, {"seconds", s.seconds}});
         for (const auto& [key, f] : r.run->forces_N) forces[key] = {f.x(), f.y(), f.z()};
         out.update({{"solver", r.run->solver}, {"version", r.run->version}, {"levels", r.run->levels}, {"ranks", r.run->ranks},
-                    {"converged", r.run->converged}, {"is_static", r.run->is_static}, {"restarted_at_s", r.run->restarted_at_s}, {"failure", r.run->failure}, {"mesh_s", r.run->mesh_s}, {"setup_s", r.run->setup_s},
+                    {"converged", r.run->converged}, {"is_static", r.run->is_static}, {"restarted_at_s", r.run->restarted_at_s}, {"failure", r.run->failure}, {"inverted_tets", r.run->inverted_tets}, {"mesh_s", r.run->mesh_s}, {"setup_s", r.run->setup_s},
                     {"solve_s", r.run->solve_s}, {"peak_bytes", r.run->peak_bytes}, {"reactions_N", forces}, {"steps", steps}, {"parts", parts_json(r.parts)}});
     }
     return json_text(out);

@@ -23,6 +23,7 @@ struct SolvedStep {
 struct SolvedRun {
     std::string solver, version, failure;
     std::size_t levels = 0, ranks = 1;
+    std::size_t inverted_tets = 0;  ///< in the end
     bool converged = false, is_static = false;
     double restarted_at_s = 0;  ///< 0: it was not; steps and seconds are those from there on
     double mesh_s = 0, setup_s = 0, solve_s = 0, peak_bytes = 0;

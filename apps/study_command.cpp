@@ -13,6 +13,7 @@
 #include "solvers/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
+#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -25,6 +26,7 @@ using std::chrono::steady_clock;
 struct StudyArguments {
     std::filesystem::path study;
     bool list = false;
+    bool pictures_only = false;  // how the command calls itself once it has found itself an X server
 };
 
 /// The ranks that solve together, and which of their groups this one is in.
@@ -180,6 +182,13 @@ void print_summary(const StudyTable& table, const Study& study) {
         std::sort(values.begin(), values.end());
         fmt::print("{:<{}} {:>12.5g} {:>12.5g} {:>12.5g}\n", table.outputs[i], width, values.front(), percentile(values, 0.5), values.back());
     }
+    const auto inverted = std::find(table.outputs.begin(), table.outputs.end(), inverted_tets_output) - table.outputs.begin();
+    const auto inside_out = std::count_if(table.results.begin(), table.results.end(), [&](const auto& row) {
+        return inverted < static_cast<std::ptrdiff_t>(row.size()) && row[inverted] > 0;
+    });
+    if (inside_out > 0)
+        fmt::print("\n{} solve(s) end with tets inside out ({}): their largest stress is one that no tissue has; a finer mesh or a gentler load may help\n",
+                   inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
     for (std::size_t k = 0, told = 0; k < table.failures.size() && told < most_told; ++k) {
         if (table.failures[k].empty()) continue;
@@ -213,16 +222,17 @@ std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
 }
 #endif
 
-void draw(const StudyTable& table, const Study& study) {
+void draw(const StudyTable& table, const Study& study, const std::filesystem::path& file) {
 #ifdef LIVETET_IMAGES
+    if (!study.options.plots.empty() && !have_display()) {
+        const VirtualRun run = run_under_virtual_display({"study", file.string(), "--pictures-only"});
+        if (run.why_not) fmt::print(stderr, "no pictures: there is no X server, and {}\n", *run.why_not);
+        return;
+    }
     for (const std::string& output : study.options.plots) {
         if (std::find(table.outputs.begin(), table.outputs.end(), output) == table.outputs.end()) {
             fmt::print(stderr, "plots: no solve has an output {}, expected one of {}\n", output, fmt::join(table.outputs, ", "));
             continue;
-        }
-        if (!have_display()) {
-            fmt::print(stderr, "no pictures: they want an X server, Xvfb will do (xvfb-run -a livetet study ... once more draws them)\n");
-            return;
         }
         std::string name = output;  // as a file's
         std::replace_if(name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
@@ -234,12 +244,17 @@ void draw(const StudyTable& table, const Study& study) {
         fmt::print("picture          {}\n", picture.string());
     }
 #else
-    (void)table;
+    (void)table, (void)file;
     if (!study.options.plots.empty()) fmt::print(stderr, "no pictures: this build has no VTK\n");
 #endif
 }
 
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
+    if (arguments.pictures_only) {
+        const Study study = load_study(arguments.study);
+        draw(read_study(study.options.output), study, arguments.study);
+        return 0;
+    }
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
     const Study study = load_study(arguments.study);
@@ -279,7 +294,8 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     const StudyTable table = read_study(study.options.output);
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
-    draw(table, study);
+    std::fflush(stdout);  // the pictures' names come from another process
+    draw(table, study, arguments.study);
     return 0;
 }
 
@@ -293,6 +309,7 @@ void add_study_command(CLI::App& app, ExitStatus& status) {
     auto arguments = std::make_shared<StudyArguments>();
     command->add_option("study", arguments->study, "study file (YAML)")->required();
     command->add_flag("--list", arguments->list, "print what would be solved, and solve nothing");
+    command->add_flag("--pictures-only", arguments->pictures_only)->group("");
     command->allow_extras();
     command->callback([command, arguments, &status] { status.value = run_study(*arguments, petsc_arguments(*command)); });
 }

@@ -14,6 +14,9 @@
 
 namespace livetet {
 
+/// The output that says how far the stresses of a solve are to be believed (see DeformableBody::inverted_tets).
+inline constexpr const char* inverted_tets_output = "inverted_tets";
+
 /// What one solve of a study came to.
 struct StudyRow {
     bool converged = false;

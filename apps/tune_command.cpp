@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
-#include "apps/bench/work_folder.hpp"
 #include "apps/bench/workprecision_bench.hpp"
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/scene_body.hpp"
+#include "apps/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -44,9 +45,9 @@ int tune(const TuneArguments& a) {
     if (!a.budget.empty() && !budget) fail("--budget {}: expected a time with its unit, as 12ms", a.budget);
     std::filesystem::path output = a.output;
     if (output.empty()) output = a.scene.parent_path() / (a.scene.stem().string() + ".tuned.yaml");
-    if (std::filesystem::exists(output) && std::filesystem::equivalent(output, a.scene)) fail("{}: is the scene itself, expected another name", output.string());
+    refuse_to_overwrite("--output", output, {a.scene});
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
-    const WorkFolder folder("");
+    const WorkFolder folder;
     const WorkPrecision w = measure_choices(scene, folder.path(), a.repeats, "");
     const ChoiceResult* best = w.cheapest(measure, error_m, budget);
     if (!best) {

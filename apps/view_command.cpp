@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "apps/commands.hpp"
 #include "apps/outputs.hpp"
@@ -104,12 +103,7 @@ int without_display(const ViewArguments& arguments) {
     if (arguments.needs_user())
         fail("view {}: no X server answers (DISPLAY), expected one for the window; --screenshot FILE.png draws a picture without",
              arguments.input.string());
-    std::istringstream words(read_text_file("/proc/self/cmdline"));
-    std::vector<std::string> own;
-    for (std::string word; std::getline(words, word, '\0');) own.push_back(word);
-    const VirtualRun run = run_under_virtual_display({own.begin() + 1, own.end()});
-    if (run.why_not) fail("view {}: there is no X server, and {}", arguments.input.string(), *run.why_not);
-    return run.status;
+    return rerun_under_virtual_display(fmt::format("view {}", arguments.input.string()));
 }
 
 }  // namespace

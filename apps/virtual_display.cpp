@@ -7,7 +7,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string_view>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
 
 extern char** environ;
 
@@ -49,6 +53,15 @@ VirtualRun run_under_virtual_display(const std::vector<std::string>& arguments) 
     std::vector<std::string> words{"xvfb-run", "-a", "-s", "-screen 0 1600x1200x24", fs::read_symlink("/proc/self/exe").string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     return {run_program(std::move(words)), {}};
+}
+
+int rerun_under_virtual_display(const std::string& what) {
+    std::istringstream words(read_text_file("/proc/self/cmdline"));
+    std::vector<std::string> own;
+    for (std::string word; std::getline(words, word, '\0');) own.push_back(word);
+    const VirtualRun run = run_under_virtual_display({own.begin() + 1, own.end()});
+    if (run.why_not) fail("{}: there is no X server, and {}", what, *run.why_not);
+    return run.status;
 }
 
 }  // namespace livetet

@@ -14,4 +14,7 @@ struct VirtualRun {
 };
 VirtualRun run_under_virtual_display(const std::vector<std::string>& arguments);
 
+/// This very command once more, as it was given. Its exit status; where there is none, throws Error that begins with `what`.
+int rerun_under_virtual_display(const std::string& what);
+
 }  // namespace livetet

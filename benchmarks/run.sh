@@ -19,9 +19,6 @@ mkdir -p "$out"
 out=$(cd "$out" && pwd)
 cp -r "$root/benchmarks/scenes" "$out/"
 
-# Pictures want an X server: a virtual one where there is none.
-xvfb=()
-if [ -z "${DISPLAY:-}" ]; then xvfb=(xvfb-run -a); fi
 full() { if $quick; then printf '%s' "$2"; else printf '%s' "$1"; fi; }
 missed=()
 # measure NAME ARGUMENTS...: prints and keeps what `livetet bench` says; 1 is a target missed, told at the end.
@@ -29,7 +26,7 @@ measure() {
     local name=$1 status=0
     shift
     say "$name: livetet bench $*"
-    "${xvfb[@]}" "$livetet" bench "$@" | tee "$out/$name.txt" || status=$?
+    "$livetet" bench "$@" | tee "$out/$name.txt" || status=$?
     if ((status == 1)); then
         missed+=("$name")
     elif ((status)); then

@@ -620,6 +620,17 @@ double DeformableBody::largest_von_mises() {
     return largest;
 }
 
+std::size_t DeformableBody::inverted_tets() {
+    take_rotations();
+    const MeshShare& share = operator_.fine().share();
+    std::uint64_t count = 0;
+    operator_.fine().visit_fields(state(), [&](std::size_t e, const TetFields& fields) {
+        count += share.tets[e][0] < share.owned && fields.volume_change <= -1;  // of one rank: its first corner's owner
+    });
+    MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_UINT64_T, MPI_SUM, share.comm);
+    return count;
+}
+
 std::vector<TetFields> DeformableBody::tet_fields() {
     const MeshShare& share = operator_.fine().share();
     const std::vector<TetFields> local = local_tet_fields();

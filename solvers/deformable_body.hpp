@@ -118,6 +118,9 @@ class DeformableBody {
     std::vector<TetFields> tet_fields();
     /// The largest mean von Mises stress of a tet, Pa; collective.
     double largest_von_mises();
+    /// How many tets are flat or inside out in the mean, det F <= 0 (small strain: tr eps <= -1): what is read off them, stress
+    /// above all, means nothing. Collective.
+    std::size_t inverted_tets();
     /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its quadrature points, where it is
     /// most accurate, and averaged over the tets at a node by their volume.
     std::vector<Eigen::Matrix3d> nodal_stress();

@@ -8,7 +8,7 @@
 
 #include "apps/bench/beam_mesh.hpp"
 #include "apps/bench/solve_run.hpp"
-#include "apps/bench/work_folder.hpp"
+#include "apps/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/solve_run.hpp"
-#include "apps/bench/work_folder.hpp"
+#include "apps/work_folder.hpp"
 #include "apps/scene_body.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"

@@ -12,7 +12,7 @@
 #include "apps/bench/memory_bandwidth.hpp"
 #include "apps/bench/scaling_model.hpp"
 #include "apps/bench/solve_run.hpp"
-#include "apps/bench/work_folder.hpp"
+#include "apps/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"

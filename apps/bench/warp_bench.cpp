@@ -20,7 +20,7 @@
 #include <thread>
 
 #include "apps/bench/realtime_cases.hpp"
-#include "apps/bench/work_folder.hpp"
+#include "apps/work_folder.hpp"
 #include "apps/phantom_shape.hpp"
 #include "base/distribution.hpp"
 #include "base/file.hpp"
@@ -186,7 +186,7 @@ int bench_warp(const WarpBenchArguments& a) {
         table.add("inverse displacement field", text,
                   timed(a.repeats, [&] { displacement_field(grid, motion, FieldDirection::inverse, team); }));
     }
-    const WorkFolder folder({});
+    const WorkFolder folder;
     table.add("write .nii.gz, 16 bits", "1", timed(3, [&] { write_image(folder / "image.nii.gz", c.image, ScalarType::int16); }));
     table.add("read it", "1", timed(3, [&] { read_grey_image(folder / "image.nii.gz"); }));
     ThreadTeam team(cores);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/bench/work_folder.hpp"
+#include "apps/work_folder.hpp"
 #include "apps/bench/workprecision_bench.hpp"
 #include "base/file.hpp"
 #ifdef LIVETET_IMAGES

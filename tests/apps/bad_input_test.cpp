@@ -187,6 +187,15 @@ TEST(BadInput, ATrackerOfWhichNothingComesLeavesTheGoodResultAlone) {
     EXPECT_EQ(text_of(folder / "result.h5"), "something good");
 }
 
+TEST(BadInput, WordsForNumbers) {
+    const Folder folder;
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets many"), {"--tets: found many, expected 100 to 20000000"});
+    expect_refused(livetet(folder, "track scene.yaml --for long"), {"--for: found long, expected a positive number"});
+    expect_refused(livetet(folder, "fiducials image.nii.gz --diameter-mm 10 --count 2.5"), {"--count: found 2.5, expected 1 to 100"});
+    expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --frame first"), {"--frame: found first, expected a whole number"});
+    expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --time then"), {"--time: found then, expected a number"});
+}
+
 TEST(BadInput, HelpAndVersionAreNotErrors) {
     const Folder folder;
     EXPECT_EQ(livetet(folder, "--help").status, 0);

@@ -105,6 +105,40 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
     EXPECT_NE(livetet(folder, "solve scene.yaml -ksp_view").out.find("KSP Object"), std::string::npos);
 }
 
+/// Counted here from the displacements alone.
+std::size_t inside_out(const std::filesystem::path& path) {
+    const ResultReader result(path);
+    const auto u = last_displacement(path);
+    const TetMesh& mesh = result.mesh();
+    const auto place = [&](std::int32_t n) -> Vector3 { return mesh.nodes[n] + u[n]; };
+    return static_cast<std::size_t>(std::count_if(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& t) {
+        const Vector3 a = place(t[0]);
+        return (place(t[1]) - a).cross(place(t[2]) - a).dot(place(t[3]) - a) <= 0;
+    }));
+}
+
+TEST(Solve, TetsInsideOutAreCountedAndTold) {
+    const Folder folder;
+    prepare(folder);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml --json told.json").status, 0);
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], 0);
+    std::string scene = press;
+    scene.replace(scene.find("[1, 0, 0, 1, 0, 0]"), 18, "[0, 0, 1, 0, 0, 1]");  // held below,
+    scene.replace(scene.find("-12]"), 4, "-110]");                              // and pressed through that
+    scene.replace(scene.find("1e-10"), 5, "1e-4");
+    write_text(folder / "scene.yaml", scene);
+    for (const char* before : {"", "mpirun --oversubscribe -n 2"}) {
+        const auto outcome = livetet(folder, "solve scene.yaml --json told.json", before);
+        ASSERT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
+        const std::size_t count = inside_out(folder / "result.h5");
+        EXPECT_GT(count, 0u);
+        EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], count);
+        EXPECT_NE(outcome.out.find("inside out       " + std::to_string(count) + " tets"), std::string::npos) << outcome.out;
+        const auto report = livetet(folder, "report result.h5");
+        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inside out"), std::string::npos) << report.out << report.err;
+    }
+}
+
 TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     const Folder folder;
     prepare(folder);

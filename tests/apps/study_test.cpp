@@ -165,12 +165,19 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
     const std::string csv = text_of(folder / "study.csv");
     EXPECT_EQ(csv.find("solve,materials[0].young_Pa,drive[0].displacement_mm[2],converged,largest_displacement_mm"), 0u) << csv;
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+#ifdef LIVETET_IMAGES
+    const std::filesystem::path picture = folder / "study_largest_displacement_mm.png";
+    EXPECT_TRUE(std::filesystem::remove(picture)) << one.err;
+#endif
 
     for (const int ranks : {2, 4}) {
         std::filesystem::remove(folder / "study.h5");
         const auto more = livetet(folder, "study study.yaml", mpirun(ranks));
         ASSERT_EQ(more.status, 0) << more.err;
         expect_same(read_study(folder / "study.h5"), table);
+#ifdef LIVETET_IMAGES
+        EXPECT_TRUE(std::filesystem::remove(picture)) << more.err;
+#endif
     }
     write_text(folder / "study.yaml", grid + "ranks_per_solve: 2\n");
     std::filesystem::remove(folder / "study.h5");
@@ -190,6 +197,21 @@ TEST(Study, ASensorsNoiseVariesByItsSeed) {
     EXPECT_GT(std::abs(table.results[0][pull] - table.results[1][pull]), 1e-3 * std::abs(table.results[0][pull]));
     // About 8 mm of press, and 1.4 mm of noise.
     EXPECT_LT(std::abs(table.results[0][pull] - table.results[1][pull]), std::abs(table.results[0][pull]));
+}
+
+TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].displacement_mm[2]\", values: [-4, -110]}]\n");
+    std::string scene = press;
+    scene.replace(scene.find("[1, 0, 0, 1, 0, 0]"), 18, "[0, 0, 1, 0, 0, 1]");  // held below
+    write_text(folder / "scene.yaml", scene);
+    const auto outcome = livetet(folder, "study study.yaml");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    const std::size_t inverted = column_of(table, "inverted_tets");
+    EXPECT_EQ(table.results[0][inverted], 0);
+    EXPECT_GT(table.results[1][inverted], 0);
+    EXPECT_NE(outcome.out.find("1 solve(s) end with tets inside out (inverted_tets)"), std::string::npos) << outcome.out;
 }
 
 TEST(Study, AFailedSolveIsARowWithItsReason) {

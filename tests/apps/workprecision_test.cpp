@@ -113,7 +113,7 @@ TEST(WorkPrecision, WhatIsWrongIsOneLine) {
     expect_refused(livetet(folder, "bench workprecision scene.yaml --only nonsense"), {"--only nonsense", "no choice"});
     expect_refused(livetet(folder, "tune scene.yaml --error 0.5"), {"--error 0.5", "0.5mm"});
     expect_refused(livetet(folder, "tune scene.yaml --error 1mm --budget 12"), {"--budget 12", "12ms"});
-    expect_refused(livetet(folder, "tune scene.yaml --error 1mm -o scene.yaml"), {"scene.yaml", "another name"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 1mm -o scene.yaml"), {"scene.yaml", "another file"});
     write_text(folder / "free.yaml", "mesh: {file: block.h5}\n");
     expect_refused(livetet(folder, "bench workprecision free.yaml"), {"the reference failed"});
 }

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <fmt/format.h>
-#include <unistd.h>
+#include <stdlib.h>  // mkdtemp
 
 #include <filesystem>
 #include <string>
@@ -10,11 +9,15 @@
 
 namespace livetet {
 
-/// A folder for what a measurement writes: kept where the user names one, else gone with the guard.
+/// A folder for what is written on the way: kept where the user names one, else one of its own that is gone with the guard.
 class WorkFolder {
   public:
-    explicit WorkFolder(const std::filesystem::path& asked) : path_(asked), kept_(!asked.empty()) {
-        if (!kept_) path_ = std::filesystem::temp_directory_path() / fmt::format("livetet_bench_{}", ::getpid());
+    explicit WorkFolder(const std::filesystem::path& asked = {}) : path_(asked), kept_(!asked.empty()) {
+        if (!kept_) {
+            std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
+            if (!::mkdtemp(name.data())) fail("{}: cannot be made", name);
+            path_ = name;
+        }
         std::error_code error;
         std::filesystem::create_directories(path_, error);
         if (error) fail("{}: cannot be made: {}", path_.string(), error.message());
