@@ -336,6 +336,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, parts,
                                                        elastic_model(scene, live), scene.time, options);
+    scene_body.hierarchy.parents.clear();  // which had their say in who gets what
     return scene_body;
 }
 

@@ -140,19 +140,21 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     }
     std::optional<ResultWriter> writer;
     if (scene.output.has_file()) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
-    std::vector<Vector3> last = scene_body.body->displacement();
+    ResultFrame last{.displacement = scene_body.body->displacement()};
     std::size_t frames = hooks.start.frames;
     double output_s = 0;
     hooks.keep = [&](std::size_t number, double time) {
         const auto began = std::chrono::steady_clock::now();
-        last = scene_body.body->displacement();
+        last = {};  // a large mesh's numbers stand once, not twice
+        last = {time, scene_body.body->displacement(), {}};
         frames = number + 1;
         if (!writer) return;
-        const ResultFrame frame{time, last, fields_of(scene, *scene_body.body)};
+        last.fields = fields_of(scene, *scene_body.body);
         if (!keeps_going)
-            append_frame(*writer, frame);
+            append_frame(*writer, last);
         else if (first)
-            store.keep(number, frame);
+            store.keep(number, last);
+        last.fields.clear();
         output_s += seconds_since(began);
     };
     if (scene.output.checkpoint_every > 0)
@@ -179,13 +181,13 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         sum.preconditioner_s += r.preconditioner_s;
         sum.solve_s += r.solve_s;
     }
-    const auto forces = constraints.forces(reactions, last);
+    const auto forces = constraints.forces(reactions, last.displacement);
     json told{{"tets", scene_body.mesh().tets.size()},
               {"nodes", scene_body.mesh().nodes.size()},
               {"levels", scene_body.hierarchy.levels.size()},
               {"ranks", session.ranks()},
               {"version", LIVETET_VERSION},
-              {"largest_displacement_mm", 1e3 * largest_norm(last)},
+              {"largest_displacement_mm", 1e3 * largest_norm(last.displacement)},
               {"converged", history.converged},
               {"failure", history.failure},
               {"inverted_tets", inverted},
@@ -222,13 +224,13 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     }
     if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
-    if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last));
+    if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last.displacement));
     output_s += seconds_since(closing);
     told["output_s"] = output_s;
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
                scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
-    fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last));
+    fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last.displacement));
     fmt::print("solver           {}\n", scene_body.body->elastic_operator().name());
     fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), sum.linearisations,
                sum.iterations, history.converged ? "converged" : "NOT converged");

@@ -29,31 +29,15 @@ struct Setting {
     TetMesh mesh;
     std::vector<TetElement> elements;
     std::vector<double> u;
-    std::vector<std::int32_t> slots;
-    std::size_t blocks = 0;
+    BlockPattern pattern{mesh.tets, mesh.nodes.size()};
 
     explicit Setting(std::array<int, 3> cells) : mesh(test::block(cells, {0.16, 0.09, 0.09})) {
         for (const Vector3& x : mesh.nodes)
             for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
                 u.push_back(component);
-        std::vector<std::vector<std::int32_t>> rows(mesh.nodes.size());
-        for (const Tet& t : mesh.tets) {
+        for (const Tet& t : mesh.tets)
             elements.push_back(
                 make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000, 1000));
-            for (const std::int32_t i : t) rows[i].insert(rows[i].end(), t.begin(), t.end());
-        }
-        std::vector<std::size_t> start;
-        for (auto& row : rows) {
-            std::sort(row.begin(), row.end());
-            row.erase(std::unique(row.begin(), row.end()), row.end());
-            start.push_back(blocks);
-            blocks += row.size();
-        }
-        for (const Tet& t : mesh.tets)
-            for (const std::int32_t i : t)
-                for (const std::int32_t j : t)
-                    slots.push_back(static_cast<std::int32_t>(
-                        start[i] + (std::lower_bound(rows[i].begin(), rows[i].end(), j) - rows[i].begin())));
     }
 };
 
@@ -116,7 +100,7 @@ void memory_bandwidth(benchmark::State& state) {
 struct Scalar {
     const Setting& s;
     std::vector<Eigen::Matrix3d> rotations{s.elements.size()};
-    std::vector<double> f = std::vector<double>(s.u.size()), values = std::vector<double>(9 * s.blocks);
+    std::vector<double> f = std::vector<double>(s.u.size()), values = std::vector<double>(9 * s.pattern.size(0));
     double read_bytes = bytes_of(s.elements) + bytes_of(s.mesh.tets) + bytes_of(s.u);
 
     Eigen::Matrix3d gradient(std::size_t e) const {
@@ -164,13 +148,13 @@ void assemble_scalar(benchmark::State& state) {
     for (auto _ : state)
         for (std::size_t e = 0; e < k.s.elements.size(); ++e) {
             const Nodal h = k.rotations[e] * k.s.elements[e].gradients;
+            const Tet& t = k.s.mesh.tets[e];
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j)
-                    Eigen::Map<Eigen::Matrix3d>(
-                        &k.values[9 * static_cast<std::size_t>(k.s.slots[16 * e + 4 * i + j])]) +=
+                    Eigen::Map<Eigen::Matrix3d>(&k.values[9 * static_cast<std::size_t>(k.s.pattern.place(e, i, j, t[i], t[j]))]) +=
                         stiffness_block(k.s.elements[e], h.col(i), h.col(j));
         }
-    report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
+    report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
 template <class Real>
@@ -179,7 +163,7 @@ struct Batched {
     TetBatches<Real> batches{s.elements, s.mesh.tets};
     std::vector<RotationBatch<Real>> rotations = batches.make_rotations();
     std::vector<Real> u{s.u.begin(), s.u.end()}, f = std::vector<Real>(u.size());
-    std::vector<Real> values = std::vector<Real>(9 * s.blocks);
+    std::vector<Real> values = std::vector<Real>(9 * s.pattern.size(0));
     double batch_bytes = static_cast<double>(batches.all().end * sizeof(TetBatch<Real>));
 
     void update() { update_rotations<Real>(batches, batches.all(), u, rotations); }
@@ -212,8 +196,8 @@ template <class Real>
 void assemble_batched(benchmark::State& state) {
     Batched<Real> k{setting(state.range(0))};
     k.update();
-    for (auto _ : state) assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.slots, k.values);
-    report(state, k.batch_bytes + bytes_of(k.rotations) + bytes_of(k.s.slots) + 2 * bytes_of(k.values));
+    for (auto _ : state) assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.pattern, k.values);
+    report(state, k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
 #define LIVETET_BENCHMARK(name)                                                                  \

@@ -61,18 +61,18 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
     if (!std::isfinite(time_s) || (k > 0 && time_s < times_.back()))
         fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", path_.string(), k, time_s,
              k > 0 ? times_.back() : 0);
-    row_.clear();
-    for (std::size_t n = 0; n < nodes_; ++n) {
+    for (std::size_t n = 0; n < nodes_; ++n)
         if (!displacement[n].allFinite())
             fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
-        for (int i = 0; i < 3; ++i) row_.push_back(displacement[n][i]);
-    }
-    if (!file_->reserve(row_.size() * sizeof(double) + room_beside))
+    const std::span<const double> numbers(displacement.empty() ? nullptr : displacement.front().data(), 3 * nodes_);
+    if (!file_->reserve(numbers.size() * sizeof(double) + room_beside))
         fail("{}: no room on the disk for frame {}", path_.string(), k);
-    if (precision_ == Precision::full)
-        file_->write<double>(frame_table(k), row_, 3);
-    else
-        file_->write<float>(frame_table(k), std::vector<float>(row_.begin(), row_.end()), 3);
+    if (precision_ == Precision::full) {
+        file_->write<double>(frame_table(k), numbers, 3);
+    } else {
+        row_.assign(numbers.begin(), numbers.end());
+        file_->write<float>(frame_table(k), row_, 3);
+    }
     file_->append<double>("times", {&time_s, 1});
     times_.push_back(time_s);
 }

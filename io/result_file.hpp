@@ -60,7 +60,7 @@ class ResultWriter {
     std::vector<Field> fields_;
     std::vector<double> times_;
     Precision precision_;
-    std::vector<double> row_;
+    std::vector<float> row_;  ///< of single precision
 };
 
 /// Reads what ResultWriter wrote. Throws Error, naming file and table, where it does not hold together.

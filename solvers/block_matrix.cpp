@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <utility>
-
-#include "base/lists.hpp"
 
 namespace livetet {
 
@@ -33,35 +30,10 @@ BlockMatrix::Arrays::~Arrays() {
 }
 
 BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
-    : owned_(share.owned), layout_(layout) {
-    make_pattern(share);
+    : layout_(layout),
+      pattern_(share.tets.size(), share.nodes_per_tet(), share.nodes.size(), share.owned, [&](std::size_t e, int i) { return share.node(e, i); }) {
     make_matrix(share);
     check_pattern();
-}
-
-void BlockMatrix::make_pattern(const MeshShare& share) {
-    const int n = share.nodes_per_tet();
-    // The tets at each owned node, then row by row the nodes of those.
-    const Lists tets = make_lists(owned_, [&](auto&& add) {
-        for (std::size_t e = 0; e < share.tets.size(); ++e)
-            for (int i = 0; i < n; ++i)
-                if (const std::int32_t row = share.node(e, i); row < owned_) add(row, static_cast<std::int32_t>(e));
-    });
-    diagonal_.reserve(owned_);
-    std::vector<std::int32_t> row, seen_in(share.nodes.size(), -1);
-    for (std::int32_t i = 0; i < owned_; ++i) {
-        row.clear();
-        for (const std::int32_t e : tets[i])
-            for (int j = 0; j < n; ++j)
-                if (const std::int32_t node = share.node(e, j); std::exchange(seen_in[node], i) != i) row.push_back(node);
-        std::sort(row.begin(), row.end());
-        for (const std::int32_t j : row) {
-            if (j == i) diagonal_.push_back(static_cast<std::int32_t>(rows_[0].columns.size()));
-            rows_[j >= owned_].columns.push_back(j < owned_ ? j : j - owned_);
-        }
-        for (BlockRows& part : rows_) part.start.push_back(static_cast<std::int32_t>(part.columns.size()));
-    }
-    for (BlockRows& part : rows_) part.columns.shrink_to_fit();
 }
 
 void BlockMatrix::make_matrix(const MeshShare& share) {
@@ -69,13 +41,14 @@ void BlockMatrix::make_matrix(const MeshShare& share) {
     MPI_Comm_size(share.comm, &ranks);
     const bool blocks = layout_ == MatrixLayout::blocks;
     const int expand = blocks ? 1 : 3;  // scalar rows a block row
+    const std::int32_t owned = pattern_.owned();
     std::vector<PetscInt> nnz[2];
-    for (std::int32_t i = 0; i < owned_; ++i)
+    for (std::int32_t i = 0; i < owned; ++i)
         for (int a = 0; a < expand; ++a)
-            for (int p = 0; p < 2; ++p) nnz[p].push_back(expand * (rows_[p].start[i + 1] - rows_[p].start[i]));
+            for (int p = 0; p < 2; ++p) nnz[p].push_back(expand * static_cast<PetscInt>(pattern_.rows(p)[i].size()));
     LIVETET_PETSC(MatCreate(share.comm, matrix_.out()));
     Mat A = matrix_.get();
-    LIVETET_PETSC(MatSetSizes(A, 3 * owned_, 3 * owned_, PETSC_DETERMINE, PETSC_DETERMINE));
+    LIVETET_PETSC(MatSetSizes(A, 3 * owned, 3 * owned, PETSC_DETERMINE, PETSC_DETERMINE));
     LIVETET_PETSC(MatSetBlockSize(A, 3));
     LIVETET_PETSC(MatSetType(A, ranks > 1 ? (blocks ? MATMPIBAIJ : MATMPIAIJ) : (blocks ? MATSEQBAIJ : MATSEQAIJ)));
     LIVETET_PETSC(MatSeqBAIJSetPreallocation(A, 3, 0, nnz[0].data()));
@@ -84,11 +57,10 @@ void BlockMatrix::make_matrix(const MeshShare& share) {
     LIVETET_PETSC(MatMPIAIJSetPreallocation(A, 0, nnz[0].data(), 0, nnz[1].data()));
     std::vector<PetscInt> columns;
     const std::vector<PetscScalar> zeros(static_cast<std::size_t>(9) * 512, 0.0);
-    for (std::int32_t i = 0; i < owned_; ++i) {
+    for (std::int32_t i = 0; i < owned; ++i) {
         columns.clear();
         for (int p = 0; p < 2; ++p)
-            for (std::int32_t k = rows_[p].start[i]; k < rows_[p].start[i + 1]; ++k)
-                columns.push_back(share.numbers[p * owned_ + rows_[p].columns[k]]);
+            for (const std::int32_t column : pattern_.rows(p)[i]) columns.push_back(share.numbers[p * owned + column]);
         for (std::size_t k = 0; k < columns.size(); k += 512)
             LIVETET_PETSC(MatSetValuesBlocked(A, 1, &share.numbers[i],
                                               static_cast<PetscInt>(std::min<std::size_t>(512, columns.size() - k)),
@@ -107,7 +79,7 @@ void BlockMatrix::set_rigid_motions(const MeshShare& share, std::span<const Vect
     const PetscHandle<Vec> x = make_vector(share);
     {
         WriteArray values(x.get());
-        for (std::int32_t i = 0; i < owned_; ++i)
+        for (std::int32_t i = 0; i < pattern_.owned(); ++i)
             for (int c = 0; c < 3; ++c) values[3 * i + c] = positions[i][c];
     }
     LIVETET_PETSC(VecSetBlockSize(x.get(), 3));
@@ -123,49 +95,47 @@ void BlockMatrix::check_pattern() const {
         if (!arrays.part(p)) continue;
         MatInfo info;
         LIVETET_PETSC(MatGetInfo(arrays.part(p), MAT_LOCAL, &info));
-        if (info.nz_used != 9.0 * static_cast<double>(rows_[p].columns.size()))
+        if (info.nz_used != 9.0 * static_cast<double>(pattern_.size(p)))
             throw std::logic_error("BlockMatrix: PETSc's pattern differs from the mesh's");
     }
 }
 
-std::int32_t BlockMatrix::slot(std::int32_t row_node, std::int32_t column_node) const {
-    if (row_node >= owned_) return -1;
-    const int p = column_node >= owned_;
-    const auto begin = rows_[p].columns.begin() + rows_[p].start[row_node],
-               end = rows_[p].columns.begin() + rows_[p].start[row_node + 1];
-    const auto k = std::lower_bound(begin, end, column_node - p * owned_) - rows_[p].columns.begin();
-    return place_in_part(p, static_cast<std::int32_t>(k));
-}
-
 void BlockMatrix::set_constrained(std::span<const std::uint8_t> components) {
     masked_.clear();
-    for (std::int32_t i = 0; i < owned_; ++i)
+    const std::int32_t owned = pattern_.owned();
+    for (std::int32_t i = 0; i < owned; ++i)
         for (int p = 0; p < 2; ++p)
-            for (std::int32_t k = rows_[p].start[i]; k < rows_[p].start[i + 1]; ++k) {
-                const std::int32_t j = p * owned_ + rows_[p].columns[k];
-                if (components[i] | components[j])
-                    masked_.push_back({i, place_in_part(p, k), components[i], components[j], i == j});
+            for (const std::int32_t column : pattern_.rows(p)[i]) {
+                const std::int32_t j = p * owned + column;
+                if (components[i] | components[j]) masked_.push_back({i, j, components[i], components[j]});
             }
+    masked_.shrink_to_fit();
 }
 
 BlockMatrix::Filling::Filling(BlockMatrix& matrix) : matrix_(matrix), arrays_(matrix.get(), matrix.layout_) {
     for (int p = 0; p < 2; ++p)
-        if (arrays_.data[p]) std::fill_n(arrays_.data[p], 9 * matrix_.rows_[p].columns.size(), 0.0);
+        if (arrays_.data[p]) std::fill_n(arrays_.data[p], 9 * matrix_.pattern_.size(p), 0.0);
 }
 
 void BlockMatrix::Filling::finish() {
+    const BlockPattern& pattern = matrix_.pattern_;
     double identity = 1;
-    if (matrix_.owned_) {
+    if (const std::int32_t owned = pattern.owned()) {
         double sum = 0;
-        for (std::int32_t i = 0; i < matrix_.owned_; ++i)
-            for (int a = 0; a < 3; ++a) sum += at(i, matrix_.diagonal_[i], a, a);
-        identity = sum / (3 * matrix_.owned_);
+        for (std::int32_t i = 0; i < owned; ++i) {
+            const std::int32_t place = pattern.place(i, i);
+            for (int a = 0; a < 3; ++a) sum += at(i, 0, place, a, a);
+        }
+        identity = sum / (3 * owned);
     }
-    for (const MaskedBlock& b : matrix_.masked_)
+    for (const MaskedBlock& b : matrix_.masked_) {
+        const int part = pattern.part_of(b.column);
+        const std::int32_t place = pattern.place(b.row, b.column);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 if ((b.row_components >> i & 1) || (b.column_components >> j & 1))
-                    at(b.row, b.slot, i, j) = b.on_diagonal && i == j ? identity : 0;
+                    at(b.row, part, place, i, j) = b.row == b.column && i == j ? identity : 0;
+    }
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
 }

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "mechanics/batch_kernels.hpp"
+#include "mechanics/block_pattern.hpp"
 #include "solvers/mesh_share.hpp"
 
 namespace livetet {
@@ -24,9 +24,8 @@ class BlockMatrix {
 
     Mat get() const { return matrix_.get(); }
 
-    /// Where the block between two local nodes of one tet stands, counted in blocks, as place_in_part reads it; -1 where
-    /// `row_node` is not owned.
-    std::int32_t slot(std::int32_t row_node, std::int32_t column_node) const;
+    /// Of local nodes.
+    const BlockPattern& pattern() const { return pattern_; }
     MatrixLayout layout() const { return layout_; }
 
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
@@ -36,27 +35,18 @@ class BlockMatrix {
     class Filling;
 
   private:
-    /// Rows of 3x3 blocks: `start[i]` .. `start[i + 1]` are the blocks of owned node i; `columns` in ascending order.
-    struct BlockRows {
-        std::vector<std::int32_t> start{0};
-        std::vector<std::int32_t> columns;
-    };
     struct MaskedBlock {
-        std::int32_t row, slot;
+        std::int32_t row, column;
         std::uint8_t row_components, column_components;
-        bool on_diagonal;
     };
     /// The arrays behind a PETSc matrix of either layout: of its diagonal and its off-diagonal part.
     class Arrays;
 
-    void make_pattern(const MeshShare& share);
     void make_matrix(const MeshShare& share);
     void check_pattern() const;
 
-    std::int32_t owned_;
     MatrixLayout layout_;
-    BlockRows rows_[2];                   ///< diagonal part: local nodes; off-diagonal: local nodes less owned
-    std::vector<std::int32_t> diagonal_;  ///< the slot on the diagonal of each owned row
+    BlockPattern pattern_;
     std::vector<MaskedBlock> masked_;
     PetscHandle<Mat> matrix_;
 };
@@ -80,16 +70,18 @@ class BlockMatrix::Filling {
   public:
     explicit Filling(BlockMatrix& matrix);
 
-    /// Adds to the block at `slot`, which is in the row of owned node `row`.
-    void add(std::int32_t row, std::int32_t slot, const Eigen::Matrix3d& K) {
+    /// Adds to the block (row, column) of local nodes, which stands at `place` of the pattern.
+    void add(std::int32_t row, std::int32_t column, std::int32_t place, const Eigen::Matrix3d& K) {
+        const int part = matrix_.pattern_.part_of(column);
         for (int b = 0; b < 3; ++b)
-            for (int a = 0; a < 3; ++a) at(row, slot, a, b) += K(a, b);
+            for (int a = 0; a < 3; ++a) at(row, part, place, a, b) += K(a, b);
     }
     /// PETSc's array of the diagonal (0) or off-diagonal (1) part, `blocks` layout: 9 numbers a block, column-major.
-    std::span<double> blocks(int part) { return {arrays_.data[part], 9 * matrix_.rows_[part].columns.size()}; }
+    std::span<double> blocks(int part) { return {arrays_.data[part], 9 * matrix_.pattern_.size(part)}; }
     /// Adds to the three diagonal entries of an owned node.
     void add_diagonal(std::int32_t node, double value) {
-        for (int a = 0; a < 3; ++a) at(node, matrix_.diagonal_[node], a, a) += value;
+        const std::int32_t place = matrix_.pattern_.place(node, node);
+        for (int a = 0; a < 3; ++a) at(node, 0, place, a, a) += value;
     }
     /// Puts the identity, at the size of the mean of the diagonal, into constrained rows and columns. Collective.
     void finish();
@@ -98,13 +90,12 @@ class BlockMatrix::Filling {
     /// Where entry (a, b) of a block stands. Both layouts hold the same rows of blocks. `blocks`: block k of row i
     /// starts at 9 (start_i + k), column-major. `scalars`: scalar row a of node i starts at 9 start_i + 3 a (blocks in
     /// the row), and block k is at + 3 k.
-    PetscScalar& at(std::int32_t row, std::int32_t slot, int a, int b) {
-        const int p = slot < 0;
-        const auto block = static_cast<std::size_t>(place_in_part(p, slot));
-        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[p][9 * block + 3 * b + a];
-        const BlockRows& rows = matrix_.rows_[p];
+    PetscScalar& at(std::int32_t row, int part, std::int32_t place, int a, int b) {
+        const auto block = static_cast<std::size_t>(place);
+        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[part][9 * block + 3 * b + a];
+        const Lists& rows = matrix_.pattern_.rows(part);
         const std::size_t start = rows.start[row], length = rows.start[row + 1] - start;
-        return arrays_.data[p][9 * start + a * 3 * length + 3 * (block - start) + b];
+        return arrays_.data[part][9 * start + a * 3 * length + 3 * (block - start) + b];
     }
 
     BlockMatrix& matrix_;

@@ -46,9 +46,7 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const
         make_batches(layout.has_value());
     else if (strain == StrainModel::corotated)
         rotations_.assign(share_.tets.size() * (share_.edge_nodes.empty() ? 1 : TetShape<10>::points), Eigen::Matrix3d::Identity());
-    if (!layout) return;
-    matrix_.emplace(share_, *layout);
-    find_slots();
+    if (layout) matrix_.emplace(share_, *layout);
 }
 
 void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes) {
@@ -76,7 +74,7 @@ double ElasticLevel::matrix_bytes() const {
     if (!matrix_) return 0;
     MatInfo info;
     LIVETET_PETSC(MatGetInfo(matrix_->get(), MAT_LOCAL, &info));
-    return info.memory + static_cast<double>(slots_.capacity() * sizeof(std::int32_t));
+    return info.memory + matrix_->pattern().bytes();
 }
 
 double ElasticLevel::rotation_bytes() const {
@@ -97,14 +95,6 @@ std::vector<TetElement> ElasticLevel::elements() const {
     all.reserve(share_.tets.size());
     for (std::size_t e = 0; e < share_.tets.size(); ++e) all.push_back(element(e));
     return all;
-}
-
-void ElasticLevel::find_slots() {
-    const int n = share_.nodes_per_tet();
-    slots_.reserve(share_.tets.size() * n * n);
-    for (std::size_t e = 0; e < share_.tets.size(); ++e)
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) slots_.push_back(matrix_->slot(share_.node(e, i), share_.node(e, j)));
 }
 
 void ElasticLevel::make_batches(bool in_double) {
@@ -176,26 +166,25 @@ void ElasticLevel::update_live_rotations() {
 
 void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
     BlockMatrix::Filling matrix(*matrix_);
+    const BlockPattern& pattern = matrix_->pattern();
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
     if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
         const LocalValues u(at.u);
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
             over_batches([&](BatchRange range) {
                 if (held)
-                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, slots_, matrix.blocks(part), part);
+                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, pattern, matrix.blocks(part), part);
                 else
-                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_), tangent, s, slots_,
+                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_), tangent, s, pattern,
                                         matrix.blocks(part), part);
             });
     } else {
         visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
                              const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-            constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-            const std::int32_t* slots = slots_.data() + e * nodes * nodes;
             visit_stiffness(energy, tangent, s * element.volume / shape.points, element.mu, is_mixed() ? 0 : element.lambda,
                             p, H, R, g, [&](int i, int j, const Eigen::Matrix3d& K) {
-                                const std::int32_t slot = slots[nodes * i + j];
-                                if (slot != -1) matrix.add(share_.node(e, i), slot, K);
+                                const std::int32_t row = share_.node(e, i), column = share_.node(e, j);
+                                if (row < share_.owned) matrix.add(row, column, pattern.place(e, i, j, row, column), K);
                             });
         });
     }

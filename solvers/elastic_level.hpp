@@ -131,7 +131,6 @@ class ElasticLevel {
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
     void find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes);
-    void find_slots();
     void make_batches(bool in_double);
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
@@ -195,7 +194,6 @@ class ElasticLevel {
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::optional<BlockMatrix> matrix_;
-    std::vector<std::int32_t> slots_;  ///< of BlockMatrix, for local tet e: nodes x nodes, row by row
     std::optional<PressureSpace> pressure_;
 };
 

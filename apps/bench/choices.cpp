@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "apps/scene_body.hpp"
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
 
@@ -101,7 +102,8 @@ std::vector<SceneChoice> Choices::all() const {
     with("solver", "ICC", [](Scene& s) {
         s.solver.kind = SolverKind::petsc;
         s.solver.max_iterations = 2000;
-        s.solver.petsc_options = "-ksp_type cg -pc_type icc";
+        const bool mixed = resolved_formulation(elastic_model(s, false)) == Formulation::mixed;
+        s.solver.petsc_options = mixed ? "-displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
     });
     if (is_dynamic(scene_))
         for (const auto& [scheme, name] : schemes)

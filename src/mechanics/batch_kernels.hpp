@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "mechanics/block_pattern.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/tet_element.hpp"
 
@@ -103,17 +104,13 @@ Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std:
     return R;
 }
 
-/// One number says where a block stands in two arrays of blocks: k >= 0 in the first (part 0), -2 - k in the second (part
-/// 1), -1 in none. From the number to k (negative: not in that part), and from k to the number.
-constexpr std::int32_t place_in_part(int part, std::int32_t slot) { return part == 0 ? slot : -2 - slot; }
-
 /// Adds `scale` times the sixteen 3x3 blocks of R K R^T of each tet,
-/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major:
-/// block (i, j) of tet e to values[9 s ..], s = place_in_part(part, slots[16 e + 4 i + j]); a negative one is left out.
+/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major;
+/// those that stand in one part of `pattern`, which has these tets.
 /// Values in N/m for scale 1.
 template <class Real>
 void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              Real scale, std::span<const std::int32_t> slots, std::span<Real> values, int part = 0);
+              Real scale, const BlockPattern& pattern, std::span<Real> values, int part = 0);
 
 /// The same of the corotated energy's second derivative at `u` (m), where the rotations must have been taken, so with
 /// their own derivative: with S = R^T F, G = tr(S) I - S and p = lambda (tr(S) - 3),
@@ -121,7 +118,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
 /// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is all but singular, or K
 /// not positive as it is asked to be, go through StrainEnergy's shear_tangent one by one.
 void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, std::span<const RotationBatch<double>> rotations,
-                         std::span<const double> u, Tangent tangent, double scale, std::span<const std::int32_t> slots,
+                         std::span<const double> u, Tangent tangent, double scale, const BlockPattern& pattern,
                          std::span<double> values, int part = 0);
 
 }  // namespace livetet

@@ -224,27 +224,31 @@ TYPED_TEST(BatchKernels, StiffnessTimesIsThatOfStressIncrement) {
     }
 }
 
+/// Four of five nodes own a row, as on one of several ranks.
+BlockPattern pattern_of(const Soup& s) {
+    const std::size_t nodes = s.u.size() / 3;
+    return {s.tets.size(), 4, nodes, static_cast<std::int32_t>(4 * nodes / 5), [&](std::size_t e, int i) { return s.tets[e][i]; }};
+}
+
 TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
     for (const int count : counts) {
         const Soup s = shared_soup(count);
         const TetBatches<TypeParam> batches = in_parts<TypeParam>(s);
         const auto r = this->rotations(s, batches);
-        // A dense matrix of blocks, without the rows of every fifth node.
-        const auto nodes = static_cast<std::int32_t>(s.u.size() / 3);
-        std::vector<std::int32_t> slots;
-        std::vector<double> expected(9 * static_cast<std::size_t>(nodes) * nodes, 2.0);
+        const BlockPattern pattern = pattern_of(s);
+        std::vector<double> expected(9 * pattern.size(0), 2.0);
         for (int e = 0; e < count; ++e) {
             const Nodal h = this->rotation(batches, r, e) * s.elements[e].gradients;
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
-                    slots.push_back(s.tets[e][i] % 5 ? s.tets[e][i] * nodes + s.tets[e][j] : -1);
-                    if (slots.back() >= 0)
-                        Eigen::Map<Matrix3d>(&expected[9 * static_cast<std::size_t>(slots.back())]) +=
+                    const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
+                    if (row < pattern.owned() && column < pattern.owned())
+                        Eigen::Map<Matrix3d>(&expected[9 * static_cast<std::size_t>(pattern.place(row, column))]) +=
                             0.7 * stiffness_block(s.elements[e], h.col(i), h.col(j));
                 }
         }
         std::vector<TypeParam> values(expected.size(), TypeParam(2));
-        assemble<TypeParam>(batches, batches.all(), r, TypeParam(0.7), slots, values);
+        assemble<TypeParam>(batches, batches.all(), r, TypeParam(0.7), pattern, values);
         this->expect_equal(values, expected);
     }
 }
@@ -264,33 +268,27 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
         if (count % 2) s.share_nodes();
         const TetBatches<double> batches = in_parts<double>(s);
         const auto r = BatchKernels<double>::rotations(s, batches);
-        const auto nodes = static_cast<std::int32_t>(s.u.size() / 3);
+        const BlockPattern pattern = pattern_of(s);
         for (const Tangent tangent : {Tangent::exact, Tangent::positive}) {
-            std::vector<std::int32_t> slots;
             std::vector<double> expected[2], values[2];
             for (int part = 0; part < 2; ++part) {
-                expected[part].assign(9 * static_cast<std::size_t>(nodes) * nodes, 2.0);
+                expected[part].assign(9 * pattern.size(part), 2.0);
                 values[part] = expected[part];
             }
             for (std::size_t e = 0; e < s.tets.size(); ++e) {
                 const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
                 const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
                 const TetElement& t = s.elements[e];
-                const auto first = slots.size();
-                for (int k = 0; k < 16; ++k) {
-                    const std::int32_t row = s.tets[e][k / 4], column = s.tets[e][k % 4];
-                    slots.push_back(row % 5 == 0 ? -1 : place_in_part(column % 2, row * nodes + column));
-                }
                 visit_stiffness(Energy{}, tangent, 0.7 * t.volume, t.mu, t.lambda, t.lambda * Energy::volume_strain(H, R), H, R,
                                 t.gradients, [&](int i, int j, const Matrix3d& K) {
-                                    const std::int32_t slot = slots[first + 4 * i + j];
-                                    if (slot == -1) return;
-                                    const int part = slot < 0;
-                                    Eigen::Map<Matrix3d>(&expected[part][9 * static_cast<std::size_t>(place_in_part(part, slot))]) += K;
+                                    const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
+                                    if (row >= pattern.owned()) return;
+                                    auto& blocks = expected[pattern.part_of(column)];
+                                    Eigen::Map<Matrix3d>(&blocks[9 * static_cast<std::size_t>(pattern.place(row, column))]) += K;
                                 });
             }
             for (int part = 0; part < 2; ++part) {
-                assemble_with_turns(batches, batches.all(), r, s.u, tangent, 0.7, slots, values[part], part);
+                assemble_with_turns(batches, batches.all(), r, s.u, tangent, 0.7, pattern, values[part], part);
                 const double tolerance = 1e-11 * BatchKernels<double>::largest(expected[part]);
                 for (std::size_t k = 0; k < values[part].size(); ++k)
                     ASSERT_NEAR(values[part][k], expected[part][k], tolerance) << count << ' ' << k;

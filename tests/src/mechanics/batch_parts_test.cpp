@@ -132,8 +132,7 @@ struct Block {
     TetMesh mesh = test::block({7, 7, 8}, {0.1, 0.1, 0.1});
     std::vector<TetElement> elements;
     std::vector<double> u;
-    std::vector<std::int32_t> slots;  ///< of the blocks (row, column) of nodes
-    std::size_t blocks = 0;
+    BlockPattern pattern{mesh.tets, mesh.nodes.size()};
 
     Block() {
         std::mt19937 generator(5);
@@ -141,16 +140,9 @@ struct Block {
         for (const Vector3& x : mesh.nodes)
             for (const double a : {x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
                 u.push_back(a * about_one(generator));
-        std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> slot_of;
-        for (const Tet& t : mesh.tets) {
+        for (const Tet& t : mesh.tets)
             elements.push_back(make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
                                             9000 * about_one(generator), 1000 * about_one(generator)));
-            for (const std::int32_t i : t)
-                for (const std::int32_t j : t)
-                    slots.push_back(
-                        slot_of.try_emplace({i, j}, static_cast<std::int32_t>(slot_of.size())).first->second);
-        }
-        blocks = slot_of.size();
     }
 };
 
@@ -175,7 +167,7 @@ TYPED_TEST(PartsOnThreads, WorkedOnByThreadsAtOnceGiveWhatOneThreadGives) {
             add_stiffness_times<Real>(Real(0.3), batches, range, rotations, u, f);
         };
         const auto matrix = [&](BatchRange range, std::vector<Real>& values) {
-            assemble<Real>(batches, range, rotations, Real(0.7), block.slots, values);
+            assemble<Real>(batches, range, rotations, Real(0.7), block.pattern, values);
         };
         const auto in_parts = [&](auto& kernel, std::size_t size) {
             std::vector<Real> result(size);
@@ -183,7 +175,7 @@ TYPED_TEST(PartsOnThreads, WorkedOnByThreadsAtOnceGiveWhatOneThreadGives) {
             kernel(cut.shared, result);
             return result;
         };
-        std::vector<Real> f(u.size()), values(9 * block.blocks);
+        std::vector<Real> f(u.size()), values(9 * block.pattern.size(0));
         for (const BatchRange part : cut.parts) forces(part, f);
         forces(cut.shared, f);
         matrix(batches.all(), values);

@@ -51,15 +51,13 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
         Q.write_rows(rows.subspan(nodes / 3));
     }
 
-    // The plain assembly into a dense matrix of blocks
-    std::vector<std::int32_t> slots;
-    for (const Tet& t : s.mesh.tets)
-        for (const std::int32_t i : t)
-            for (const std::int32_t j : t) slots.push_back(i * static_cast<std::int32_t>(nodes) + j);
-    std::vector<float> values(9 * nodes * nodes);
-    assemble<float>(batches, batches.all(), rotations, 1, slots, values);
+    // The plain assembly
+    const BlockPattern pattern(s.mesh.tets, nodes);
+    std::vector<float> values(9 * pattern.size(0));
+    assemble<float>(batches, batches.all(), rotations, 1, pattern, values);
     const auto expected = [&](std::size_t i, std::size_t j) -> Eigen::Matrix3f {
-        return Eigen::Map<const Eigen::Matrix3f>(&values[9 * (i * nodes + j)]) / (Q.scale()[i] * Q.scale()[j]);
+        const auto place = static_cast<std::size_t>(pattern.place(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)));
+        return Eigen::Map<const Eigen::Matrix3f>(&values[9 * place]) / (Q.scale()[i] * Q.scale()[j]);
     };
 
     // Each number within half a step (and float's digits), the sum of a row's blocks zero
