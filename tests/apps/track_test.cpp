@@ -150,8 +150,12 @@ TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {
             at_hold = now;
         }
         if (time > lost_s) most_in_a_frame = std::max(most_in_a_frame, std::abs(now - last));
-        if (time > lost_s + 1.7) EXPECT_EQ(result.values("sensors", k, 6)[5], 1) << "released";
-        if (time > lost_s + 3) EXPECT_LT(now, 0.05 * 0.015) << "free, and not held at rest: it swings home";
+        if (time > lost_s + 1.7) {
+            EXPECT_EQ(result.values("sensors", k, 6)[5], 1) << "released";
+        }
+        if (time > lost_s + 3) {
+            EXPECT_LT(now, 0.05 * 0.015) << "free, and not held at rest: it swings home";
+        }
         last = now;
     }
     EXPECT_NEAR(at_hold, 0.015, 0.001);
@@ -243,7 +247,9 @@ TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
     EXPECT_LT(largest(result.displacement(fixed - 1)), 1e-3) << "removed, it is let go";
     const std::vector<Vector3> last = result.displacement(result.frame_count() - 1);
     for (std::size_t n = 0; n < last.size(); ++n)
-        if (result.mesh().nodes[n].z() > 0.0995) ASSERT_EQ(last[n], Vector3::Zero()) << "the top is fixed now";
+        if (result.mesh().nodes[n].z() > 0.0995) {
+            ASSERT_EQ(last[n], Vector3::Zero()) << "the top is fixed now";
+        }
     const auto outcome = livetet(t.folder, "track --replay result.h5");
     EXPECT_EQ(outcome.status, 0) << "with its changes: " << outcome.out;
 }
