@@ -278,6 +278,22 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
     EXPECT_EQ(counts.inverted, counts.carried);
 }
 
+TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {
+    const std::vector<Vector3> corners{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}};
+    std::vector<Vector3> nodes = corners, values(4, Vector3(0.5, 0, 0));  // the tissue, moved by half a metre
+    nodes.insert(nodes.end(), corners.begin(), corners.end());
+    values.insert(values.end(), 4, Vector3(0, 1e-3, 0));  // what lies about it, by a millimetre
+    ImageGrid grid{{4, 4, 4}, Eigen::Matrix4d::Identity()};
+    grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3);
+    const std::vector<Tet> tets{{0, 1, 2, 3}, {4, 5, 6, 7}};
+    for (const std::size_t first_class : {1, 2}) {
+        const TetRaster raster(grid, tets, first_class, nodes, values);
+        RasterSlab slab = raster.make_slab();
+        raster.draw(0, slab);
+        EXPECT_NEAR(slab.values[0].x(), first_class == 1 ? 0.5 : 0, 1e-6) << "of one class, what moved least";
+    }
+}
+
 TEST(TetRaster, EveryVoxelOfABlockIsCoveredOnFacesToo) {
     // Nodes on voxels' centres: every inner face is met by voxels exactly.
     ImageGrid grid{{13, 13, 13}, Eigen::Matrix4d::Identity()};

@@ -39,6 +39,18 @@ TEST(SurfacePatch, has_its_centre_on_the_side_of_the_place) {
     for (const std::int32_t n : patch.nodes) EXPECT_EQ(mesh.nodes[n].z(), thickness);
 }
 
+/// Near the rim, the other side is near in space, and far along the surface.
+TEST(SurfacePatch, measures_along_the_surface) {
+    const TetMesh mesh = plate();
+    const Vector3 place(side - edge, 0.05, thickness + 0.001);  // 12 mm from the upper rim
+    const SurfacePatch patch = surface_patch(mesh, place, 0.02);
+    for (const std::int32_t n : patch.nodes)
+        if (mesh.nodes[n].z() == 0) {
+            EXPECT_GE(mesh.nodes[n].x(), side - 1.01 * edge) << "round the rim there are 8 mm left";
+        }
+    EXPECT_GT(patch.nodes.size(), 8u);
+}
+
 /// Where the radius reaches the rim it may go round it.
 TEST(SurfacePatch, goes_round_a_rim_as_far_as_the_radius_goes) {
     const TetMesh mesh = plate();
