@@ -146,12 +146,24 @@ TEST(View, PlayMouseAndKeysInAWindow) {
 
 TEST(View, AScreenshotNeedsNoDisplayAndAWindowSaysThatItDoes) {
     Viewed viewed;
-    (void)viewed.run();
+    const ResultReader run = viewed.run();
     test::expect_refused(livetet(viewed.folder, "view result.h5", without_display), {"result.h5", "no X server", "--screenshot"});
     test::expect_refused(livetet(viewed.folder, "view scene.yaml", without_display), {"no X server", "livetet track"});
     const auto outcome = livetet(viewed.folder, "view result.h5 --screenshot shot.png --size 640 400", without_display);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(Picture(viewed.folder / "shot.png").width, 640);
+    const Picture shot(viewed.folder / "shot.png");
+    EXPECT_EQ(shot.width, 640);
+    // of the deepest press
+    std::size_t deepest = 0;
+    for (std::size_t k = 0; k < run.frame_count(); ++k)
+        if (run.values("press_mm", k, 1)[0] > run.values("press_mm", deepest, 1)[0]) deepest = k;
+    const auto frame = [&](std::size_t k) {
+        const std::string name = std::to_string(k) + ".png";
+        EXPECT_EQ(livetet(viewed.folder, "view result.h5 --frame " + std::to_string(k + 1) + " --screenshot " + name + " --size 640 400", without_display).status, 0);
+        return Picture(viewed.folder / name);
+    };
+    EXPECT_EQ(shot.share_differing(frame(deepest), 10), 0);
+    EXPECT_GT(shot.share_differing(frame(run.frame_count() - 1), 40), 0.004);
 }
 
 TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
