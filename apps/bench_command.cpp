@@ -148,9 +148,9 @@ int verify(const VerificationArguments& arguments) {
 
 /// What `run` says; of a figure without an X server, all of the command runs under a virtual one.
 template <class Run>
-int with_display([[maybe_unused]] bool draws, Run&& run) {
+int with_display([[maybe_unused]] const std::filesystem::path& figure, Run&& run) {
 #ifdef LIVETET_IMAGES
-    if (draws && !have_display()) return rerun_under_virtual_display("bench");
+    if (!figure.empty() && !have_display()) return rerun_under_virtual_display(fmt::format("--figure {}", figure.string()));
 #endif
     return run();
 }
@@ -170,7 +170,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     command->add_option("--figure", arguments->figure, "draw error against time to this PNG");
 #endif
     command->callback([arguments, &status] {
-        status.value = with_display(!arguments->figure.empty(), [&] { return verify(*arguments); });
+        status.value = with_display(arguments->figure, [&] { return verify(*arguments); });
     });
     CLI::App* scaling = bench->add_subcommand(
         "scaling", "Strong and weak scaling of a pressed beam under mpirun, by phase, against GAMG and BoomerAMG, and a model of 10^3 to 10^5 "
@@ -189,7 +189,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     scaling->add_option("--figure", scaled->figure, "draw the model to this PNG");
 #endif
     scaling->callback([scaled, &status] {
-        status.value = with_display(!scaled->figure.empty(), [&] { return bench_scaling(*scaled); });
+        status.value = with_display(scaled->figure, [&] { return bench_scaling(*scaled); });
     });
     CLI::App* choices = bench->add_subcommand(
         "workprecision", "Error against run time and memory of one scene over the choices that matter, against ten-node tets on its "
@@ -206,7 +206,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     choices->add_option("--memory-figure", chosen->memory_figure, "draw error against memory to this PNG");
 #endif
     choices->callback([chosen, &status] {
-        status.value = with_display(!chosen->figure.empty() || !chosen->memory_figure.empty(), [&] { return bench_workprecision(*chosen); });
+        status.value = with_display(chosen->figure.empty() ? chosen->memory_figure : chosen->figure, [&] { return bench_workprecision(*chosen); });
     });
     CLI::App* convergence = bench->add_subcommand(
         "convergence", "Iterations and time to 1e-8 of each preconditioner against mesh size, nu, contrast, anisotropy, levels and "
@@ -222,7 +222,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     convergence->add_option("--figure", converged->figure, "draw iterations and time against mesh size to this PNG");
 #endif
     convergence->callback([converged, &status] {
-        status.value = with_display(!converged->figure.empty(), [&] { return bench_convergence(*converged); });
+        status.value = with_display(converged->figure, [&] { return bench_convergence(*converged); });
     });
     CLI::App* savings = bench->add_subcommand(
         "savings", "What a scene saves by what it leaves out: as it is, and with each part forced on that it does not need");
@@ -248,7 +248,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     stability->add_option("--figure", stable->figure, "draw the matrix to this PNG");
 #endif
     stability->callback([stable, &status] {
-        status.value = with_display(!stable->figure.empty(), [&] { return bench_stability(*stable); });
+        status.value = with_display(stable->figure, [&] { return bench_stability(*stable); });
     });
 #ifdef LIVETET_IMAGES
     CLI::App* realtime = bench->add_subcommand(
@@ -263,7 +263,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     realtime->add_option("--figure", live->figure,
                          "draw error against frame time, method by method, on the first phantom's mesh asked for, to this PNG");
     realtime->callback([live, &status] {
-        status.value = with_display(!live->figure.empty(), [&] { return bench_realtime(*live); });
+        status.value = with_display(live->figure, [&] { return bench_realtime(*live); });
     });
     CLI::App* latency = bench->add_subcommand(
         "latency", "From a tracker's message to the published frame that used it, over TCP; exit 1 where a target is missed");
@@ -284,7 +284,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     view->add_option("--tets", viewed->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--json", viewed->json, "write the figures to this file");
     view->callback([viewed, &status] {
-        status.value = with_display(true, [&] { return bench_view(*viewed); });
+        status.value = have_display() ? bench_view(*viewed) : rerun_under_virtual_display("bench view");
     });
     CLI::App* accuracy = bench->add_subcommand(
         "accuracy", "Error at targets inside the pressed phantom, rigid-only against deforming, and what limits it; exit 1 where "
@@ -300,7 +300,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     accuracy->add_option("--figure", experiment->figure,
                          "draw errors with their spread against the press to this PNG");
     accuracy->callback([experiment, &status] {
-        status.value = with_display(!experiment->figure.empty(), [&] { return bench_accuracy(*experiment); });
+        status.value = with_display(experiment->figure, [&] { return bench_accuracy(*experiment); });
     });
     CLI::App* warp = bench->add_subcommand(
         "warp", "The image in the deformed state, part by part, against VTK's probe filter; exit 1 where a target is missed");

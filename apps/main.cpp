@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <regex>
+#include <string_view>
 
 #include "apps/commands.hpp"
 #include "base/error.hpp"
@@ -35,22 +35,41 @@ int give_up(const std::string& message, int status) {
     return status;
 }
 
+/// What lies before, between and behind the marks in a text; nothing where they are not all there in this order.
+std::vector<std::string> around(std::string_view text, std::initializer_list<std::string_view> marks) {
+    std::vector<std::string> parts;
+    for (const std::string_view mark : marks) {
+        const std::size_t at = text.find(mark);
+        if (at == text.npos) return {};
+        parts.emplace_back(text.substr(0, at));
+        text.remove_prefix(at + mark.size());
+    }
+    parts.emplace_back(text);
+    return parts;
+}
+
 /// What the parser has to say of a value, in our words: what, found, expected.
 std::string told(const CLI::ParseError& e, const CLI::App& app) {
     const std::string message = e.what();
-    std::smatch part;
-    if (std::regex_match(message, part, std::regex("(.*): Value (.*) not in range (.*) to (.*)"))) {
-        const bool endless = part[4].length() > 40;  // a number's largest, digit by digit
-        return fmt::format("{}: found {}, expected {}", part[1].str(), part[2].str(),
-                           endless ? "a positive number" : fmt::format("{} to {}", part[3].str(), part[4].str()));
-    }
-    if (std::regex_match(message, part, std::regex("Could not convert: (.*) = (.*)"))) {
+    const auto type_of = [&](const std::string& name) {
         const CLI::App* command = &app;
         while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
-        const CLI::Option* option = command->get_option_no_throw(part[1].str());
-        const std::string type = option ? option->get_type_name() : "";
-        return fmt::format("{}: found {}, expected a {}number", part[1].str(), part[2].str(),
-                           type.starts_with("INT") || type.starts_with("UINT") ? "whole " : "");
+        const CLI::Option* option = command->get_option_no_throw(name);
+        return option ? option->get_type_name() : "";
+    };
+    const auto whole = [](const std::string& type) { return type.starts_with("INT") || type.starts_with("UINT"); };
+    if (const auto part = around(message, {": Value ", " not in range ", " to "}); !part.empty()) {
+        const std::string type = type_of(part[0]);
+        const bool endless = part[3].size() > 40;  // a number's largest, digit by digit
+        return fmt::format("{}: found {}, expected {}", part[0], part[1],
+                           !endless                            ? fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "", part[2], part[3])
+                           : type.find("NONNEGATIVE") != type.npos ? "0 or a positive number"
+                                                               : "a positive number");
+    }
+    if (const auto part = around(message, {"Could not convert: ", " = "}); !part.empty()) {
+        const std::string type = type_of(part[1]);
+        if (type.empty()) return fmt::format("{}: found {}, expected no value", part[1], part[2]);
+        return fmt::format("{}: found {}, expected a {}number", part[1], part[2], whole(type) ? "whole " : "");
     }
     return message;
 }

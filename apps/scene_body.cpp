@@ -237,6 +237,7 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
 }  // namespace
 
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
+    if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty()) return {};
     std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
     if (scene.gravity_m_per_s2 != Vector3::Zero())
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {

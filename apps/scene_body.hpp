@@ -52,7 +52,7 @@ class SceneConstraints {
     Springs springs_;
 };
 
-/// The scene's gravity and loads as forces at the nodes, N.
+/// The scene's gravity and loads as forces at the nodes, N; empty where it has neither.
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
 
 /// How far the solves of a scene go: Newton to its tolerance.

@@ -140,7 +140,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     }
     std::optional<ResultWriter> writer;
     if (scene.output.has_file()) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
-    ResultFrame last{.displacement = scene_body.body->displacement()};
+    ResultFrame last;
     std::size_t frames = hooks.start.frames;
     double output_s = 0;
     hooks.keep = [&](std::size_t number, double time) {
@@ -164,7 +164,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         };
     const RunHistory history = run_scene(scene, scene_body, constraints, hooks);
     progress.reset();
-    const std::vector<Vector3> reactions = scene_body.body->reactions();
+    if (last.displacement.empty()) last.displacement = scene_body.body->displacement();
+    const auto forces = constraints.forces(scene_body.body->reactions(), last.displacement);
     const std::size_t inverted = scene_body.body->inverted_tets();
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
     std::vector<ProfileRow> profile;
@@ -181,7 +182,6 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         sum.preconditioner_s += r.preconditioner_s;
         sum.solve_s += r.solve_s;
     }
-    const auto forces = constraints.forces(reactions, last.displacement);
     json told{{"tets", scene_body.mesh().tets.size()},
               {"nodes", scene_body.mesh().nodes.size()},
               {"levels", scene_body.hierarchy.levels.size()},

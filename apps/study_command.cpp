@@ -187,7 +187,7 @@ void print_summary(const StudyTable& table, const Study& study) {
         return inverted < static_cast<std::ptrdiff_t>(row.size()) && row[inverted] > 0;
     });
     if (inside_out > 0)
-        fmt::print("\n{} solve(s) end with tets inside out ({}): their largest stress is one that no tissue has; a finer mesh or a gentler load may help\n",
+        fmt::print("\n{} solve(s) end with tets inside out ({}): their largest stress may be one that no tissue has; a finer mesh or a gentler load may help\n",
                    inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
     for (std::size_t k = 0, told = 0; k < table.failures.size() && told < most_told; ++k) {
@@ -226,7 +226,8 @@ void draw(const StudyTable& table, const Study& study, const std::filesystem::pa
 #ifdef LIVETET_IMAGES
     if (!study.options.plots.empty() && !have_display()) {
         const VirtualRun run = run_under_virtual_display({"study", file.string(), "--pictures-only"});
-        if (run.why_not) fmt::print(stderr, "no pictures: there is no X server, and {}\n", *run.why_not);
+        if (run.why_not || run.status != 0)
+            fmt::print(stderr, "no pictures: there is no X server, and {}\n", run.why_not.value_or(fmt::format("xvfb-run ended with status {}", run.status)));
         return;
     }
     for (const std::string& output : study.options.plots) {

@@ -50,6 +50,9 @@ int run_program(std::vector<std::string> words) {
 
 VirtualRun run_under_virtual_display(const std::vector<std::string>& arguments) {
     if (!on_path("xvfb-run")) return {0, "xvfb-run is not installed"};
+    constexpr const char* within = "LIVETET_VIRTUAL_DISPLAY";
+    if (std::getenv(within)) return {0, "the one that xvfb-run started cannot be used"};
+    ::setenv(within, "1", 1);
     std::vector<std::string> words{"xvfb-run", "-a", "-s", "-screen 0 1600x1200x24", fs::read_symlink("/proc/self/exe").string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     return {run_program(std::move(words)), {}};

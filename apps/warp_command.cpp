@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "apps/scene_image.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "io/image_file.hpp"
 #include "io/result_file.hpp"
@@ -30,7 +30,6 @@ namespace livetet {
 namespace {
 
 namespace fs = std::filesystem;
-using std::chrono::steady_clock;
 
 struct WarpArguments {
     fs::path result, output, image, grid, inverse_field, forward_field, json;
@@ -163,18 +162,6 @@ double default_empty(const AnyImage& values) {
     const auto* grey = std::get_if<GreyImage>(&values);
     return grey ? *std::min_element(grey->values.begin(), grey->values.end()) : 0;
 }
-
-class Stopwatch {
-  public:
-    /// Seconds since the last call, or since it was made.
-    double lap() {
-        const auto before = std::exchange(start_, steady_clock::now());
-        return std::chrono::duration<double>(start_ - before).count();
-    }
-
-  private:
-    steady_clock::time_point start_ = steady_clock::now();
-};
 
 void run(const WarpArguments& a) {
     // 1. what is asked

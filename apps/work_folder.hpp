@@ -2,8 +2,10 @@
 
 #include <stdlib.h>  // mkdtemp
 
+#include <cerrno>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "base/error.hpp"
 
@@ -15,7 +17,7 @@ class WorkFolder {
     explicit WorkFolder(const std::filesystem::path& asked = {}) : path_(asked), kept_(!asked.empty()) {
         if (!kept_) {
             std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
-            if (!::mkdtemp(name.data())) fail("{}: cannot be made", name);
+            if (!::mkdtemp(name.data())) fail("{}: cannot be made: {}", name, std::generic_category().message(errno));
             path_ = name;
         }
         std::error_code error;

@@ -7,6 +7,8 @@
 #include <optional>
 #include <thread>
 
+#include "base/stopwatch.hpp"
+
 namespace livetet {
 
 namespace {
@@ -29,20 +31,6 @@ constexpr double astray = 8;
 constexpr double far_below_round_off = 1e-12;
 /// How many times its own size a body may be away from its rest: beyond, its state is lost.
 constexpr double farthest = 100;
-
-class Stopwatch {
-  public:
-    /// Seconds since the last lap.
-    double lap() {
-        const auto now = Clock::now();
-        const double seconds = std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-        return seconds;
-    }
-
-  private:
-    Clock::time_point last_ = Clock::now();
-};
 
 /// largest = max(largest, value), from any thread; what is not a number stays.
 void raise_to(std::atomic<double>& largest, double value) {
@@ -120,7 +108,10 @@ void DeformableBody::set_springs(const Springs& springs) {
 }
 
 void DeformableBody::set_external_force(std::span<const Vector3> force, double share) {
-    fill(operator_.fine().share(), force, external_.get());
+    if (force.empty())
+        LIVETET_PETSC(VecSet(external_.get(), 0));
+    else
+        fill(operator_.fine().share(), force, external_.get());
     if (share != 1) LIVETET_PETSC(VecScale(external_.get(), share));
     external_size_ = norm(external_.get());
 }

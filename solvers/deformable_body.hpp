@@ -87,7 +87,7 @@ class DeformableBody {
     void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
     /// Soft constraints; new targets alone cost nothing.
     void set_springs(const Springs& springs);
-    /// External force at each node of the finest mesh, N: `share` times what is given.
+    /// External force at each node of the finest mesh, N: `share` times what is given; empty: none.
     void set_external_force(std::span<const Vector3> force, double share = 1);
 
     /// One step of `dt` seconds (static: to equilibrium, dt unused). Always leaves a finite state: where the new one is
@@ -118,8 +118,8 @@ class DeformableBody {
     std::vector<TetFields> tet_fields();
     /// The largest mean von Mises stress of a tet, Pa; collective.
     double largest_von_mises();
-    /// How many tets are flat or inside out in the mean, det F <= 0 (small strain: tr eps <= -1): what is read off them, stress
-    /// above all, means nothing. Collective.
+    /// How many tets are flat or inside out, their mean det F <= 0: what is read off them, stress above all, means nothing. (A
+    /// P2 tet can have a corner inside out without.) Collective.
     std::size_t inverted_tets();
     /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its quadrature points, where it is
     /// most accurate, and averaged over the tets at a node by their volume.

@@ -69,8 +69,8 @@ std::size_t DeformableBody::inverted_tets() {
     take_rotations();
     const MeshShare& share = operator_.fine().share();
     std::uint64_t count = 0;
-    operator_.fine().visit_fields(state(), [&](std::size_t e, const TetFields& fields) {
-        count += share.tets[e][0] < share.owned && fields.volume_change <= -1;  // of one rank: its first corner's owner
+    operator_.fine().visit_volume_ratio(state(), [&](std::size_t e, double ratio) {
+        count += share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
     });
     MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_UINT64_T, MPI_SUM, share.comm);
     return count;

@@ -111,6 +111,10 @@ class ElasticLevel {
     template <class Visit>
     void visit_fields(const ElasticState& at, Visit&& visit) const;
 
+    /// `visit(local tet, det F)`, the mean over its quadrature points, whatever the strain model.
+    template <class Visit>
+    void visit_volume_ratio(const ElasticState& at, Visit&& visit) const;
+
     /// `visit(local tet, point, Cauchy stress Pa)` at every quadrature point.
     template <class Visit>
     void visit_stress(const ElasticState& at, Visit&& visit) const;

@@ -65,6 +65,18 @@ void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
 }
 
 template <class Visit>
+void ElasticLevel::visit_volume_ratio(const ElasticState& at, Visit&& visit) const {
+    double ratio = 0;
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point, const auto&, const Eigen::Matrix3d& H,
+                         const Eigen::Matrix3d&, double) {
+        constexpr int points = decltype(shape)::points;
+        if (point == 0) ratio = 1;
+        ratio += decltype(energy)::dilation(H) / points;
+        if (point + 1 == points) visit(e, ratio);
+    });
+}
+
+template <class Visit>
 void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
     const LocalValues values(u);
     with_energy(strain_, [&](auto energy) {

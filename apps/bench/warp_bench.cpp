@@ -20,8 +20,8 @@
 #include <thread>
 
 #include "apps/bench/realtime_cases.hpp"
-#include "apps/work_folder.hpp"
 #include "apps/phantom_shape.hpp"
+#include "apps/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/work_folder.hpp"
 #include "apps/bench/workprecision_bench.hpp"
+#include "apps/work_folder.hpp"
 #include "base/file.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"

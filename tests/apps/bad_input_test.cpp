@@ -189,11 +189,14 @@ TEST(BadInput, ATrackerOfWhichNothingComesLeavesTheGoodResultAlone) {
 
 TEST(BadInput, WordsForNumbers) {
     const Folder folder;
-    expect_refused(livetet(folder, "mesh labels.nii.gz --tets many"), {"--tets: found many, expected 100 to 20000000"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets many"), {"--tets: found many, expected a whole number from 100 to 20000000"});
     expect_refused(livetet(folder, "track scene.yaml --for long"), {"--for: found long, expected a positive number"});
-    expect_refused(livetet(folder, "fiducials image.nii.gz --diameter-mm 10 --count 2.5"), {"--count: found 2.5, expected 1 to 100"});
+    expect_refused(livetet(folder, "fiducials image.nii.gz --diameter-mm 10 --count 2.5"), {"--count: found 2.5, expected a whole number from 1 to 100"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --frame first"), {"--frame: found first, expected a whole number"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --time then"), {"--time: found then, expected a number"});
+    expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --rind-mm -1"), {"--rind-mm: found -1, expected 0 or a positive number"});
+    expect_refused(livetet(folder, "solve scene.yaml --profile=banana"), {"--profile: found banana, expected no value"});
+    expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
 }
 
 TEST(BadInput, HelpAndVersionAreNotErrors) {

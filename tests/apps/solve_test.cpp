@@ -139,6 +139,24 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
     }
 }
 
+/// A small strain's trace says nothing of it: turned by 120 degrees it is -3, pressed through itself near nu = 1/2 about 0.
+TEST(Solve, TetsInsideOutAreCountedByTheirVolumeInSmallStrainToo) {
+    const Folder folder;
+    prepare(folder);
+    const auto counted = [&](const std::string& drive) {
+        write_text(folder / "scene.yaml",
+                   fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 3000, poisson: 0.48}}]\n"
+                               "drive: [{}]\nsolver: {{newton_tolerance: 1.0e-4}}\n", drive));
+        const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        const std::size_t count = inside_out(folder / "result.h5");
+        EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], count);
+        return count;
+    };
+    EXPECT_EQ(counted("{box_mm: [-1, -1, -1, 201, 101, 101], where: surface, rotation_deg: [0, 0, 120]}"), 0u);
+    EXPECT_GT(counted("{half_space_mm: [1, 0, 0, 1, 0, 0]}, {half_space_mm: [199, 0, 0, -1, 0, 0], displacement_mm: [-220, 0, 0]}"), 0u);
+}
+
 TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     const Folder folder;
     prepare(folder);
