@@ -337,7 +337,10 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, parts,
                                                        elastic_model(scene, live), scene.time, options);
-    scene_body.hierarchy.parents.clear();  // which had their say in who gets what
+    MeshHierarchy& used = scene_body.hierarchy;
+    used.parents.clear();  // which had their say in who gets what
+    if (scene_body.body->elastic_operator().kind() != SolverKind::live)
+        for (std::size_t l = 1; l < used.levels.size(); ++l) used.levels[l] = {};  // the body has its share of them
     return scene_body;
 }
 

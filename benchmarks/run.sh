@@ -59,7 +59,7 @@ workprecision() {
     local name repeats
     for name in "${names[@]}"; do
         repeats=1
-        if [ "$name" = phantom_static ]; then repeats=3; fi  # the one in the README; the others would take the hour
+        if [ "$name" = phantom_static ]; then repeats=3; fi  # whose figure the README shows; more would take the hour
         measure "workprecision_$name" workprecision "$out/scenes/$name.yaml" --repeats $repeats $(full '' '--only level') --csv "$out/workprecision_$name.csv" \
             --figure "$out/workprecision_$name.png" --memory-figure "$out/memory_$name.png"
     done

@@ -60,11 +60,11 @@ class File {
     template <class T>
     Table<T> read(const std::string& name, std::size_t columns) const;
 
-    /// A table that grows by one row of `columns` values with each append.
+    /// A table that grows by rows of `columns` values.
     template <class T>
     void create_growing(const std::string& name, std::size_t columns);
     template <class T>
-    void append(const std::string& name, std::span<const T> row);
+    void append(const std::string& name, std::span<const T> values, std::size_t columns);
     std::size_t rows(const std::string& name, std::size_t columns) const;
     /// Row `row` alone.
     template <class T>

@@ -17,6 +17,7 @@ constexpr int format_version = 1;
 
 /// What a frame's values and the texts at the end may take beside its displacement: tables grow by 64 kB each.
 constexpr std::size_t room_beside = 4 << 20;
+constexpr std::size_t most_waiting = 64;  // rows
 
 /// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
@@ -50,7 +51,32 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     hdf5::write_format(*file_, format_name, format_version);
     file_->write_text("scene", scene_text);
     write_mesh(*file_, "mesh", mesh);
-    file_->create_growing<double>("times", 1);
+    table("times", 1);
+}
+
+ResultWriter::Table& ResultWriter::table(const std::string& name, std::size_t columns) {
+    const auto [place, is_new] = tables_.try_emplace(name, Table{columns});
+    if (is_new) file_->create_growing<double>(name, columns);
+    if (place->second.columns != columns) fail("{}: a row of table {} has {} numbers, expected {}", path_.string(), name, columns, place->second.columns);
+    return place->second;
+}
+
+void ResultWriter::add_row(const std::string& name, std::span<const double> row) {
+    Table& grown = table(name, row.size());
+    grown.waiting.insert(grown.waiting.end(), row.begin(), row.end());
+    ++grown.rows;
+    if (grown.waiting.size() >= most_waiting * row.size()) write_waiting(name, grown);
+}
+
+void ResultWriter::write_waiting(const std::string& name, Table& table) {
+    if (table.waiting.empty()) return;
+    file_->append<double>(name, table.waiting, table.columns);
+    table.waiting.clear();
+}
+
+void ResultWriter::flush() {
+    for (auto& [name, table] : tables_) write_waiting(name, table);
+    file_->flush();
 }
 
 void ResultWriter::append(double time_s, std::span<const Vector3> displacement) {
@@ -73,7 +99,7 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
         row_.assign(numbers.begin(), numbers.end());
         file_->write<float>(frame_table(k), row_, 3);
     }
-    file_->append<double>("times", {&time_s, 1});
+    add_row("times", {&time_s, 1});
     times_.push_back(time_s);
 }
 
@@ -89,23 +115,20 @@ void ResultWriter::append_field(const std::string& name, FieldPlace place, int c
 }
 
 void ResultWriter::append_values(const std::string& name, std::span<const double> values) {
-    const std::string table = "values/" + name;
     if (!file_) fail("{}: values {} come after the file was closed", path_.string(), name);
     if (name.empty() || name.find_first_of("/.") != std::string::npos || values.empty())
         fail("{}: '{}' with {} values, expected a name without '/' and '.' and a value", path_.string(), name,
              values.size());
-    if (!file_->has(table)) file_->create_growing<double>(table, values.size());
-    if (const std::size_t rows = file_->rows(table, values.size()); rows + 1 != times_.size())
+    const std::string of_frames = "values/" + name;
+    if (const std::size_t rows = table(of_frames, values.size()).rows; rows + 1 != times_.size())
         fail("{}: values {} for frame {} after {} frames, expected them once with each frame", path_.string(), name,
              rows, times_.size());
-    file_->append<double>(table, values);
+    add_row(of_frames, values);
 }
 
 void ResultWriter::append_row(const std::string& name, std::span<const double> row) {
-    const std::string table = "rows/" + name;
     if (!file_) fail("{}: a row of {} comes after the file was closed", path_.string(), name);
-    if (!file_->has(table)) file_->create_growing<double>(table, row.size());
-    file_->append<double>(table, row);
+    add_row("rows/" + name, row);
 }
 
 void ResultWriter::write_text(const std::string& name, const std::string& text) {
@@ -114,7 +137,7 @@ void ResultWriter::write_text(const std::string& name, const std::string& text) 
 
 void ResultWriter::close() {
     if (!file_) return;
-    file_->flush();
+    flush();
     file_->give_back();
     file_.reset();
     if (!pending_) return;

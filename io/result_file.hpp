@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -39,7 +40,7 @@ class ResultWriter {
     void append_row(const std::string& name, std::span<const double> row);
     /// A text about the run as a whole, under a name of its own.
     void write_text(const std::string& name, const std::string& text);
-    void flush() { file_->flush(); }
+    void flush();
     void close();
 
     std::size_t frame_count() const { return times_.size(); }
@@ -54,7 +55,18 @@ class ResultWriter {
         int components;
     };
     std::string xdmf() const;
+    /// A table that grows, and its rows that are not in the file yet: each goes there through a dozen calls of HDF5, so many
+    /// go together.
+    struct Table {
+        std::size_t columns;
+        std::size_t rows = 0;  ///< with those
+        std::vector<double> waiting{};
+    };
+    Table& table(const std::string& name, std::size_t columns);
+    void add_row(const std::string& name, std::span<const double> row);
+    void write_waiting(const std::string& name, Table& table);
 
+    std::map<std::string, Table> tables_;
     std::size_t nodes_, tets_;
     bool regions_, quadratic_;
     std::vector<Field> fields_;

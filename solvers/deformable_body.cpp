@@ -60,7 +60,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
       options_(options),
       team_(team_size(options)),
       operator_(comm, hierarchy, parts, model, options, team_),
-      constraints_(hierarchy.levels.front().nodes.size()) {
+      constrained_(hierarchy.levels.front().nodes.size(), 0) {
     for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_})
         *v = vector();
     if (operator_.fine().holds_rotations()) at_ = vector();
@@ -72,7 +72,8 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
     }
     if (operator_.is_mixed())
         for (PetscHandle<Vec>* v : {&p_, &p0_, &dp_, &volume_}) *v = make_vector(*operator_.fine().pressure_space());
-    operator_.set_constrained(constraints_.components);
+    operator_.set_constrained(constrained_);
+    find_held();
     Eigen::AlignedBox3d box;
     for (const Vector3& x : hierarchy.levels.front().nodes) box.extend(x);
     farthest_ = farthest * box.diagonal().norm() * std::sqrt(static_cast<double>(hierarchy.levels.front().nodes.size()));
@@ -81,24 +82,35 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
 }
 
 void DeformableBody::set_constraints(const Constraints& constraints) {
-    const bool same = constraints.components == constraints_.components;
-    constraints_ = constraints;
-    if (same) return;
-    operator_.set_constrained(constraints_.components);
-    find_held();
+    if (constraints.components != constrained_) {
+        constrained_ = constraints.components;
+        operator_.set_constrained(constrained_);
+        find_held();
+    }
+    const MeshShare& share = operator_.fine().share();
+    for (std::size_t k = 0; k < held_nodes_.size(); ++k) held_values_[k] = constraints.values[share.nodes[held_nodes_[k]]];
 }
 
 void DeformableBody::find_held() {
     const MeshShare& share = operator_.fine().share();
     held_nodes_.clear();
-    for (std::int32_t i = 0; i < share.owned; ++i)
-        if (operator_.fine().constrained()[i]) held_nodes_.push_back(i);
+    held_at_.assign(share.owned, -1);
+    for (std::int32_t i = 0; i < share.owned; ++i) {
+        if (!operator_.fine().constrained()[i]) continue;
+        held_at_[i] = static_cast<std::int32_t>(held_nodes_.size());
+        held_nodes_.push_back(i);
+    }
+    held_values_.assign(held_nodes_.size(), Vector3::Zero());
     LIVETET_PETSC(VecSet(prescribed_.get(), 0));
     guesses_ = 0;
 }
 
 void DeformableBody::move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values) {
-    for (std::size_t k = 0; k < nodes.size(); ++k) constraints_.values[nodes[k]] = values[k];
+    const MeshShare& share = operator_.fine().share();
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        const PetscInt i = share.number_of_node[nodes[k]] - (share.owned > 0 ? share.numbers.front() : 0);
+        if (i >= 0 && i < share.owned && held_at_[i] >= 0) held_values_[held_at_[i]] = values[k];
+    }
 }
 
 void DeformableBody::set_springs(const Springs& springs) {
@@ -211,9 +223,10 @@ double DeformableBody::find_prescribed() {
     {
         const ReadArray u(u_.get());
         WriteArray way(prescribed_.get());
-        for (const std::int32_t i : held_nodes_)
+        for (std::size_t k = 0; k < held_nodes_.size(); ++k)
             for (int c = 0; c < 3; ++c) {
-                if (constrained[i] >> c & 1) way[3 * i + c] = constraints_.values[share.nodes[i]][c] - u[3 * i + c];
+                const std::int32_t i = held_nodes_[k];
+                if (constrained[i] >> c & 1) way[3 * i + c] = held_values_[k][c] - u[3 * i + c];
                 if (const double d = std::abs(way[3 * i + c]); !(d <= largest) && !std::isnan(largest)) largest = d;
             }
     }

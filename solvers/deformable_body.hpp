@@ -189,13 +189,15 @@ class DeformableBody {
     SolverOptions options_;
     mutable ThreadTeam team_;
     ElasticOperator operator_;
-    Constraints constraints_;
+    std::vector<std::uint8_t> constrained_;  ///< components of every node of the whole mesh, see Constraints
     Springs springs_;
     PetscHandle<Vec> u_, u0_, v_, a_, du_, velocity_, residual_, force_, external_, prescribed_;
     PetscHandle<Vec> at_;               ///< where forces are taken with the rotations held
     std::array<PetscHandle<Vec>, 2> previous_;  ///< du_ of the last steps, newest first: what the next is guessed from
     int guesses_ = 0;                           ///< how many of them there are
     std::vector<std::int32_t> held_nodes_;      ///< owned nodes with constrained components
+    std::vector<Vector3> held_values_;          ///< where to, m
+    std::vector<std::int32_t> held_at_;         ///< of each owned node, its place in held_nodes_, or -1
     PetscHandle<Vec> net_;              ///< generalized-alpha: h0
     PetscHandle<Vec> p_, p0_, dp_, volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;

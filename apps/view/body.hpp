@@ -50,6 +50,7 @@ struct ShownMoment {
     std::vector<ShownSensor> sensors;
     std::optional<HandPull> pull;
     std::string text;  ///< a line on the frame
+    bool keeps_numbers = false;  ///< texts stay as they were drawn last, where there are any: nobody reads 25 numbers a second
 };
 
 /// Where to look for what a scene does not say.

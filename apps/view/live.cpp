@@ -15,7 +15,9 @@ namespace livetet {
 
 namespace {
 
-constexpr double shortest_picture_s = 1.0 / 30;  // more than that would only take from the simulation
+constexpr double shortest_picture_s = 1.0 / 30;  // in the mean: more would only take from the simulation
+constexpr double longest_behind_s = 0.1;         // of late pictures that quick ones make up for
+constexpr double shortest_text_s = 0.25;         // and drawing letters takes a tenth of a picture's time
 
 /// This thread, and so those that a software renderer starts from it, runs where nobody else wants a core: pictures, unlike
 /// frames, may come late.
@@ -93,7 +95,13 @@ bool LiveView::advance(ViewWindow& window) {
     const double start_s = steady_seconds();
     const bool is_open = window.process_events();
     if (frames_.take()) {
-        window.show(moment_of(frames_.incoming()));
+        ShownMoment moment = moment_of(frames_.incoming());
+        std::string shown;
+        for (const ShownSensor& s : moment.sensors) shown += s.now ? s.name + '\n' : "";
+        for (const ShownTool& t : moment.tools) shown += t.name + '\n';
+        moment.keeps_numbers = shown == labels_ && start_s < renewed_s_ + shortest_text_s;
+        if (!moment.keeps_numbers) renewed_s_ = start_s, labels_ = std::move(shown);
+        window.show(std::move(moment));
         window.grow_range();
     }
     const bool drawn = window.draw();
@@ -102,7 +110,11 @@ bool LiveView::advance(ViewWindow& window) {
         ++pictures_;
         picture_s_ = took_s;
     }
-    const double left_s = drawn ? shortest_picture_s - took_s : 0.002;
+    double left_s = 0.002;
+    if (drawn) {
+        due_s_ = std::max(due_s_ + shortest_picture_s, start_s + took_s - longest_behind_s);
+        left_s = due_s_ - start_s - took_s;
+    }
     if (left_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
     return is_open && !abandoned_;
 }

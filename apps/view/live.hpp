@@ -56,7 +56,10 @@ class LiveView : public FrameGuest {
     std::atomic<bool> run_over_{false}, abandoned_{false};
     std::atomic<std::size_t> pictures_{0};
     std::atomic<double> picture_s_{0};
-    std::string failure_;  ///< read after the thread's end
+    double due_s_ = 0;      ///< when the next picture is, as what follows the view's thread's
+    double renewed_s_ = 0;  ///< when texts were
+    std::string labels_;    ///< what they name
+    std::string failure_;   ///< read after the thread's end
     std::thread thread_;
 };
 

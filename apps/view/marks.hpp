@@ -2,6 +2,7 @@
 
 #include <vtkTextActor.h>
 #include <vtkNew.h>
+#include <vtkActor.h>
 #include <vtkPolyData.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
@@ -20,13 +21,17 @@ class MarksView {
     void show(const ShownMoment& moment);
 
   private:
-    vtkSmartPointer<vtkPolyData> add_dots(const look::Colour& colour, double size, bool as_balls);
-    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour);
+    struct Dots {
+        vtkSmartPointer<vtkPolyData> places;
+        vtkSmartPointer<vtkActor> actor;
+    };
+    Dots add_dots(const look::Colour& colour, double size, bool as_balls);
+    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour, bool keeps_numbers);
 
     const ShownBody& body_;
     vtkRenderer* renderer_;
     double ball_mm_;
-    vtkSmartPointer<vtkPolyData> fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
+    Dots fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
     vtkNew<vtkPolyData> lines_;
     std::vector<vtkSmartPointer<vtkTextActor>> labels_;
 };

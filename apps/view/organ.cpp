@@ -104,7 +104,6 @@ void OrganView::show(const ShownMoment& moment) {
     for (vtkFloatArray* changed : {places_.Get(), normals_.Get(), values_.Get()}) changed->Modified();
     data_->GetPoints()->Modified();
     data_->Modified();
-    mapper_->Modified();
 }
 
 }  // namespace livetet

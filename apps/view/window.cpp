@@ -200,7 +200,7 @@ bool ViewWindow::draw() {
         for (int i = 0; slices_ && i < 3; ++i)
             if (is_drawn(i)) slices_->show(i, moment_);
         if (volume_) volume_->show(moment_);
-        text_->SetInput(moment_.text.c_str());
+        if (!moment_.keeps_numbers) text_->SetInput(moment_.text.c_str());
     }
     stale_ = changed_ = false;
     organ_renderer_->ResetCameraClippingRange();

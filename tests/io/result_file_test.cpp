@@ -128,7 +128,7 @@ TEST(ResultFile, FramesThatCannotBeAreRefused) {
     EXPECT_TRUE(says(error_of([&] {
                          writer.append_values("v", std::vector<double>{1, 2});
                      }),
-                     {"values/v", "2 columns"}));
+                     {"values/v", "2 numbers", "expected 1"}));
     writer.close();
     EXPECT_TRUE(says(error_of([&] { writer.append(3, moved(1)); }), {"closed"}));
     EXPECT_EQ(ResultReader(path).frame_count(), 2u);
