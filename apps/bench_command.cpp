@@ -150,7 +150,7 @@ int verify(const VerificationArguments& arguments) {
 template <class Run>
 int with_display([[maybe_unused]] const std::filesystem::path& figure, Run&& run) {
 #ifdef LIVETET_IMAGES
-    if (!figure.empty() && !have_display()) return rerun_under_virtual_display(fmt::format("--figure {}", figure.string()));
+    if (!figure.empty() && !have_display()) return rerun_under_virtual_display(figure.string());
 #endif
     return run();
 }
@@ -277,7 +277,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     CLI::App* view = bench->add_subcommand(
         "view", "Pictures a second of the window beside a run, and what it costs the simulation; exit 1 where the target is missed");
     auto viewed = std::make_shared<ViewBenchArguments>();
-    view->add_option("--for", viewed->seconds, "seconds of each stretch, with the window and without")->capture_default_str()->check(CLI::Range(1, 1000));
+    view->add_option("--for", viewed->seconds, "seconds of each stretch, with the window and without")->capture_default_str()->check(CLI::Range(1.0, 1000.0));
     view->add_option("--stretches", viewed->stretches, "of each")->capture_default_str()->check(CLI::Range(1, 1000));
     view->add_option("--rate", viewed->rate_Hz, "samples a second")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--budget", viewed->budget_ms, "ms that a frame may take")->capture_default_str()->check(CLI::PositiveNumber);

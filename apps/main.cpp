@@ -57,14 +57,18 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
         const CLI::Option* option = command->get_option_no_throw(name);
         return option ? option->get_type_name() : "";
     };
-    const auto whole = [](const std::string& type) { return type.starts_with("INT") || type.starts_with("UINT"); };
+    const auto whole = [](const std::string& type) { return type.substr(0, type.find(':')).find("INT") != type.npos; };
+    const auto short_form = [](const std::string& number) {  // of 1.000000
+        if (number.find('.') == number.npos) return number;
+        const std::string kept = number.substr(0, number.find_last_not_of('0') + 1);
+        return kept.substr(0, kept.find_last_not_of('.') + 1);
+    };
     if (const auto part = around(message, {": Value ", " not in range ", " to "}); !part.empty()) {
         const std::string type = type_of(part[0]);
         const bool endless = part[3].size() > 40;  // a number's largest, digit by digit
-        return fmt::format("{}: found {}, expected {}", part[0], part[1],
-                           !endless                            ? fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "", part[2], part[3])
-                           : type.find("NONNEGATIVE") != type.npos ? "0 or a positive number"
-                                                               : "a positive number");
+        std::string expected = type.find("NONNEGATIVE") == type.npos ? "a positive number" : "0 or a positive number";
+        if (!endless) expected = fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "", short_form(part[2]), short_form(part[3]));
+        return fmt::format("{}: found {}, expected {}", part[0], part[1], expected);
     }
     if (const auto part = around(message, {"Could not convert: ", " = "}); !part.empty()) {
         const std::string type = type_of(part[1]);

@@ -69,7 +69,7 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
 
 /// A scene's hierarchy and the body on it. Collective.
 struct SceneBody {
-    MeshHierarchy hierarchy;  ///< its coarser meshes are empty unless the body is live
+    MeshHierarchy hierarchy;  ///< the body goes on reading its transfers; its coarser meshes are empty unless the body is live
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< what METIS or PTScotch took
 

@@ -123,7 +123,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
     command->add_option("--screenshot", arguments->screenshot,
                         "no window: draw a picture (.png), of the deepest press unless --frame or --script say otherwise");
     command->add_option("--record", arguments->record, "no window: draw all of it, as a video (.ogv) or a folder of pictures");
-    command->add_option("--rate", arguments->rate_Hz, "pictures a second of --record")->check(CLI::Range(1, 100))->capture_default_str();
+    command->add_option("--rate", arguments->rate_Hz, "pictures a second of --record")->check(CLI::Range(1.0, 100.0))->capture_default_str();
     command->add_option("--script", arguments->script, "do what this file says, then end (the commands are listed below)");
     command->add_flag("--off-screen", arguments->off_screen, "no window: for --script");
     command->footer("A script has one command a line:\n" + ViewScript::reference());

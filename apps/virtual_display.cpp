@@ -21,6 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Set for what runs under a virtual display, so that it does not start another.
+constexpr const char* within = "LIVETET_VIRTUAL_DISPLAY";
+
 bool on_path(const std::string& program) {
     const char* path = std::getenv("PATH");
     std::string_view rest = path ? path : "";
@@ -40,7 +43,11 @@ int run_program(std::vector<std::string> words) {
     argv.push_back(nullptr);
     pid_t child = 0;
     int status = 0;
-    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return 127;
+    std::string mark = std::string(within) + "=1";
+    std::vector<char*> environment;
+    for (char** entry = environ; *entry; ++entry) environment.push_back(*entry);
+    environment.insert(environment.end(), {mark.data(), nullptr});
+    if (posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environment.data()) != 0) return 127;
     while (waitpid(child, &status, 0) < 0)
         if (errno != EINTR) return 127;
     return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
@@ -50,9 +57,7 @@ int run_program(std::vector<std::string> words) {
 
 VirtualRun run_under_virtual_display(const std::vector<std::string>& arguments) {
     if (!on_path("xvfb-run")) return {0, "xvfb-run is not installed"};
-    constexpr const char* within = "LIVETET_VIRTUAL_DISPLAY";
     if (std::getenv(within)) return {0, "the one that xvfb-run started cannot be used"};
-    ::setenv(within, "1", 1);
     std::vector<std::string> words{"xvfb-run", "-a", "-s", "-screen 0 1600x1200x24", fs::read_symlink("/proc/self/exe").string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     return {run_program(std::move(words)), {}};

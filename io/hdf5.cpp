@@ -189,15 +189,15 @@ void File::create_growing(const std::string& name, std::size_t columns) {
 }
 
 template <class T>
-void File::append(const std::string& name, std::span<const T> values, std::size_t columns) {
+void File::write_rows(const std::string& name, std::size_t first, std::span<const T> values, std::size_t columns) {
     const Handle data = dataset(name);
-    const std::size_t before = rows(name, columns), more = values.size() / columns;
-    const hsize_t size[2] = {before + more, columns}, start[2] = {before, 0}, count[2] = {more, columns};
+    const std::size_t more = values.size() / columns;
+    const hsize_t size[2] = {std::max(rows(name, columns), first + more), columns}, start[2] = {first, 0}, count[2] = {more, columns};
     bool bad = H5Dset_extent(data.id(), size) < 0;
     const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(more, columns);
     bad = bad || H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
           (rank_ == 0 && H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) < 0);
-    if (bad) fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, before, name);
+    if (bad) fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, first, name);
 }
 
 std::size_t File::rows(const std::string& name, std::size_t columns) const {
@@ -308,7 +308,7 @@ void check_format(const File& file, const std::string& format, int version) {
     template void File::write<T>(const std::string&, std::span<const T>, std::size_t); \
     template Table<T> File::read<T>(const std::string&, std::size_t) const;            \
     template void File::create_growing<T>(const std::string&, std::size_t);            \
-    template void File::append<T>(const std::string&, std::span<const T>, std::size_t); \
+    template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>, std::size_t); \
     template std::vector<T> File::read_row<T>(const std::string&, std::size_t, std::size_t) const;
 LIVETET_HDF5_OF(double)
 LIVETET_HDF5_OF(float)

@@ -63,8 +63,9 @@ class File {
     /// A table that grows by rows of `columns` values.
     template <class T>
     void create_growing(const std::string& name, std::size_t columns);
+    /// Rows from number `first` on: what stands there is written over, the table grows to hold them.
     template <class T>
-    void append(const std::string& name, std::span<const T> values, std::size_t columns);
+    void write_rows(const std::string& name, std::size_t first, std::span<const T> values, std::size_t columns);
     std::size_t rows(const std::string& name, std::size_t columns) const;
     /// Row `row` alone.
     template <class T>

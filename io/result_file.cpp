@@ -51,31 +51,32 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     hdf5::write_format(*file_, format_name, format_version);
     file_->write_text("scene", scene_text);
     write_mesh(*file_, "mesh", mesh);
-    table("times", 1);
+    growing("times", 1);
 }
 
-ResultWriter::Table& ResultWriter::table(const std::string& name, std::size_t columns) {
-    const auto [place, is_new] = tables_.try_emplace(name, Table{columns});
-    if (is_new) file_->create_growing<double>(name, columns);
+ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::size_t columns) {
+    auto place = tables_.find(name);
+    if (place == tables_.end()) {
+        file_->create_growing<double>(name, columns);
+        place = tables_.try_emplace(name, GrowingTable{name, columns}).first;
+    }
     if (place->second.columns != columns) fail("{}: a row of table {} has {} numbers, expected {}", path_.string(), name, columns, place->second.columns);
     return place->second;
 }
 
-void ResultWriter::add_row(const std::string& name, std::span<const double> row) {
-    Table& grown = table(name, row.size());
-    grown.waiting.insert(grown.waiting.end(), row.begin(), row.end());
-    ++grown.rows;
-    if (grown.waiting.size() >= most_waiting * row.size()) write_waiting(name, grown);
+void ResultWriter::add_row(GrowingTable& table, std::span<const double> row) {
+    table.waiting.insert(table.waiting.end(), row.begin(), row.end());
+    if (++table.rows % most_waiting == 0) write_waiting(table);
 }
 
-void ResultWriter::write_waiting(const std::string& name, Table& table) {
+void ResultWriter::write_waiting(GrowingTable& table) {
     if (table.waiting.empty()) return;
-    file_->append<double>(name, table.waiting, table.columns);
+    file_->write_rows<double>(table.name, table.rows - table.waiting.size() / table.columns, table.waiting, table.columns);
     table.waiting.clear();
 }
 
 void ResultWriter::flush() {
-    for (auto& [name, table] : tables_) write_waiting(name, table);
+    for (auto& [name, table] : tables_) write_waiting(table);
     file_->flush();
 }
 
@@ -99,8 +100,8 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
         row_.assign(numbers.begin(), numbers.end());
         file_->write<float>(frame_table(k), row_, 3);
     }
-    add_row("times", {&time_s, 1});
     times_.push_back(time_s);
+    add_row(growing("times", 1), {&time_s, 1});
 }
 
 void ResultWriter::append_field(const std::string& name, FieldPlace place, int components,
@@ -119,16 +120,16 @@ void ResultWriter::append_values(const std::string& name, std::span<const double
     if (name.empty() || name.find_first_of("/.") != std::string::npos || values.empty())
         fail("{}: '{}' with {} values, expected a name without '/' and '.' and a value", path_.string(), name,
              values.size());
-    const std::string of_frames = "values/" + name;
-    if (const std::size_t rows = table(of_frames, values.size()).rows; rows + 1 != times_.size())
+    GrowingTable& table = growing("values/" + name, values.size());
+    if (table.rows + 1 != times_.size())
         fail("{}: values {} for frame {} after {} frames, expected them once with each frame", path_.string(), name,
-             rows, times_.size());
-    add_row(of_frames, values);
+             table.rows, times_.size());
+    add_row(table, values);
 }
 
 void ResultWriter::append_row(const std::string& name, std::span<const double> row) {
     if (!file_) fail("{}: a row of {} comes after the file was closed", path_.string(), name);
-    add_row("rows/" + name, row);
+    add_row(growing("rows/" + name, row.size()), row);
 }
 
 void ResultWriter::write_text(const std::string& name, const std::string& text) {

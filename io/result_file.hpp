@@ -57,16 +57,17 @@ class ResultWriter {
     std::string xdmf() const;
     /// A table that grows, and its rows that are not in the file yet: each goes there through a dozen calls of HDF5, so many
     /// go together.
-    struct Table {
+    struct GrowingTable {
+        std::string name;
         std::size_t columns;
         std::size_t rows = 0;  ///< with those
         std::vector<double> waiting{};
     };
-    Table& table(const std::string& name, std::size_t columns);
-    void add_row(const std::string& name, std::span<const double> row);
-    void write_waiting(const std::string& name, Table& table);
+    GrowingTable& growing(const std::string& name, std::size_t columns);
+    void add_row(GrowingTable& table, std::span<const double> row);
+    void write_waiting(GrowingTable& table);
 
-    std::map<std::string, Table> tables_;
+    std::map<std::string, GrowingTable> tables_;
     std::size_t nodes_, tets_;
     bool regions_, quadratic_;
     std::vector<Field> fields_;

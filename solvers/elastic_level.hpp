@@ -22,7 +22,7 @@ struct ElasticState {
 /// Mean values over one tet.
 struct TetFields {
     Eigen::Matrix3d cauchy_stress_Pa = Eigen::Matrix3d::Zero();
-    double volume_change = 0;  ///< det F - 1
+    double volume_change = 0;  ///< det F - 1; small strain: tr eps
     double strain_energy_J_per_m3 = 0;
 };
 

@@ -103,6 +103,8 @@ bool LiveView::advance(ViewWindow& window) {
         if (!moment.keeps_numbers) renewed_s_ = start_s, labels_ = std::move(shown);
         window.show(std::move(moment));
         window.grow_range();
+    } else if (start_s >= renewed_s_ + shortest_text_s) {
+        window.renew_texts();
     }
     const bool drawn = window.draw();
     const double took_s = steady_seconds() - start_s;

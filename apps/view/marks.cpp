@@ -85,7 +85,7 @@ MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, boo
     return {data, actor};
 }
 
-void MarksView::label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour, bool keeps_numbers) {
+void MarksView::label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour) {
     while (labels_.size() <= which) {
         // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a third of a picture's time.
         auto actor = vtkSmartPointer<vtkTextActor>::New();
@@ -101,7 +101,7 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
         labels_.push_back(actor);
     }
     vtkTextActor* actor = labels_[which];
-    if (!actor->GetInput() || (!keeps_numbers && text != actor->GetInput())) actor->SetInput(text.c_str());
+    if (!actor->GetInput() || (!keeps_numbers_ && text != actor->GetInput())) actor->SetInput(text.c_str());
     actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
     actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
     actor->VisibilityOn();
@@ -113,27 +113,27 @@ void MarksView::show(const ShownMoment& moment) {
     const auto line = [&](const Vector3& a, const Vector3& b, const look::Colour& c) { lines.add(1e3 * a, 1e3 * b, c); };
     std::vector<Vector3> fixed, patches, bases, sensors, tips, touched, pulled;
     std::size_t labels = 0;
-    const auto label_at = [&](const Vector3& at, const std::string& text, const look::Colour& c) { label(labels++, at, text, c, moment.keeps_numbers); };
+    keeps_numbers_ = moment.keeps_numbers;
     for (const std::int32_t n : body_.fixed) fixed.push_back(moved(n));
     for (const ShownSensor& s : moment.sensors) {
         for (const std::int32_t n : s.patch) patches.push_back(moved(n));
         if (s.base) bases.push_back(*s.base);
         if (!s.now) continue;
         sensors.push_back(*s.now);
-        label_at(*s.now, s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name, mark_colour::sensor);
+        label(labels++, *s.now, s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name, mark_colour::sensor);
         if (s.base) line(*s.base, *s.now, mark_colour::sensor);
     }
     for (const ShownTool& t : moment.tools) {
         const Vector3 tip = t.pose.translation;
         tips.push_back(tip);
         if (t.has_tip) line(tip, t.pose * Vector3(0, 0, -1e-3 * shaft_mm), mark_colour::tool);
-        label_at(tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
+        label(labels++, tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
     }
     for (const ShownFiducial& f : body_.fiducials) {
         lines.add_cross(1e3 * f.in_image, 2 * ball_mm_, 3, mark_colour::fiducial);
         touched.push_back(f.from_tracker);
         line(f.in_image, f.from_tracker, mark_colour::touched);
-        label_at(f.in_image, fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()), mark_colour::fiducial);
+        label(labels++, f.in_image, fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()), mark_colour::fiducial);
     }
     if (moment.pull) {
         pulled = {moment.pull->base, moment.pull->to};

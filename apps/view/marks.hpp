@@ -26,11 +26,12 @@ class MarksView {
         vtkSmartPointer<vtkActor> actor;
     };
     Dots add_dots(const look::Colour& colour, double size, bool as_balls);
-    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour, bool keeps_numbers);
+    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour);
 
     const ShownBody& body_;
     vtkRenderer* renderer_;
     double ball_mm_;
+    bool keeps_numbers_ = false;  ///< see ShownMoment
     Dots fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
     vtkNew<vtkPolyData> lines_;
     std::vector<vtkSmartPointer<vtkTextActor>> labels_;

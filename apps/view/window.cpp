@@ -119,6 +119,11 @@ void ViewWindow::show(ShownMoment moment) {
     stale_ = true;
 }
 
+void ViewWindow::renew_texts() {
+    stale_ = stale_ || moment_.keeps_numbers;
+    moment_.keeps_numbers = false;
+}
+
 void ViewWindow::set_range(ColourBy what, double largest) {
     organ_->set_range(what, largest);
     renew();
@@ -211,6 +216,7 @@ bool ViewWindow::draw() {
 }
 
 void ViewWindow::write_png(const std::filesystem::path& path) {
+    renew_texts();
     if (slices_in_turns_) renew();
     draw();
     write_window(window_, path);

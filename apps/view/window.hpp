@@ -44,6 +44,8 @@ class ViewWindow {
     Handlers handlers;
 
     void show(ShownMoment moment);
+    /// Its texts too, where it said that they stay.
+    void renew_texts();
     const ShownMoment& shown() const { return moment_; }
     /// Where on the time line; none: no line.
     void set_time(std::optional<double> share);

@@ -44,7 +44,7 @@ class BlockPattern {
         return behind < too_far ? rows_[part_of(column)].start[row] + behind : place(row, column);
     }
 
-    /// What it keeps.
+    /// Memory of its lists, bytes.
     double bytes() const {
         return static_cast<double>(behind_first_.capacity() +
                                    sizeof(std::int32_t) * (rows_[0].start.capacity() + rows_[0].items.capacity() +

@@ -195,8 +195,17 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --frame first"), {"--frame: found first, expected a whole number"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --time then"), {"--time: found then, expected a number"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --rind-mm -1"), {"--rind-mm: found -1, expected 0 or a positive number"});
+    expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate 1000"), {"--rate: found 1000, expected 1 to 100"});
     expect_refused(livetet(folder, "solve scene.yaml --profile=banana"), {"--profile: found banana, expected no value"});
     expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
+}
+
+TEST(BadInput, AVirtualDisplayThatCannotBeUsedIsNotStartedAgainAndAgain) {
+    const Folder folder;
+    write_text(folder / "xvfb-run", "#!/bin/sh\nshift 3\nexec \"$@\"\n");  // which starts none
+    std::filesystem::permissions(folder / "xvfb-run", std::filesystem::perms::owner_all);
+    expect_refused(livetet(folder, "bench verification --only patch --figure f.png", "env -u DISPLAY PATH=" + folder.path().string() + ":$PATH"),
+                   {"f.png: there is no X server", "cannot be used"});
 }
 
 TEST(BadInput, HelpAndVersionAreNotErrors) {

@@ -72,16 +72,19 @@ TEST(ResultFile, WhatWasFlushedIsWholeShouldTheProgramBeKilled) {
         writer.append(k, moved(0.001 * k));
         writer.append_values("v", std::vector<double>{1.0 * k});
     };
-    for (int k = 0; k < 50; ++k) frame(k);
+    for (int k = 0; k < 100; ++k) frame(k);
     writer.flush();
-    for (int k = 50; k < 53; ++k) frame(k);
+    for (int k = 100; k < 130; ++k) frame(k);
     std::filesystem::path left;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) left = entry.path();
     std::filesystem::copy(left, folder / "left.h5");
     const ResultReader reader(folder / "left.h5");
-    ASSERT_GE(reader.frame_count(), 50u);
-    EXPECT_LT((reader.displacement(49)[3] - moved(0.049)[3]).norm(), 1e-9);
-    EXPECT_EQ(reader.values("v", 49, 1)[0], 49);
+    ASSERT_GE(reader.frame_count(), 100u);
+    EXPECT_LT((reader.displacement(99)[3] - moved(0.099)[3]).norm(), 1e-9);
+    for (std::size_t k = 0; k < 100; ++k) {
+        EXPECT_EQ(reader.times_s()[k], k);
+        EXPECT_EQ(reader.values("v", k, 1)[0], k);
+    }
     EXPECT_FALSE(reader.has_text("run"));
 }
 
