@@ -24,9 +24,11 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
     fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns", "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
         const TetMesh& mesh = hierarchy.levels[l];
-        const double blocks = mesh.edge_nodes.empty() ? block_count(mesh) : 28.0 * mesh.nodes.size();
-        const double bytes = 76.0 * blocks + (sizeof(TetElement) + 104 + 72 + 192 + 20) * mesh.tets.size() +
-                             400.0 * mesh.nodes.size();
+        const bool linear = mesh.edge_nodes.empty();
+        const double blocks = linear ? block_count(mesh) : 28.0 * mesh.nodes.size();
+        // A block with its column; of a tet its gradients, rotations, nodes and the places of its blocks; of a node its vectors,
+        // constraints and row of a transfer.
+        const double bytes = 76.0 * blocks + (linear ? 228.0 : 470.0) * mesh.tets.size() + 600.0 * mesh.nodes.size();
         fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
                    3 * mesh.nodes.size(), bytes / 1e6);
     }

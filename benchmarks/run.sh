@@ -52,9 +52,11 @@ savings() { measure savings savings "$out/scenes/$(full linear layers).yaml" $(f
 workprecision() {
     local names=(phantom_static phantom_newmark cantilever column block layers everything)
     if $quick; then names=(layers); fi
-    if ! $quick && [ ! -f "$out/scenes/liver.h5" ]; then
+    if ! $quick && [ ! -f "$out/scenes/liver_small.h5" ]; then
         "$livetet" phantom -o "$out/phantom" >"$out/phantom.log"
-        "$livetet" mesh "$out/phantom/labels.nii.gz" --fix "$out/phantom/fixed_mask.nii.gz" --tets 12000 --levels 2 -o "$out/scenes/liver.h5" >"$out/mesh.log"
+        local mesh=("$livetet" mesh "$out/phantom/labels.nii.gz" --fix "$out/phantom/fixed_mask.nii.gz" --levels 2)
+        "${mesh[@]}" --tets 12000 -o "$out/scenes/liver.h5" >"$out/mesh.log"
+        "${mesh[@]}" --tets 4000 -o "$out/scenes/liver_small.h5" >>"$out/mesh.log"  # for a dynamic run on ten-node tets in quarter steps
     fi
     local name repeats
     for name in "${names[@]}"; do

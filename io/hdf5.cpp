@@ -125,6 +125,7 @@ File File::open(const std::filesystem::path& path, bool is_own) {
 void File::go_through(const std::string& group, int depth) const {
     constexpr int deepest = 8;  // ours have four; links may lead round for ever
     if (depth > deepest) fail("{}: has groups within groups deeper than {}", shown_, deepest);
+    (void)has(group + "/?");  // what looks a name up goes another way through HDF5 than what lists them
     for (const std::string& name : names(group.empty() ? "/" : group)) {
         const std::string path = group + '/' + name;
         const Handle object(has(path) ? H5Oopen(file_.id(), path.c_str(), H5P_DEFAULT) : -1, H5Oclose);

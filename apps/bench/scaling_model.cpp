@@ -46,11 +46,13 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
 ScalingModel::ScalingModel(const SolveRun& r)
     : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
       partition_s_an_unknown(r.partition_s / r.unknowns),
-      // tets, nodes, places in the next level, PETSc's numbers; coarser levels an eighth each
-      replicated_bytes_an_unknown((tets_a_node * sizeof(Tet) + sizeof(Vector3) + sizeof(std::array<std::int32_t, 4>) +
-                                   sizeof(std::array<double, 4>) + sizeof(double) + sizeof(std::int32_t)) /
-                                      3 * 8 / 7 +
-                                  4 * sizeof(Vector3) / 3.0) {  // constraints twice, forces, the result
+      // tets and nodes; places in the next level and PETSc's numbers, of coarser levels, too, an eighth each; what the scene
+      // prescribes, and the result
+      replicated_bytes_an_unknown((tets_a_node * sizeof(Tet) + sizeof(Vector3) +
+                                   (sizeof(std::array<std::int32_t, 4>) + sizeof(std::array<double, 4>) + sizeof(double) +
+                                    sizeof(std::int32_t)) * 8.0 / 7 +
+                                   2 * sizeof(Vector3)) /
+                                  3) {
     for (double ranks = 1; ranks <= 1e5; ranks *= 10) points.push_back(point_at(*this, ranks));
 }
 

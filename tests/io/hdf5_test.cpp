@@ -1,5 +1,6 @@
 #include "io/hdf5.hpp"
 
+#include "base/error.hpp"
 #include "base/file.hpp"
 #include "files.hpp"
 
@@ -33,6 +34,31 @@ TEST(Hdf5, ATextThatIsLongerThanWhatIsStoredOfItIsRefused) {
             refused += !error_of([&] { (void)File::open(write_bytes(path, bad)).read_text("text"); }).empty();
         }
     EXPECT_GE(refused, 4);
+}
+
+/// Found by fuzzing: HDF5 1.10 reads from nowhere where a group's heap of names has no address, but only when a name is looked up.
+TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
+    const auto path = fresh_folder() / "t.h5";
+    {
+        File file = File::create(path, "t.h5");
+        file.write_text("a/b/text", "x");
+    }
+    const std::string good = read_text_file(path);
+    const std::string message("\x11\0\x10\0", 4);  // of a group: four bytes on, the addresses of its tree and its heap, 8 bytes each
+    const std::string nowhere(8, '\xff'), far_away("\0\0\2\0\xff\xff\xff\xff", 8);
+    int groups = 0;
+    for (std::size_t at = good.find(message); at != std::string::npos; at = good.find(message, at + 1), ++groups)
+        for (const std::string& tree : {good.substr(at + 8, 8), nowhere, far_away}) {
+            std::string bad = good;
+            bad.replace(at + 8, 8, tree).replace(at + 16, 8, nowhere);
+            EXPECT_FALSE(error_of([&] {
+                             const File file = File::open(write_bytes(path, bad));
+                             for (const char* name : {"x", "a/x", "a/b/x"}) (void)file.has(name);
+                             if (!file.has("a/b/text")) fail("no text");
+                         }).empty())
+                << groups;
+        }
+    EXPECT_EQ(groups, 3);  // the file's own, a and b
 }
 
 TEST(Hdf5, WhatIsReservedIsTakenAndGivenBack) {
