@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -46,6 +47,15 @@ std::vector<std::string> around(std::string_view text, std::initializer_list<std
     }
     parts.emplace_back(text);
     return parts;
+}
+
+/// Every number that a command takes is to be one: comparisons with "nan" all fail, and so no range refuses it.
+void refuse_no_numbers(CLI::App& app) {
+    for (CLI::Option* option : app.get_options())
+        if (option->get_type_name().find("FLOAT") != std::string::npos)
+            option->check(CLI::Validator(
+                [](std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "found " + text + ", expected a number" : std::string(); }, ""));
+    for (CLI::App* command : app.get_subcommands({})) refuse_no_numbers(*command);
 }
 
 /// What the parser has to say of a value, in our words: what, found, expected.
@@ -113,6 +123,7 @@ int main(int argc, char** argv) {
     add_tune_command(app, status);
     add_bench_command(app, status);
     add_scene_command(app);
+    refuse_no_numbers(app);
     try {
         std::vector<std::string> names;
         for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());

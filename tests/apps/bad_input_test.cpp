@@ -196,6 +196,8 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --time then"), {"--time: found then, expected a number"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --rind-mm -1"), {"--rind-mm: found -1, expected 0 or a positive number"});
     expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate 1000"), {"--rate: found 1000, expected 1 to 100"});
+    expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate nan"), {"--rate: found nan, expected a number"});
+    expect_refused(livetet(folder, "track scene.yaml --for nan"), {"--for: found nan, expected a number"});
     expect_refused(livetet(folder, "solve scene.yaml --profile=banana"), {"--profile: found banana, expected no value"});
     expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
 }
