@@ -22,7 +22,6 @@
 #include "apps/bench/realtime_bench.hpp"
 #include "apps/bench/warp_bench.hpp"
 #include "apps/bench/view_bench.hpp"
-#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -146,11 +145,11 @@ int verify(const VerificationArguments& arguments) {
     return failed ? 1 : 0;
 }
 
-/// What `run` says; of a figure without an X server, all of the command runs under a virtual one.
+/// What `run` says, which takes minutes: that its figure can be drawn is seen to before.
 template <class Run>
 int with_display([[maybe_unused]] const std::filesystem::path& figure, Run&& run) {
 #ifdef LIVETET_IMAGES
-    if (!figure.empty() && !have_display()) return rerun_under_virtual_display(figure.string());
+    if (!figure.empty()) need_display(figure.string());
 #endif
     return run();
 }
@@ -284,7 +283,8 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     view->add_option("--tets", viewed->tets, "of the phantom's finest mesh")->capture_default_str()->check(CLI::PositiveNumber);
     view->add_option("--json", viewed->json, "write the figures to this file");
     view->callback([viewed, &status] {
-        status.value = have_display() ? bench_view(*viewed) : rerun_under_virtual_display("bench view");
+        need_display("bench view");
+        status.value = bench_view(*viewed);
     });
     CLI::App* accuracy = bench->add_subcommand(
         "accuracy", "Error at targets inside the pressed phantom, rigid-only against deforming, and what limits it; exit 1 where "

@@ -11,7 +11,6 @@
 #include "mesh/image_markers.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
-#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -30,7 +29,7 @@ int find(const FiducialsArguments& a) {
     expect_ending("--picture", a.picture, ".png");
     if (!a.picture.empty()) {
 #ifdef LIVETET_IMAGES
-        if (!have_display()) return rerun_under_virtual_display(fmt::format("--picture {}", a.picture.string()));
+        need_display(fmt::format("--picture {}", a.picture.string()));
 #else
         fail("--picture {}: pictures are not in this build", a.picture.string());
 #endif

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <system_error>
 
 #include "apps/commands.hpp"
+#include "apps/run_program.hpp"
 #include "base/error.hpp"
 #include "base/petsc.hpp"
 #include "config/yaml.hpp"
@@ -80,6 +83,13 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
         if (!endless) expected = fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "", short_form(part[2]), short_form(part[3]));
         return fmt::format("{}: found {}, expected {}", part[0], part[1], expected);
     }
+    if (const auto part = around(message, {": Check ", " value in {", "} OR {"}); !part.empty()) {  // names and what they stand for
+        std::string names;
+        for (std::size_t at = 0; at < part[2].size(); at = std::min(part[2].find(',', at), part[2].size() - 1) + 1)
+            names += (names.empty() ? "" : ", ") + part[2].substr(at, part[2].find("->", at) - at);
+        return fmt::format("{}: found {}, expected one of {}", part[0], part[1], names);
+    }
+    if (const auto part = around(message, {": ", " not in {", "}"}); !part.empty()) return fmt::format("{}: found {}, expected one of {}", part[0], part[1], part[2]);
     if (const auto part = around(message, {"Could not convert: ", " = "}); !part.empty()) {
         const std::string type = type_of(part[1]);
         if (type.empty()) return fmt::format("{}: found {}, expected no value", part[1], part[2]);
@@ -93,6 +103,7 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
 int main(int argc, char** argv) {
     using namespace livetet;
     constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
     CLI::App app{
         "Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
         "sensors move, each frame."};
@@ -100,7 +111,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer(
         "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 a benchmark missed a target, 2 bad input, 3 not "
-        "converged, 70 our fault.");
+        "converged, 70 our fault; 128 and its number where a signal ended it.");
     ExitStatus status;
 #ifdef LIVETET_IMAGES
     add_phantom_command(app);
@@ -134,9 +145,13 @@ int main(int argc, char** argv) {
                                  : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
+    } catch (const Interrupted& by) {
+        return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
         return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
     } catch (const Error& e) {
+        return give_up(e.what(), 2);
+    } catch (const std::system_error& e) {  // the machine has no more of something: files, processes, room where standard output goes
         return give_up(e.what(), 2);
     } catch (const std::bad_alloc&) {
         return give_up("out of memory", our_fault);

@@ -12,8 +12,7 @@
 #include "mesh/image_markers.hpp"
 
 // Pictures, as PNG files of 1600 x 900 pixels, each written whole or not at all. They are drawn off
-// screen, but this needs an X server all the same (see have_display); a virtual one such as Xvfb will do. VTK's own
-// messages go to the log.
+// screen, but this needs an X server all the same (see need_display). VTK's own messages go to the log.
 
 namespace livetet {
 

@@ -5,6 +5,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include "base/error.hpp"
@@ -66,13 +67,13 @@ void write_window(vtkRenderWindow* window, const std::filesystem::path& path) {
     pixels->SetInput(window);
     pixels->SetInputBufferTypeToRGB();
     pixels->ReadFrontBufferOff();
-    PendingFile file(path);
     vtkNew<vtkPNGWriter> writer;
     writer->SetInputConnection(pixels->GetOutputPort());
-    writer->SetFileName(file.path().c_str());
+    writer->WriteToMemoryOn();  // its own writing says several lines of a full disk, and not that it is full
     writer->Write();
-    if (writer->GetErrorCode() != 0) fail("{}: the picture cannot be written", path.string());
-    file.commit();
+    vtkUnsignedCharArray* const png = writer->GetResult();
+    if (writer->GetErrorCode() != 0 || !png) fail("{}: the picture cannot be made", path.string());
+    write_text_file(path, {png->Begin(), png->End()});
 }
 
 }  // namespace livetet

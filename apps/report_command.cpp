@@ -11,7 +11,6 @@
 #include "apps/outputs.hpp"
 #include "apps/report.hpp"
 #include "apps/solve_report.hpp"
-#include "apps/virtual_display.hpp"
 #include "apps/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -29,7 +28,6 @@ namespace fs = std::filesystem;
 struct ReportArguments {
     fs::path result, truth, folder, json;
     bool no_pictures = false;
-    bool pictures_only = false;  // how the command calls itself once it has found itself an X server
 };
 
 /// A report of either kind of run, in all of its forms.
@@ -87,19 +85,15 @@ Told tell(const ReportArguments& arguments) {
 }
 
 /// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
-std::optional<std::string> add_pictures([[maybe_unused]] const ReportArguments& arguments, [[maybe_unused]] const Told& told) {
+std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder, [[maybe_unused]] const Told& told) {
 #ifdef LIVETET_IMAGES
-    if (have_display()) {
-        told.draw(arguments.folder);
+    try {
+        need_display("pictures");
+        told.draw(folder);
         return std::nullopt;
+    } catch (const Error& problem) {
+        return problem.what();
     }
-    // this command once more, pictures only, under a virtual X server
-    std::vector<std::string> words{"report", arguments.result.string(), "-o", arguments.folder.string(), "--pictures-only"};
-    if (!arguments.truth.empty()) words.insert(words.end(), {"--truth", arguments.truth.string()});
-    const VirtualRun run = run_under_virtual_display(words);
-    if (run.why_not) return fmt::format("there is no X server, and {}", *run.why_not);
-    if (run.status == 0) return std::nullopt;
-    return fmt::format("there is no X server, and xvfb-run ended with status {}", run.status);
 #else
     return "this build of livetet draws none";
 #endif
@@ -124,9 +118,7 @@ void write_page(const ReportArguments& arguments, const Told& told) {
     std::string why = "--no-pictures";
     if (!arguments.no_pictures) {
         const WorkFolder folder;
-        ReportArguments drawn = arguments;
-        drawn.folder = folder.path();
-        why = add_pictures(drawn, told).value_or("");
+        why = add_pictures(folder.path(), told).value_or("");
         pictures = pictures_in(folder.path(), told);
         if (!why.empty()) fmt::print(stderr, "pictures left out: {}\n", why);
     }
@@ -159,13 +151,7 @@ void run(ReportArguments arguments) {
     const Told told = tell(arguments);
     if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
 
-    // 2. only pictures: called by ourselves
-    if (arguments.pictures_only) {
-        if (told.draw) told.draw(arguments.folder);
-        return;
-    }
-
-    // 3. the page, or texts and pictures
+    // 2. the page, or texts and pictures
     if (is_page(arguments.folder)) return write_page(arguments, told);
     std::error_code failure;
     fs::create_directories(arguments.folder, failure);
@@ -173,7 +159,7 @@ void run(ReportArguments arguments) {
     write_texts(arguments, told);
     fmt::print("{}\n", told.text);
     std::fflush(stdout);
-    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments, told);
+    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments.folder, told);
     if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
     fmt::print("written          {}\n", arguments.folder.string());
 }
@@ -197,7 +183,6 @@ void add_report_command(CLI::App& app) {
         ->default_str("report, beside the result");
     command->add_option("--json", arguments->json, "write the JSON to this file too");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
-    command->add_flag("--pictures-only", arguments->pictures_only)->group("");
     command->callback([arguments] { run(*arguments); });
 }
 

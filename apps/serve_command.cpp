@@ -40,7 +40,7 @@ void add_serve_command(CLI::App& app) {
         ->add_option("source", a->source,
                      "a recording (PLUS sequence), or a simulated tracker's script (.yaml; livetet scene --script)")
         ->required();
-    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")->capture_default_str();
+    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")->capture_default_str()->check(CLI::Range(0, 65535));
     command
         ->add_option("--address", a->server.address,
                      "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in")

@@ -13,7 +13,6 @@
 #include "solvers/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/pictures.hpp"
-#include "apps/virtual_display.hpp"
 #endif
 
 namespace livetet {
@@ -26,7 +25,6 @@ using std::chrono::steady_clock;
 struct StudyArguments {
     std::filesystem::path study;
     bool list = false;
-    bool pictures_only = false;  // how the command calls itself once it has found itself an X server
 };
 
 /// The ranks that solve together, and which of their groups this one is in.
@@ -222,14 +220,10 @@ std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
 }
 #endif
 
-void draw(const StudyTable& table, const Study& study, const std::filesystem::path& file) {
+void draw(const StudyTable& table, const Study& study) {
 #ifdef LIVETET_IMAGES
-    if (!study.options.plots.empty() && !have_display()) {
-        const VirtualRun run = run_under_virtual_display({"study", file.string(), "--pictures-only"});
-        if (run.why_not || run.status != 0)
-            fmt::print(stderr, "no pictures: there is no X server, and {}\n", run.why_not.value_or(fmt::format("xvfb-run ended with status {}", run.status)));
-        return;
-    }
+    if (study.options.plots.empty()) return;
+    if (const auto problem = find_display()) return fmt::print(stderr, "no pictures: there is no X server, and {}\n", *problem);
     for (const std::string& output : study.options.plots) {
         if (std::find(table.outputs.begin(), table.outputs.end(), output) == table.outputs.end()) {
             fmt::print(stderr, "plots: no solve has an output {}, expected one of {}\n", output, fmt::join(table.outputs, ", "));
@@ -245,17 +239,12 @@ void draw(const StudyTable& table, const Study& study, const std::filesystem::pa
         fmt::print("picture          {}\n", picture.string());
     }
 #else
-    (void)table, (void)file;
+    (void)table;
     if (!study.options.plots.empty()) fmt::print(stderr, "no pictures: this build has no VTK\n");
 #endif
 }
 
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
-    if (arguments.pictures_only) {
-        const Study study = load_study(arguments.study);
-        draw(read_study(study.options.output), study, arguments.study);
-        return 0;
-    }
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
     const Study study = load_study(arguments.study);
@@ -295,8 +284,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     const StudyTable table = read_study(study.options.output);
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
-    std::fflush(stdout);  // the pictures' names come from another process
-    draw(table, study, arguments.study);
+    draw(table, study);
     return 0;
 }
 
@@ -310,7 +298,6 @@ void add_study_command(CLI::App& app, ExitStatus& status) {
     auto arguments = std::make_shared<StudyArguments>();
     command->add_option("study", arguments->study, "study file (YAML)")->required();
     command->add_flag("--list", arguments->list, "print what would be solved, and solve nothing");
-    command->add_flag("--pictures-only", arguments->pictures_only)->group("");
     command->allow_extras();
     command->callback([command, arguments, &status] { status.value = run_study(*arguments, petsc_arguments(*command)); });
 }

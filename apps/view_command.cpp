@@ -9,7 +9,6 @@
 #include "apps/track_run.hpp"
 #include "apps/view/live.hpp"
 #include "apps/view/player.hpp"
-#include "apps/virtual_display.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/text.hpp"
@@ -68,7 +67,7 @@ int view_recording(const ViewArguments& arguments) {
     const std::optional<ViewScript> script = read_script(arguments);
     const ViewRecording recording(arguments.input, arguments.files);
     if (arguments.frame && (*arguments.frame < 1 || *arguments.frame > recording.times_s().size()))
-        fail("--frame {}: {} holds {} frames, expected 1 to {}", *arguments.frame, arguments.input.string(),
+        fail("--frame {}: {} holds {} frame(s), expected 1 to {}", *arguments.frame, arguments.input.string(),
              recording.times_s().size(), recording.times_s().size());
     if (arguments.colour == "stress" && !recording.has_stress())
         fail("--colour stress: {} holds no von_mises, expected a solve with output: {{fields: [von_mises]}}", arguments.input.string());
@@ -94,8 +93,8 @@ int view_recording(const ViewArguments& arguments) {
     return 0;
 }
 
-/// Without an X server: what needs no user is done under a virtual one.
-int without_display(const ViewArguments& arguments) {
+/// Without an X server: what needs no user is done with one that has no screen.
+void do_without_screen(const ViewArguments& arguments) {
     if (arguments.needs_user() && arguments.is_scene())
         fail("view {}: no X server answers (DISPLAY), expected one for the window; livetet track follows the scene without, and "
              "--screenshot FILE.png draws a picture at the end",
@@ -103,7 +102,7 @@ int without_display(const ViewArguments& arguments) {
     if (arguments.needs_user())
         fail("view {}: no X server answers (DISPLAY), expected one for the window; --screenshot FILE.png draws a picture without",
              arguments.input.string());
-    return rerun_under_virtual_display(fmt::format("view {}", arguments.input.string()));
+    need_display(fmt::format("view {}", arguments.input.string()));
 }
 
 }  // namespace
@@ -136,10 +135,8 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
             fail("view {}: --publish, --for, --every-sample, --json and PETSc's options are for a scene (.yaml)", arguments->input.string());
         expect_ending("--screenshot", arguments->screenshot, ".png");
         arguments->track.scene = arguments->input;
-        if (!have_display())
-            status.value = without_display(*arguments);
-        else
-            status.value = arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);
+        if (!have_display()) do_without_screen(*arguments);
+        status.value = arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);
     });
 }
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <type_traits>
 
 #include "base/error.hpp"
@@ -78,13 +77,7 @@ bool is_stored(const Handle& dataset, std::size_t values) {
     return size > 0 && H5Dget_storage_size(dataset.id()) / size >= values;
 }
 
-/// The descriptor under an open file and the size that HDF5 has given it so far; nothing where there is none.
-std::optional<std::pair<int, off_t>> place_on_disk(const Handle& file) {
-    void* descriptor = nullptr;
-    hsize_t size = 0;
-    if (H5Fget_vfd_handle(file.id(), H5P_DEFAULT, &descriptor) < 0 || H5Fget_filesize(file.id(), &size) < 0) return {};
-    return std::pair(*static_cast<int*>(descriptor), static_cast<off_t>(size));
-}
+int close_descriptor(Handle::Id descriptor) { return ::close(static_cast<int>(descriptor)); }
 
 }  // namespace
 
@@ -100,6 +93,8 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
     if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     File file(std::move(handle), shown);
+    if (rank == 0) file.descriptor_ = Handle(::open(path.c_str(), O_WRONLY | O_CLOEXEC), close_descriptor);
+    file.comm_ = comm;
     file.rank_ = static_cast<std::size_t>(rank);
     file.ranks_ = static_cast<std::size_t>(ranks);
     return file;
@@ -163,6 +158,8 @@ void File::write(const std::string& name, std::span<const T> values, std::size_t
                                       H5Dwrite(data.id(), memory_type<T>(), memory.id(), mine.id(), H5P_DEFAULT,
                                                values.data() + first * columns) < 0));
     if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
+    if (const haddr_t place = H5Dget_offset(data.id()); place != HADDR_UNDEF)
+        end_ = std::max<std::size_t>(end_, place + H5Dget_storage_size(data.id()));
 }
 
 template <class T>
@@ -274,18 +271,23 @@ void File::flush() {
 }
 
 bool File::reserve(std::size_t bytes) {
-    if (ranks_ > 1) return true;  // MPI-IO's file has no descriptor of ours
-    const auto place = place_on_disk(file_);
-    struct stat now {};
-    if (!place || ::fstat(place->first, &now) != 0) return false;
-    const off_t more = static_cast<off_t>(bytes), wanted = place->second + more;
-    if (now.st_size >= wanted) return true;
-    return ::posix_fallocate(place->first, 0, wanted + more) == 0 || ::posix_fallocate(place->first, 0, wanted) == 0;
+    const auto take = [&] {
+        const int descriptor = static_cast<int>(descriptor_.id());
+        struct stat now {};
+        if (::fstat(descriptor, &now) != 0) return false;
+        const off_t more = static_cast<off_t>(bytes), wanted = static_cast<off_t>(end_) + more;
+        if (now.st_size >= wanted) return true;
+        return ::posix_fallocate(descriptor, 0, wanted + more) == 0 || ::posix_fallocate(descriptor, 0, wanted) == 0;
+    };
+    int taken = rank_ == 0 && take();
+    if (ranks_ > 1) MPI_Bcast(&taken, 1, MPI_INT, 0, comm_);
+    return taken != 0;
 }
 
 void File::give_back() {
     if (ranks_ > 1) return;
-    if (const auto place = place_on_disk(file_); !place || ::ftruncate(place->first, place->second) != 0)
+    hsize_t size = 0;
+    if (H5Fget_filesize(file_.id(), &size) < 0 || ::ftruncate(static_cast<int>(descriptor_.id()), static_cast<off_t>(size)) != 0)
         fail("{}: cannot be written (is the disk full?)", shown_);
 }
 

@@ -81,10 +81,11 @@ class File {
 
     /// All that was written so far is on its way to the disk: the file is whole should the program be killed.
     void flush();
-    /// Takes disk space for so many bytes more ahead of their being written; false where there is none. A disk that is
-    /// full is met here, where the file is whole, and not within a table. Several ranks reserve nothing.
+    /// Takes disk space for so many bytes behind the last table ahead of their being written; false, on every rank, where there
+    /// is none. A disk that is full is met here, where the file is whole, and not within a table: HDF5 may then crash, and ranks
+    /// that write together wait for each other for ever. Tables that grow, texts and HDF5's own are to be counted in.
     bool reserve(std::size_t bytes);
-    /// Gives back what was reserved and not used. For a file that was flushed.
+    /// Gives back what was reserved and not used. For a file that was flushed (of several ranks HDF5 has done so by then).
     void give_back();
     const std::string& shown() const { return shown_; }
 
@@ -97,6 +98,9 @@ class File {
     std::pair<std::size_t, std::size_t> share_of(std::size_t rows) const { return {rows * rank_ / ranks_, rows * (rank_ + 1) / ranks_}; }
     Handle file_;
     std::string shown_;
+    Handle descriptor_;  ///< of the same file, where the first rank reserves
+    MPI_Comm comm_ = MPI_COMM_SELF;
+    std::size_t end_ = 0;  ///< of the table that ends last in the file, bytes
     std::size_t rank_ = 0, ranks_ = 1;
 };
 

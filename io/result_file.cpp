@@ -28,7 +28,6 @@ std::string field_table(const std::string& name, std::size_t k) { return fmt::fo
 ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
                            Precision precision, MPI_Comm comm)
     : path_(path),
-      comm_(comm),
       nodes_(mesh.nodes.size()),
       tets_(mesh.tets.size()),
       regions_(!mesh.regions.empty()),
@@ -39,10 +38,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     check_tet_mesh(mesh, path.string());
     const bool together = comm != MPI_COMM_SELF;  // who writes alone need not have MPI
     int rank = 0;
-    if (together) {
-        MPI_Comm_rank(comm, &rank);
-        MPI_Comm_size(comm, &ranks_);
-    }
+    if (together) MPI_Comm_rank(comm, &rank);
     if (rank == 0) pending_ = std::make_unique<PendingFile>(path);
     std::string temporary = pending_ ? pending_->path().string() : "";
     if (together) {
@@ -51,9 +47,10 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
         temporary.resize(static_cast<std::size_t>(length));
         MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
     }
-    if (ranks_ > 1 && !has_room(nodes_ * sizeof(Vector3) + tets_ * (sizeof(Tet) + 7 * sizeof(std::int32_t)) + scene_text.size() + room_beside))
-        fail("{}: no room on the disk for the mesh", path.string());
     file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
+    const std::size_t tet_bytes = sizeof(Tet) + (mesh.edge_nodes.empty() ? 0 : sizeof(mesh.edge_nodes[0])) + sizeof(std::int32_t);
+    if (!file_->reserve(nodes_ * sizeof(Vector3) + tets_ * tet_bytes + scene_text.size() + room_beside))
+        fail("{}: no room on the disk for the mesh", path.string());
     hdf5::write_format(*file_, format_name, format_version);
     file_->write_text("scene", scene_text);
     write_mesh(*file_, "mesh", mesh);
@@ -86,18 +83,6 @@ void ResultWriter::flush() {
     file_->flush();
 }
 
-bool ResultWriter::has_room(std::size_t bytes) {
-    if (ranks_ == 1) return file_->reserve(bytes);
-    int room = 1;
-    if (pending_) {
-        std::error_code unknown;
-        const auto space = fs::space(fs::absolute(pending_->path()).parent_path(), unknown);
-        room = unknown || space.available >= bytes;
-    }
-    MPI_Bcast(&room, 1, MPI_INT, 0, comm_);
-    return room != 0;
-}
-
 void ResultWriter::append(double time_s, std::span<const Vector3> displacement) {
     const std::size_t k = times_.size();
     if (!file_) fail("{}: frame {} comes after the file was closed", path_.string(), k);
@@ -110,7 +95,7 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
         if (!displacement[n].allFinite())
             fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
     const std::span<const double> numbers(displacement.empty() ? nullptr : displacement.front().data(), 3 * nodes_);
-    if (!has_room(numbers.size() * sizeof(double) + room_beside))
+    if (!file_->reserve(numbers.size() * sizeof(double) + room_beside))
         fail("{}: no room on the disk for frame {}", path_.string(), k);
     if (precision_ == Precision::full) {
         file_->write<double>(frame_table(k), numbers, 3);
@@ -129,7 +114,8 @@ void ResultWriter::append_field(const std::string& name, FieldPlace place, int c
     if (values.size() != rows * components)
         fail("{}: field {} has {} numbers, expected {} for each of {}", path_.string(), name, values.size(), components,
              rows);
-    if (ranks_ > 1 && !has_room(values.size() * sizeof(double) + room_beside)) fail("{}: no room on the disk for field {}", path_.string(), name);
+    if (!file_->reserve(values.size() * sizeof(double) + room_beside))
+        fail("{}: no room on the disk for field {}", path_.string(), name);
     if (times_.size() == 1) fields_.push_back({name, place, components});
     file_->write<double>(field_table(name, times_.size() - 1), {values.begin(), values.end()}, components);
 }

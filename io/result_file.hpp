@@ -55,9 +55,6 @@ class ResultWriter {
         int components;
     };
     std::string xdmf() const;
-    /// Whether the disk has room for so many bytes more. Collective: where several ranks write, a disk that is full would stop
-    /// one of them and leave the others waiting, and the first looks for all.
-    bool has_room(std::size_t bytes);
     /// A table that grows, and its rows that are not in the file yet: each goes there through a dozen calls of HDF5, so many
     /// go together.
     struct GrowingTable {
@@ -70,8 +67,6 @@ class ResultWriter {
     void add_row(GrowingTable& table, std::span<const double> row);
     void write_waiting(GrowingTable& table);
 
-    MPI_Comm comm_;
-    int ranks_ = 1;
     std::map<std::string, GrowingTable> tables_;
     std::size_t nodes_, tets_;
     bool regions_, quadratic_;

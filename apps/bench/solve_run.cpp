@@ -1,11 +1,10 @@
 #include "apps/bench/solve_run.hpp"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "apps/run_program.hpp"
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -26,10 +25,8 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     else if (!launcher.empty())
         fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
     const std::string command =
-        fmt::format("{} '{}' solve '{}' --json '{}' >'{}' 2>&1 </dev/null", start,
-                    std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string(), log.string());
-    const int raw = std::system(command.c_str());
-    const int status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+        fmt::format("{} '{}' solve '{}' --json '{}'", start, std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string());
+    const int status = run_program(command, log);
     if (!std::filesystem::exists(told)) fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status, last_words(read_text_file(log)));
     const json j = json::parse(read_text_file(told));
     SolveRun run{.name = name, .solver = j.at("solver"), .ranks = j.at("ranks"), .converged = j.at("converged")};

@@ -1,7 +1,6 @@
 #include "apps/view/player.hpp"
 
 #include <vtkOggTheoraWriter.h>
-#include <vtkPNGWriter.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>

@@ -198,16 +198,22 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate 1000"), {"--rate: found 1000, expected 1 to 100"});
     expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate nan"), {"--rate: found nan, expected a number"});
     expect_refused(livetet(folder, "track scene.yaml --for nan"), {"--for: found nan, expected a number"});
+    expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --interpolation foo"), {"--interpolation: found foo, expected one of cubic, linear, nearest"});
+    expect_refused(livetet(folder, "view result.h5 --colour red"), {"--colour: found red, expected one of displacement,stress"});
+    expect_refused(livetet(folder, "serve recording.mha --port 99999"), {"--port: found 99999, expected a whole number from 0 to 65535"});
     expect_refused(livetet(folder, "solve scene.yaml --profile=banana"), {"--profile: found banana, expected no value"});
     expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
 }
 
-TEST(BadInput, AVirtualDisplayThatCannotBeUsedIsNotStartedAgainAndAgain) {
+TEST(BadInput, AnXServerThatDoesNotStart) {
     const Folder folder;
-    write_text(folder / "xvfb-run", "#!/bin/sh\nshift 3\nexec \"$@\"\n");  // which starts none
-    std::filesystem::permissions(folder / "xvfb-run", std::filesystem::perms::owner_all);
-    expect_refused(livetet(folder, "bench verification --only patch --figure f.png", "env -u DISPLAY PATH=" + folder.path().string() + ":$PATH"),
-                   {"f.png: there is no X server", "cannot be used"});
+    const std::string verify = "bench verification --only patch --figure f.png", alone = "env -u DISPLAY PATH=" + folder.path().string();
+    expect_refused(livetet(folder, verify, alone), {"f.png: there is no X server", "Xvfb is not installed"});
+    for (const std::string does : {"exit 1", "echo 99 >&3; sleep 60"}) {
+        write_text(folder / "Xvfb", "#!/bin/sh\n" + does + "\n");
+        std::filesystem::permissions(folder / "Xvfb", std::filesystem::perms::owner_all);
+        expect_refused(livetet(folder, verify, alone + ":$PATH"), {"f.png: there is no X server", does == "exit 1" ? "Xvfb does not start" : "does not answer"});
+    }
 }
 
 TEST(BadInput, HelpAndVersionAreNotErrors) {

@@ -2,6 +2,7 @@
 #include "apps/bench/scaling_model.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <cmath>
 #include <map>
@@ -17,6 +18,7 @@ using test::expect_refused;
 using test::Folder;
 using test::livetet;
 using test::text_of;
+using test::write_text;
 
 TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTheWhole) {
     const SolveRun measured{.name = "two", .solver = "multigrid", .ranks = 2, .converged = true, .unknowns = 2e6, .partition_s = 4, .linear_s = 30, .iterations = 10};
@@ -35,6 +37,19 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTh
         EXPECT_GE(many.levels, few.levels + 1);
         EXPECT_NEAR(many.reductions_s - few.reductions_s, 6 * std::log2(10) * model.latency_s, 1e-12);
     }
+}
+
+TEST(Scaling, WhoEndsTheBenchmarkEndsTheSolveThatItWaitsFor) {
+    const Folder folder;
+    // Instead of a solve, a process and its child that say when they run; the benchmark is told to end then.
+    write_text(folder / "launcher", "#!/bin/sh\necho $$ >group\nsleep 1000 &\ntouch started\nwait\n");
+    write_text(folder / "caught", "#!/bin/sh\nmkdir tmp\nTMPDIR=tmp \"$@\" &\nuntil [ -e started ]; do sleep 0.1; done\nkill -TERM $!\nwait $!\n");
+    for (const char* script : {"launcher", "caught"}) std::filesystem::permissions(folder / script, std::filesystem::perms::owner_all);
+    const auto outcome = livetet(folder, "bench scaling --unknowns 3000 --refine 0 --ranks 1 --launcher './launcher {}'", "./caught");
+    EXPECT_EQ(outcome.status, 128 + SIGTERM) << outcome.out;
+    EXPECT_EQ(outcome.err.substr(outcome.err.find("livetet:")), "livetet: stopped\n");
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "tmp"));
+    EXPECT_EQ(::kill(-std::stoi(text_of(folder / "group")), 0), -1) << "nothing of what it started runs on";
 }
 
 TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {

@@ -197,6 +197,31 @@ TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
     }
 }
 
+TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
+    const Folder folder;
+    prepare(folder);
+    write_text(folder / "scene.yaml", press + "\n");
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    const std::string before = text_of(folder / "result.h5");
+    // No file of more than so many kB; what Open MPI shares between ranks would be one (therefore TCP).
+    write_text(folder / "small_disk", "ulimit -f $1; shift; exec \"$@\"\n");
+    std::size_t mesh_kB = 0;
+    {
+        const ResultReader result(folder / "result.h5");
+        const TetMesh& mesh = result.mesh();
+        mesh_kB = ((4 << 20) + mesh.nodes.size() * sizeof(Vector3) + mesh.tets.size() * (sizeof(Tet) + 4) + result.scene_text().size()) / 1024;
+    }
+    for (const auto& [size_kB, what] : {std::pair<std::size_t, std::string>{16, "the mesh"}, {2000, "the mesh"}, {mesh_kB + 6, "frame 0"}}) {
+        const auto outcome = livetet(folder, "solve scene.yaml", fmt::format("timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk {}", size_kB));
+        EXPECT_EQ(outcome.status, 2) << size_kB << outcome.err;
+        EXPECT_NE(outcome.err.find("livetet: result.h5: no room on the disk for " + what), std::string::npos) << size_kB << outcome.err;
+        EXPECT_TRUE(text_of(folder / "result.h5") == before) << "a good result is kept";
+    }
+    const auto outcome = livetet(folder, "solve scene.yaml", "timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk 20000");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_LT(std::filesystem::file_size(folder / "result.h5"), 2 * before.size()) << "what was reserved is given back";
+}
+
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
     prepare(folder);
