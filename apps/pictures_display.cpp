@@ -39,8 +39,8 @@ struct Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
 };
 
-/// Where this process finds what it has open as number so and so.
-std::string name_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
+/// Where this process, and those that it starts, find what it has open: Open MPI looks for graphics cards by X from a process of its own.
+std::string name_of(int descriptor) { return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(descriptor); }
 
 /// Writes what a client shows so that the server lets it in: nobody else may draw there, or look.
 void write_cookie(int descriptor) {

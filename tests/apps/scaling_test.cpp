@@ -52,6 +52,15 @@ TEST(Scaling, WhoEndsTheBenchmarkEndsTheSolveThatItWaitsFor) {
     EXPECT_EQ(::kill(-std::stoi(text_of(folder / "group")), 0), -1) << "nothing of what it started runs on";
 }
 
+#ifdef LIVETET_IMAGES
+TEST(Scaling, AFigureWithoutAnXServerIsDrawnByOneThatTheSolvesMayAskToo) {
+    const Folder folder;
+    const auto outcome = livetet(folder, "bench scaling --unknowns 3000 --refine 0 --ranks 1 --compare multigrid --figure f.png", "timeout 200 env -u DISPLAY");
+    EXPECT_LE(outcome.status, 1) << outcome.err;
+    EXPECT_GT(std::filesystem::file_size(folder / "f.png"), 10000u);
+}
+#endif
+
 TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {
     const Folder folder;
     const auto outcome = livetet(folder, "bench scaling --unknowns 20000 --refine 1 --ranks 1,2,4 --compare gamg --folder kept --json s.json");
