@@ -12,29 +12,45 @@ namespace livetet {
 inline std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
-/// or a wrapper may send the first one twice). It is to live until what the run leaves is written. SIGHUP that
-/// was ignored before (nohup) still is; Ctrl-C that was (a shell's background job) is not: it is how a run is ended.
-class Interruptible {
+/// While it lives, what asks a program to end goes to `handler` instead. SIGHUP that was ignored before (nohup) still is; Ctrl-C
+/// that was (a shell's background job) is not: it is how a run is ended.
+class EndSignals {
   public:
-    Interruptible() {
-        stop_asked = false;
+    explicit EndSignals(void (*handler)(int)) {
         for (std::size_t i = 0; i < signals.size(); ++i) {
-            before_[i] = std::signal(signals[i], stop);
+            before_[i] = std::signal(signals[i], handler);
             if (before_[i] == SIG_IGN && signals[i] == SIGHUP) std::signal(SIGHUP, SIG_IGN);
         }
     }
+    ~EndSignals() {
+        if (kept_) return;
+        for (std::size_t i = 0; i < signals.size(); ++i) std::signal(signals[i], before_[i]);
+    }
+    EndSignals(const EndSignals&) = delete;
+    EndSignals& operator=(const EndSignals&) = delete;
+    /// The handler stays when this is gone.
+    void keep() { kept_ = true; }
+
+    static constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
+
+  private:
+    std::array<void (*)(int), signals.size()> before_;
+    bool kept_ = false;
+};
+
+/// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
+/// or a wrapper may send the first one twice). It is to live until what the run leaves is written.
+class Interruptible {
+  public:
+    Interruptible() : signals_(stop) { stop_asked = false; }
     /// Once a stop was asked for, the program ends: a doubled signal still does no harm.
     ~Interruptible() {
-        if (stop_asked) return;
-        for (std::size_t i = 0; i < signals.size(); ++i) std::signal(signals[i], before_[i]);
+        if (stop_asked) signals_.keep();
     }
     Interruptible(const Interruptible&) = delete;
     Interruptible& operator=(const Interruptible&) = delete;
 
   private:
-    static constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
-
     static void stop(int which) {
         static std::atomic<std::time_t> asked_s{0};
         const std::time_t now_s = std::time(nullptr);
@@ -44,7 +60,7 @@ class Interruptible {
         std::raise(which);
     }
 
-    std::array<void (*)(int), signals.size()> before_;
+    EndSignals signals_;
 };
 
 }  // namespace livetet

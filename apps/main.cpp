@@ -103,6 +103,7 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
 int main(int argc, char** argv) {
     using namespace livetet;
     constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
+    ::setenv("HWLOC_COMPONENTS", "-gl", 0);  // Open MPI would ask each X server of the machine for graphics cards, and print what those of others answer
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
     CLI::App app{
         "Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"

@@ -13,14 +13,19 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <system_error>
 
 #include "base/error.hpp"
 
 namespace livetet {
 
 namespace {
+
+constexpr const char* does_not_start = "Xvfb does not start";
 
 /// Kept open to the end: a server resets itself when its last client leaves, and refuses the next meanwhile.
 Display*& display() {
@@ -32,7 +37,7 @@ Display*& display() {
 struct Descriptor {
     int number;
     explicit Descriptor(int of) : number(of) {
-        if (number < 0) fail("the system gives no more open files");
+        if (number < 0) fail("none can be started: {}", std::generic_category().message(errno));
     }
     ~Descriptor() { ::close(number); }
     Descriptor(const Descriptor&) = delete;
@@ -40,7 +45,7 @@ struct Descriptor {
 };
 
 /// Where this process, and those that it starts, find what it has open: Open MPI looks for graphics cards by X from a process of its own.
-std::string name_of(int descriptor) { return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(descriptor); }
+std::string name_of(int descriptor) { return fmt::format("/proc/{}/fd/{}", ::getpid(), descriptor); }
 
 /// Writes what a client shows so that the server lets it in: nobody else may draw there, or look.
 void write_cookie(int descriptor) {
@@ -50,16 +55,17 @@ void write_cookie(int descriptor) {
     Xauth entry{FamilyWild, 0, nullptr, 0, nullptr, name.size(), name.data(), value.size(), value.data()};
     std::FILE* file = std::fopen(name_of(descriptor).c_str(), "wb");
     written = file && written && XauWriteAuth(file, &entry) != 0;
-    if (!file || std::fclose(file) != 0 || !written) fail("the key of a virtual X server cannot be written");
+    if (!file || std::fclose(file) != 0 || !written) fail("none can be started, for the key to it cannot be written");
 }
 
 /// In the child: becomes the server, which says its number on `told`. It has a group of its own, so that Ctrl-C, which a command may
 /// answer by finishing its work, does not take the server away from under it; and it is ended by the system when this program's main
 /// thread is.
-[[noreturn]] void become_server(int told, int cookie) {
+[[noreturn]] void become_server(pid_t parent, const std::string& name, int told, int cookie) {
     ::setpgid(0, 0);
     ::signal(SIGTERM, SIG_DFL);
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (::getppid() != parent) ::_exit(1);  // it ended before it could be asked to take us along
     const int nothing = ::open("/dev/null", O_RDWR);
     const int kept[] = {nothing, nothing, nothing, told, cookie};  // 0 to 4; none of them is there yet
     constexpr int count = 5;
@@ -67,7 +73,7 @@ void write_cookie(int descriptor) {
     for (int k = 0; k < count; ++k) moved[k] = ::fcntl(kept[k], F_DUPFD, count);
     for (int k = 0; k < count; ++k) ::dup2(moved[k], k);
     ::closefrom(count);
-    ::execlp("Xvfb", "Xvfb", "-displayfd", "3", "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset", "-auth", "/proc/self/fd/4",
+    ::execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", "3", "-screen", "0", "1600x1200x24", "-nolisten", "tcp", "-noreset", "-auth", "/proc/self/fd/4",
              static_cast<char*>(nullptr));
     ::_exit(127);
 }
@@ -77,33 +83,57 @@ std::string first_words(int told) {
     constexpr int patience_ms = 20000;
     std::string words;
     pollfd more{told, POLLIN, 0};
-    for (char c = 0; ::poll(&more, 1, patience_ms) > 0 && ::read(told, &c, 1) == 1;) {
+    for (;;) {
+        const int ready = ::poll(&more, 1, patience_ms);
+        if (ready < 0 && errno == EINTR) continue;  // a signal that somebody else here answers
+        char c = 0;
+        if (ready <= 0 || ::read(told, &c, 1) != 1) return {};
         if (c == '\n') return words;
         words += c;
     }
-    return {};
 }
 
-std::optional<std::string> start_server() {
+/// Starts a server of this name (":99"). Why it cannot be used; nothing where it can.
+std::optional<std::string> start_server(const std::string& name) {
     static const Descriptor cookie(::memfd_create("livetet display", MFD_CLOEXEC));  // a file would stay behind after Ctrl-C
     write_cookie(cookie.number);
-    int ends[2];
-    if (::pipe(ends) != 0) fail("the system gives no pipe");
+    int ends[2] = {-1, -1};
+    (void)::pipe2(ends, O_CLOEXEC);
     const Descriptor told(ends[0]);
-    const pid_t server = ::fork();
-    if (server == 0) become_server(ends[1], cookie.number);
+    const pid_t self = ::getpid(), server = ::fork();
+    if (server == 0) become_server(self, name, ends[1], cookie.number);
     ::close(ends[1]);
-    const std::string number = server > 0 ? first_words(told.number) : "";
-    if (number.empty()) {
-        int status = 0;
-        if (server > 0) ::kill(server, SIGKILL), ::waitpid(server, &status, 0);
-        return WIFEXITED(status) && WEXITSTATUS(status) == 127 ? "Xvfb is not installed" : "Xvfb does not start";
+    if (server < 0) fail("none can be started: {}", std::generic_category().message(errno));
+    std::string problem = does_not_start;
+    if (const std::string number = first_words(told.number); !number.empty()) {
+        ::setenv("XAUTHORITY", name_of(cookie.number).c_str(), 1);
+        ::setenv("DISPLAY", (":" + number).c_str(), 1);
+        display() = XOpenDisplay(nullptr);
+        if (have_display()) return std::nullopt;
+        ::unsetenv("XAUTHORITY");
+        ::unsetenv("DISPLAY");
+        problem = "the one that was started, Xvfb, does not answer";
     }
-    ::setenv("XAUTHORITY", name_of(cookie.number).c_str(), 1);
-    ::setenv("DISPLAY", (":" + number).c_str(), 1);
-    display() = XOpenDisplay(nullptr);
-    if (!have_display()) return "the one that was started, Xvfb, does not answer";
-    return std::nullopt;
+    int status = 0;
+    ::kill(server, SIGKILL);
+    ::waitpid(server, &status, 0);
+    return WIFEXITED(status) && WEXITSTATUS(status) == 127 ? "Xvfb is not installed" : problem;
+}
+
+/// Numbers below 10 are those that Open MPI's search for graphics cards asks for whoever runs it; a server that they have no key to has
+/// it print a line each time.
+std::optional<std::string> start_some_server() {
+    constexpr int first = 99, tries = 5;
+    std::optional<std::string> problem;
+    for (int number = first, tried = 0; tried < tries; ++number) {
+        std::error_code ignored;
+        if (std::filesystem::exists(fmt::format("/tmp/.X{}-lock", number), ignored) || std::filesystem::exists(fmt::format("/tmp/.X11-unix/X{}", number), ignored))
+            continue;  // somebody's
+        ++tried;
+        problem = start_server(fmt::format(":{}", number));
+        if (problem != does_not_start) break;  // else another took the number meanwhile
+    }
+    return problem;
 }
 
 }  // namespace
@@ -111,7 +141,13 @@ std::optional<std::string> start_server() {
 bool have_display() { return display() != nullptr; }
 
 std::optional<std::string> find_display() {
-    static const std::optional<std::string> problem = have_display() ? std::nullopt : start_server();
+    static const std::optional<std::string> problem = []() -> std::optional<std::string> {
+        try {
+            return have_display() ? std::nullopt : start_some_server();
+        } catch (const Error& error) {
+            return error.what();
+        }
+    }();
     return problem;
 }
 

@@ -87,13 +87,9 @@ Told tell(const ReportArguments& arguments) {
 /// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
 std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder, [[maybe_unused]] const Told& told) {
 #ifdef LIVETET_IMAGES
-    try {
-        need_display("pictures");
-        told.draw(folder);
-        return std::nullopt;
-    } catch (const Error& problem) {
-        return problem.what();
-    }
+    if (const auto problem = find_display()) return "there is no X server, and " + *problem;
+    told.draw(folder);
+    return std::nullopt;
 #else
     return "this build of livetet draws none";
 #endif

@@ -11,8 +11,9 @@ struct Interrupted {
     int signal;
 };
 
-/// Runs a shell's command to its end, which reads nothing; what it prints goes to `log`. Its exit status, 128 and more where a signal
-/// ended it. What asks this program to end is passed on, to all that the command started; a second later and once more, all of that is killed.
+/// Runs a shell's command until all that it started in its process group has ended; it reads nothing, and what it prints goes to `log`.
+/// Its exit status, 128 and more where a signal ended it. What asks this program to end is passed on to that group; a second later and
+/// once more, the group is killed. Ctrl-\ and SIGKILL end this program alone.
 int run_program(const std::string& command, const std::filesystem::path& log);
 
 }  // namespace livetet

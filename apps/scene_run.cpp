@@ -22,7 +22,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         body.set_springs(constraints.springs());
         body.set_external_force(force, share);
     };
-    double kept = -1;
+    double kept = 0;  // the load of the last frame; the body at rest is none
     std::size_t frames = 0;
     const auto keep = [&](double share) {
         if (hooks.keep) hooks.keep(frames++, share);
@@ -45,10 +45,9 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             history.converged = false;
             history.failure = fmt::format(
                 "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
-                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); what is kept is the "
-                "equilibrium at {:.4g}",
+                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
                 history.share, last.time_s, last.report.imbalance, last.report.linearisations, scene.solver.newton_tolerance,
-                history.share);
+                history.share > 0 ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share) : "nothing is kept");
             load_to(history.share);
             if (history.share > kept) keep(history.share);
             return history;

@@ -218,13 +218,14 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
     if (keeps_going)
         for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
-    if (writer) {
+    const bool has_state = frames > 0;  // else what was there before stays
+    if (writer && has_state) {
         writer->write_text("solve", same_on_all(told.dump()));
         writer->close();
     }
     if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
-    if (probes) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last.displacement));
+    if (probes && has_state) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last.displacement));
     output_s += seconds_since(closing);
     told["output_s"] = output_s;
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
@@ -238,8 +239,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (inverted > 0) fmt::print("inside out       {} tets: stresses there mean nothing; a finer mesh or a gentler load may help\n", inverted);
     for (const auto& [key, force] : forces) fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
-    fmt::print("written          {}{}\n", scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)",
-               probes ? ", " + scene.probes->displacements.string() : "");
+    const std::string result = scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)";
+    fmt::print("written          {}\n", !has_state ? "nothing: no state was reached" : probes ? result + ", " + scene.probes->displacements.string() : result);
     if (arguments.profile) fmt::print("{}", profile_table(profile));
     if (!arguments.json.empty()) write_text_file(arguments.json, told.dump(2) + "\n");
     if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);

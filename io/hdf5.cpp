@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <hdf5.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <limits>
 #include <type_traits>
 
@@ -271,15 +273,20 @@ void File::flush() {
 }
 
 bool File::reserve(std::size_t bytes) {
-    const auto take = [&] {
-        const int descriptor = static_cast<int>(descriptor_.id());
-        struct stat now {};
-        if (::fstat(descriptor, &now) != 0) return false;
-        const off_t more = static_cast<off_t>(bytes), wanted = static_cast<off_t>(end_) + more;
-        if (now.st_size >= wanted) return true;
-        return ::posix_fallocate(descriptor, 0, wanted + more) == 0 || ::posix_fallocate(descriptor, 0, wanted) == 0;
+    const int descriptor = static_cast<int>(descriptor_.id());
+    const off_t end = static_cast<off_t>(end_), more = static_cast<off_t>(bytes);
+    const auto take = [&](off_t wanted) {
+        while (::fallocate(descriptor, 0, end, wanted) != 0) {
+            if (errno == EINTR) continue;
+            struct statvfs disk {};
+            const bool cannot = errno == EOPNOTSUPP || errno == ENOSYS;  // some file systems take no room ahead: as much as is free will do
+            return cannot && ::fstatvfs(descriptor, &disk) == 0 && disk.f_bavail * disk.f_frsize >= static_cast<std::uint64_t>(wanted);
+        }
+        return true;
     };
-    int taken = rank_ == 0 && take();
+    struct stat now {};
+    const bool there = rank_ == 0 && ::fstat(descriptor, &now) == 0 && now.st_size >= end + more;
+    int taken = rank_ == 0 && (there || take(2 * more) || take(more));  // room for the next one as well, where there is
     if (ranks_ > 1) MPI_Bcast(&taken, 1, MPI_INT, 0, comm_);
     return taken != 0;
 }

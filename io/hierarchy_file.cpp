@@ -120,6 +120,14 @@ void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh)
         file.write<std::int32_t>(group + "/triangle_sets/" + escape(name), flat<std::int32_t>(triangles), 3);
 }
 
+std::size_t bytes_written(const TetMesh& mesh) {
+    constexpr std::size_t index = sizeof(std::int32_t);
+    std::size_t bytes = mesh.nodes.size() * sizeof(Vector3) + (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index;
+    for (const auto& [name, nodes] : mesh.node_sets) bytes += nodes.size() * index;
+    for (const auto& [name, triangles] : mesh.triangle_sets) bytes += 3 * triangles.size() * index;
+    return bytes;
+}
+
 TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     TetMesh mesh;
     for (const auto& x : read_rows<double, 3>(file, group + "/nodes")) mesh.nodes.emplace_back(x[0], x[1], x[2]);

@@ -26,6 +26,8 @@ MeshHierarchy read_hierarchy(const std::filesystem::path& path);
 
 /// One mesh within a group of an HDF5 file, for other formats to hold.
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh);
+/// What its tables take in a file, bytes.
+std::size_t bytes_written(const TetMesh& mesh);
 TetMesh read_mesh(const hdf5::File& file, const std::string& group);
 
 }  // namespace livetet

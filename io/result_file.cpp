@@ -48,8 +48,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
         MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
     }
     file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
-    const std::size_t tet_bytes = sizeof(Tet) + (mesh.edge_nodes.empty() ? 0 : sizeof(mesh.edge_nodes[0])) + sizeof(std::int32_t);
-    if (!file_->reserve(nodes_ * sizeof(Vector3) + tets_ * tet_bytes + scene_text.size() + room_beside))
+    if (!file_->reserve(bytes_written(mesh) + scene_text.size() + room_beside))
         fail("{}: no room on the disk for the mesh", path.string());
     hdf5::write_format(*file_, format_name, format_version);
     file_->write_text("scene", scene_text);
@@ -138,6 +137,7 @@ void ResultWriter::append_row(const std::string& name, std::span<const double> r
 }
 
 void ResultWriter::write_text(const std::string& name, const std::string& text) {
+    if (!file_->reserve(text.size())) fail("{}: no room on the disk for the text {}", path_.string(), name);  // what is beside is there since the last frame
     file_->write_text("texts/" + name, text);
 }
 

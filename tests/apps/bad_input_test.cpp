@@ -209,7 +209,7 @@ TEST(BadInput, AnXServerThatDoesNotStart) {
     const Folder folder;
     const std::string verify = "bench verification --only patch --figure f.png", alone = "env -u DISPLAY PATH=" + folder.path().string();
     expect_refused(livetet(folder, verify, alone), {"f.png: there is no X server", "Xvfb is not installed"});
-    for (const std::string does : {"exit 1", "echo 99 >&3; sleep 60"}) {
+    for (const std::string does : {"exit 1", "echo 98765 >&3; exec sleep 60"}) {
         write_text(folder / "Xvfb", "#!/bin/sh\n" + does + "\n");
         std::filesystem::permissions(folder / "Xvfb", std::filesystem::perms::owner_all);
         expect_refused(livetet(folder, verify, alone + ":$PATH"), {"f.png: there is no X server", does == "exit 1" ? "Xvfb does not start" : "does not answer"});

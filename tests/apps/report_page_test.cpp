@@ -8,18 +8,9 @@
 #include "io/result_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
-#ifdef LIVETET_IMAGES
-#include "apps/pictures_display.hpp"
-#endif
 
 namespace livetet {
 namespace {
-
-#ifdef LIVETET_IMAGES
-constexpr const char* display = "xvfb-run -a";
-#else
-constexpr const char* display = "";
-#endif
 
 using nlohmann::json;
 using test::expect_refused;
@@ -148,7 +139,7 @@ void write_run(const std::filesystem::path& path) {
 TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     const Folder folder;
     write_run(folder / "result.h5");
-    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json");
+    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::string page = text_of(folder / "page.html");
     EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
@@ -156,9 +147,14 @@ TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     EXPECT_FALSE(std::filesystem::exists(folder / "report"));
     std::size_t pictures = 0;
     for (std::size_t at = 0; (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at) ++pictures;
-    EXPECT_TRUE(pictures == 2 || page.find("Pictures are left out: ") != std::string::npos);
 #ifdef LIVETET_IMAGES
-    EXPECT_EQ(pictures, have_display() ? 2u : pictures);
+    EXPECT_EQ(pictures, 2u) << outcome.err;
+    const auto without = livetet(folder, "report result.h5 -o without.html", "env -u DISPLAY PATH=/nowhere");
+    EXPECT_EQ(without.status, 0);
+    EXPECT_EQ(without.err, "pictures left out: there is no X server, and Xvfb is not installed\n");
+    EXPECT_NE(text_of(folder / "without.html").find("Pictures are left out: there is no X server, and Xvfb is not installed"), std::string::npos);
+#else
+    EXPECT_NE(page.find("Pictures are left out: "), std::string::npos);
 #endif
     ASSERT_EQ(livetet(folder, "report result.h5 -o bare.html --no-pictures").status, 0);
     EXPECT_EQ(text_of(folder / "bare.html").find("data:image"), std::string::npos);
@@ -176,7 +172,7 @@ loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, -0.5]}]
 time: {scheme: newmark, step_s: 0.01, duration_s: 0.3}
 )");
     ASSERT_EQ(livetet(folder, "solve swing.yaml --json solve.json").status, 0);
-    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json", display);
+    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json solved = json::parse(text_of(folder / "solve.json")), figures = json::parse(text_of(folder / "figures.json"));
     for (const char* key : {"tets", "nodes", "levels", "solver", "converged", "solve_s", "steps", "reactions_N", "version"})

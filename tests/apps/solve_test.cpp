@@ -208,8 +208,7 @@ TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
     std::size_t mesh_kB = 0;
     {
         const ResultReader result(folder / "result.h5");
-        const TetMesh& mesh = result.mesh();
-        mesh_kB = ((4 << 20) + mesh.nodes.size() * sizeof(Vector3) + mesh.tets.size() * (sizeof(Tet) + 4) + result.scene_text().size()) / 1024;
+        mesh_kB = ((4 << 20) + bytes_written(result.mesh()) + result.scene_text().size()) / 1024;
     }
     for (const auto& [size_kB, what] : {std::pair<std::size_t, std::string>{16, "the mesh"}, {2000, "the mesh"}, {mesh_kB + 6, "frame 0"}}) {
         const auto outcome = livetet(folder, "solve scene.yaml", fmt::format("timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk {}", size_kB));
@@ -270,15 +269,21 @@ TEST(Solve, ALinearSceneConvergesAtTheDefaults) {
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
 }
 
-TEST(Solve, NotConvergedIsSaidAndExitsWith3) {
+TEST(Solve, NotConvergedIsSaidAndExitsWith3AndWithoutAnyStateAnOlderResultStays) {
     const Folder folder;
     prepare(folder);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    const std::string result = text_of(folder / "result.h5"), moved = text_of(folder / "moved.csv");
     std::string scene = press;
     scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 1, ");
     write_text(folder / "scene.yaml", scene);
-    const auto outcome = livetet(folder, "solve scene.yaml");
+    const auto outcome = livetet(folder, "solve scene.yaml --json failed.json");
     EXPECT_EQ(outcome.status, 3);
     EXPECT_NE(outcome.out.find("NOT converged"), std::string::npos);
+    EXPECT_NE(outcome.out.find("nothing: no state was reached"), std::string::npos);
+    EXPECT_FALSE(nlohmann::json::parse(text_of(folder / "failed.json"))["converged"].get<bool>());
+    EXPECT_TRUE(text_of(folder / "result.h5") == result);
+    EXPECT_EQ(text_of(folder / "moved.csv"), moved);
 }
 
 TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
