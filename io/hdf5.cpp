@@ -105,7 +105,8 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
 File File::open(const std::filesystem::path& path, bool is_own) {
     begin();
     const std::string shown = path.string();
-    if (!std::filesystem::is_regular_file(path)) fail("{}: no such file", shown);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", shown);
     const auto open_here = [&] {
         Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
         if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", shown);

@@ -244,7 +244,8 @@ void check_ending(const fs::path& path, const char* expected) {
 Volume read(const fs::path& path) {
     check_ending(path, ".nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd");
     const std::string where = path.string();
-    if (!fs::is_regular_file(path)) fail("{}: no such file", where);
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     GzReader in(path);
     std::vector<char> bytes;
     const Header header = read_header(in, bytes, where);

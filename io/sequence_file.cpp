@@ -190,7 +190,8 @@ Recording read_sequence(const fs::path& path) {
     const std::string where = path.string();
     if (const std::string end = ending(path); end != ".mha" && end != ".mhd" && end != ".nrrd")
         fail("{}: the name ends in '{}', expected a PLUS sequence: .mha, .mhd or .nrrd", where, end);
-    if (!fs::is_regular_file(path)) fail("{}: no such file", where);
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     std::ifstream in(path, std::ios::binary);
     if (!in) fail("{}: cannot be read", where);
     const Header header = read_header(in, path);

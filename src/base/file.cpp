@@ -26,7 +26,10 @@ std::string read_text_file(const fs::path& path) {
 }
 
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-    return !a.empty() && !b.empty() && std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
+    if (a.empty() || b.empty()) return false;
+    std::error_code error;  // a name may be longer than the system takes, or in a folder that may not be looked into
+    const fs::path of_a = fs::weakly_canonical(a, error), of_b = error ? fs::path() : fs::weakly_canonical(b, error);
+    return error ? a.lexically_normal() == b.lexically_normal() : of_a == of_b;
 }
 
 namespace {

@@ -205,6 +205,22 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
 }
 
+/// Found by changed inputs: a missing bracket makes the rest of a scene the name of a file.
+TEST(BadInput, NamesThatAreTooLongForAFile) {
+    const Folder folder;
+    const std::string name(5000, 'n');
+    write_block(folder / "block.h5");
+    write_text(folder / "read.yaml", "mesh: {file: " + name + ".h5}\n");
+    write_text(folder / "written.yaml", "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\noutput: {file: " + name + ".h5}\n");
+    expect_refused(livetet(folder, "solve read.yaml"), {name, "no such file"});
+    expect_refused(livetet(folder, "solve written.yaml"), {name});
+    for (const char* command : {"solve NAME.yaml", "report NAME.h5", "warp NAME.h5 -o o.nii.gz", "mesh NAME.nii.gz -o o.h5", "serve NAME.igs.mha"}) {
+        std::string with = command;
+        with.replace(with.find("NAME"), 4, name);
+        expect_refused(livetet(folder, with), {name});
+    }
+}
+
 TEST(BadInput, AnXServerThatDoesNotStart) {
     const Folder folder;
     const std::string verify = "bench verification --only patch --figure f.png", alone = "env -u DISPLAY PATH=" + folder.path().string();
