@@ -1,15 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 
 #include "apps/checkpoint.hpp"
 #include "apps/commands.hpp"
+#include "apps/outputs.hpp"
 #include "apps/rank_usage.hpp"
 #include "apps/scene_run.hpp"
 #include "apps/solve_profile.hpp"
+#include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
@@ -104,10 +107,25 @@ std::string same_on_all(std::string text) {
     return text;
 }
 
+/// What the first rank alone does; where it fails, all hear of it, for else they would wait for it. Collective.
+void on_first_rank(bool first, const std::function<void()>& work) {
+    std::string problem;
+    try {
+        if (first) work();
+    } catch (const Error& error) {
+        problem = error.what();
+    }
+    problem = same_on_all(std::move(problem));
+    if (!problem.empty()) throw Error(problem);
+}
+
 int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
     const Scene scene = load_scene(arguments.scene);
+    refuse_to_overwrite("--json", arguments.json, {arguments.scene, scene.mesh.file, scene.image, scene.output.file});
+    if (scene.probes) refuse_to_overwrite("--json", arguments.json, {scene.probes->points, scene.probes->displacements});
+    if (!arguments.json.empty() && session.rank() == 0) (void)PendingFile(arguments.json);  // that it can be written
     session.add_options(scene.solver.petsc_options);
     const bool first = session.rank() == 0;
     std::optional<ProgressLine> progress;
@@ -152,15 +170,15 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         last.fields = fields_of(scene, *scene_body.body);
         if (!keeps_going)
             append_frame(*writer, last);
-        else if (first)
-            store.keep(number, last);
+        else
+            on_first_rank(first, [&] { store.keep(number, last); });
         last.fields.clear();
         output_s += seconds_since(began);
     };
     if (scene.output.checkpoint_every > 0)
         hooks.checkpoint = [&](const RunPlace& place) {
             const BodyState state = scene_body.body->gather_state();
-            if (first) store.write(place, state);
+            on_first_rank(first, [&] { store.write(place, state); });
         };
     const RunHistory history = run_scene(scene, scene_body, constraints, hooks);
     progress.reset();

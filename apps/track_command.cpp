@@ -10,6 +10,7 @@
 #include "apps/report.hpp"
 #include "apps/track_run.hpp"
 #include "apps/tracker_source.hpp"
+#include "apps/outputs.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -95,6 +96,8 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     if (!scene.track)
         fail("{}: track is missing, expected the tracker's source and registration (livetet scene lists its keys)",
              arguments.scene.string());
+    refuse_to_overwrite("--json", arguments.json,
+                        {arguments.scene, scene.mesh.file, scene.image, scene.output.file, scene.track->source, scene.track->registration});
     const std::optional<double> budget_s = seconds_of(scene.track->budget);
     if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
         fail("track.budget = {}: solves of the mixed form cannot be cut short, expected formulation: displacement ({})",

@@ -205,6 +205,19 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "mesh -o out.h5 labels.nii.gz " + std::string(100000, 'x')), {"not expected"});
 }
 
+TEST(BadInput, TheFiguresAreNotWrittenOverWhatIsReadOrWrittenElse) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    const std::string scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\noutput: {file: out.h5}\n";
+    write_text(folder / "scene.yaml", scene + "materials: [{young_Pa: 5000, poisson: 0.4}]\n");
+    for (const std::string taken : {"scene.yaml", "block.h5", "out.h5"}) expect_refused(livetet(folder, "solve scene.yaml --json " + taken), {"--json", taken, "another file"});
+    expect_refused(livetet(folder, "solve scene.yaml --json nowhere/x.json"), {"nowhere/x.json", "no folder"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\na,1,1,1\n");
+    write_text(folder / "twice.yaml", scene + "materials: [{young_Pa: 5000, poisson: 0.4}]\nprobes: {points: points.csv, displacements: out.h5}\n");
+    expect_refused(livetet(folder, "solve twice.yaml"), {"output.file and probes.displacements", "out.h5", "two files"});
+}
+
 /// Found by changed inputs: a missing bracket makes the rest of a scene the name of a file.
 TEST(BadInput, NamesThatAreTooLongForAFile) {
     const Folder folder;

@@ -43,6 +43,21 @@ void kill_after_checkpoint(const Folder& folder, const std::string& before) {
     EXPECT_NE(run.get().status, 0);
 }
 
+TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
+    const Folder folder;
+    prepare(folder);
+    std::string longer = swing + "output: {file: swing.h5, every: 2, checkpoint_every: 5}\n";
+    longer.replace(longer.find("duration_s: 0.4"), 15, "duration_s: 40");
+    write_text(folder / "swing.yaml", longer);
+    write_text(folder / "losing",
+               "mpirun --oversubscribe -n 2 \"$@\" &\nuntil [ -e swing.h5.parts/checkpoint.h5 ]; do sleep 0.05; done\n"
+               "until rm -rf swing.h5.parts; do :; done\nwait $!\n");
+    const auto outcome = livetet(folder, "solve swing.yaml", "timeout 100 sh losing");
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("livetet: swing.h5.parts/"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "swing.h5"));
+}
+
 TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
     const Folder folder;
     prepare(folder);
