@@ -171,11 +171,11 @@ void print_summary(const StudyTable& table, const Study& study) {
     for (const double s : table.seconds) seconds += s;
     for (const std::string& name : table.outputs) width = std::max(width, name.size());
     fmt::print("solves           {}, {} converged, {:.1f} s of solving in all\n", table.values.size(), table.values.size() - failed, seconds);
-    fmt::print("\n{:<{}} {:>12} {:>12} {:>12}\n", "output", width, "least", "median", "most");
+    fmt::print("\n{:<{}} {:>12} {:>12} {:>12}{}\n", "output", width, "least", "median", "most", failed > 0 ? "   of those that converged" : "");
     for (std::size_t i = 0; i < table.outputs.size(); ++i) {
         std::vector<double> values;
-        for (const auto& row : table.results)
-            if (!std::isnan(row[i])) values.push_back(row[i]);
+        for (std::size_t k = 0; k < table.results.size(); ++k)
+            if (table.failures[k].empty() && !std::isnan(table.results[k][i])) values.push_back(table.results[k][i]);
         if (values.empty()) continue;
         std::sort(values.begin(), values.end());
         fmt::print("{:<{}} {:>12.5g} {:>12.5g} {:>12.5g}\n", table.outputs[i], width, values.front(), percentile(values, 0.5), values.back());
@@ -198,7 +198,7 @@ void print_summary(const StudyTable& table, const Study& study) {
 }
 
 #ifdef LIVETET_IMAGES
-/// An output against each input that is a number and varies.
+/// An output of the solves that converged against each input that is a number and varies.
 std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study, const std::string& output) {
     std::vector<ScatterChart> charts;
     const auto column = static_cast<std::size_t>(std::find(table.outputs.begin(), table.outputs.end(), output) - table.outputs.begin());
@@ -206,7 +206,7 @@ std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
         ScatterChart chart{table.inputs[i], output, {}, {}, study.options.vary[i].spacing == Spacing::logarithmic};
         for (std::size_t k = 0; k < table.values.size(); ++k) {
             const auto x = parse_number(table.values[k][i]);
-            if (!x || std::isnan(table.results[k][column])) continue;
+            if (!x || !table.failures[k].empty() || std::isnan(table.results[k][column])) continue;
             chart.x.push_back(*x);
             chart.y.push_back(table.results[k][column]);
         }
@@ -235,7 +235,10 @@ void draw(const StudyTable& table, const Study& study) {
         picture.replace_filename(fmt::format("{}_{}.png", picture.stem().string(), name));
         const std::vector<ScatterChart> charts = charts_of(table, study, output);
         if (charts.empty()) continue;
-        write_scatter_picture(picture, fmt::format("{} of {} solves", output, table.values.size()), charts);
+        const auto converged = std::count(table.failures.begin(), table.failures.end(), std::string());
+        const std::string all = fmt::format("{} solves", table.values.size());
+        const bool some = converged < static_cast<std::ptrdiff_t>(table.values.size());
+        write_scatter_picture(picture, fmt::format("{} of {}", output, some ? fmt::format("the {} of {} that converged", converged, all) : all), charts);
         fmt::print("picture          {}\n", picture.string());
     }
 #else

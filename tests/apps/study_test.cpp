@@ -227,6 +227,26 @@ TEST(Study, AFailedSolveIsARowWithItsReason) {
     EXPECT_NE(text_of(folder / "study.csv").find("drive[0]"), std::string::npos);
 }
 
+TEST(Study, TheSummaryIsOfTheSolvesThatConverged) {
+    const Folder folder;
+    prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: solver.max_newton, values: [1, 50]}]\n");
+    const auto outcome = livetet(folder, "study study.yaml");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const StudyTable table = read_study(folder / "study.h5");
+    EXPECT_NE(table.failures[0], "");
+    EXPECT_EQ(table.failures[1], "");
+    const std::size_t share = column_of(table, "share_of_load");
+    EXPECT_LT(table.results[0][share], 1);
+    EXPECT_NE(outcome.out.find("of those that converged"), std::string::npos) << outcome.out;
+    const std::size_t line = outcome.out.find("share_of_load");
+    ASSERT_NE(line, std::string::npos) << outcome.out;
+    std::istringstream words(outcome.out.substr(line + std::string("share_of_load").size()));
+    double least = 0, median = 0, most = 0;
+    words >> least >> median >> most;
+    EXPECT_EQ(least, 1) << outcome.out;
+    EXPECT_EQ(most, 1) << outcome.out;
+}
+
 /// A region that no material is for is found by every rank, not by the one whose tets are of it: none waits for the others.
 TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
     const Folder folder;
