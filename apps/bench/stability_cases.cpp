@@ -19,11 +19,14 @@ namespace {
 
 const Vector3 extent(0.2, 0.1, 0.1);
 
+/// 0 where a tet is inverted.
 double least_dihedral(const TetMesh& mesh, std::span<const Tet> tets) {
     double least = 180;
-    for (const Tet& t : tets)
+    for (const Tet& t : tets) {
+        if (!(signed_volume(mesh, t) > 0)) return 0;
         for (const double angle : dihedral_angles_deg(mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]))
             least = std::min(least, angle);
+    }
     return least;
 }
 
@@ -124,11 +127,14 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
             for (const std::int32_t i : t) z += mesh.nodes[i].z() / 4;
             mesh.regions.push_back(z < extent.z() / 2 ? 1 : 2);
         }
-        for (Vector3& x : mesh.nodes) {
-            const double below = extent.z() - layer;
-            x.z() = x.z() < below ? x.z() * (extent.z() - thin) / below : extent.z() - (extent.z() - x.z()) / c.edge_ratio;
-        }
+        if (c.edge_ratio > 1)
+            for (Vector3& x : mesh.nodes) {
+                const double below = extent.z() - layer;
+                if (std::abs(x.z() - below) < layer / 4) x.z() = below;  // a plane, as the thin layer's other side is
+                x.z() = x.z() <= below ? x.z() * (extent.z() - thin) / below : extent.z() - (extent.z() - x.z()) / c.edge_ratio;
+            }
         if (levels.empty() && c.least_dihedral_deg > 0) flatten(mesh, c.least_dihedral_deg);
+        check_tet_mesh(mesh, "stability");
         levels.push_back(std::move(mesh));
     }
     return make_hierarchy(std::move(levels), "stability");

@@ -16,6 +16,7 @@ namespace livetet {
 namespace {
 
 constexpr int settling_frames = 15;
+constexpr double longest_step_s = 60;  // of `solve`: a thousand times what a step of the box takes that goes well
 
 /// What ends a trial: the rule that does not hold.
 struct Broken {
@@ -108,9 +109,13 @@ class Trial {
     void solve(Move&& move, double dt) {
         StepReport last;
         ++cell_.steps;
-        const double reached = step_in_parts(*body_.body, dt, batch_effort(scene_), move, [&](double, double, const StepReport& report) {
+        const auto start = Clock::now();
+        const double reached = step_in_parts(*body_.body, dt, batch_effort(scene_), move, [&](double share, double, const StepReport& report) {
             cell_.linearisations += report.linearisations;
             last = report;
+            if (seconds_since(start) > longest_step_s)
+                broken("solved: step {} is at {:.3g} of its way after {:g} s, where forces are out of balance by {:.1e}", cell_.steps, share, longest_step_s,
+                       report.imbalance);
         });
         if (reached < 1)
             broken("solved: not beyond {:.3g} of step {}, where forces are out of balance by {:.1e} after {} linearisations", reached, cell_.steps,
