@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
 #include "io/vector_table.hpp"
 
 namespace livetet {
@@ -18,21 +17,13 @@ constexpr const char* frame_format = "livetet frame";
 constexpr int version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
-/// A file of about so many bytes that `fill(file)` writes, whole or not at all. The room for it is taken before: a file that HDF5 cannot
-/// close on a full disk stays open in it, and MPI's end crashes there.
-template <class Fill>
-void write_whole(const fs::path& path, const char* format, std::size_t bytes, Fill&& fill) {
-    constexpr std::size_t room_beside = 1 << 20;  // what is left when the disk is found full, to close the file
-    PendingFile pending(path);
-    {
-        hdf5::File file = hdf5::File::create(pending.path(), path.string());
-        if (!file.reserve(bytes + room_beside)) fail("{}: cannot be written, the disk is full; a run goes on with --restart once there is room", path.string());
-        hdf5::write_format(file, format, version);
-        fill(file);
-        file.flush();
-        file.give_back();
+/// hdf5::write_whole, for a run that can go on.
+void write_part(const fs::path& path, const char* format, std::size_t bytes, const std::function<void(hdf5::File&)>& fill) {
+    try {
+        hdf5::write_whole(path, format, version, bytes, fill);
+    } catch (const Error& e) {
+        fail("{}; a run goes on with --restart once there is room", e.what());
     }
-    pending.commit();
 }
 
 /// What a JSON text in a file says; an Error where it is none.
@@ -89,7 +80,7 @@ std::pair<RunPlace, BodyState> CheckpointStore::read() const {
 void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
     std::size_t bytes = frame.displacement.size() * sizeof(Vector3);
     for (const ResultFrame::Field& f : frame.fields) bytes += f.values.size() * sizeof(double);
-    write_whole(frame_file(number), frame_format, bytes, [&](hdf5::File& file) {
+    write_part(frame_file(number), frame_format, bytes, [&](hdf5::File& file) {
         json fields = json::array();
         for (const ResultFrame::Field& f : frame.fields)
             fields.push_back({{"name", f.name}, {"node", f.place == FieldPlace::node}, {"components", f.components}});
@@ -118,7 +109,7 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
 void CheckpointStore::write(const RunPlace& place, const BodyState& state) const {
     std::size_t bytes = about_.size() + state.pressure.size() * sizeof(double);
     for (const auto& values : state.nodal) bytes += values.size() * sizeof(Vector3);
-    write_whole(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {
+    write_part(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {
         file.write_text("run", about_);
         file.write_text("about", json{{"time_s", place.time_s}, {"step_s", place.step_s}, {"steps", place.steps},
                                       {"frames", place.frames}, {"failure", place.failure}, {"started", state.started}}

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -12,6 +14,7 @@
 #include "apps/commands.hpp"
 #include "apps/run_program.hpp"
 #include "base/error.hpp"
+#include "base/leftovers.hpp"
 #include "base/petsc.hpp"
 #include "config/yaml.hpp"
 
@@ -104,6 +107,10 @@ int main(int argc, char** argv) {
     using namespace livetet;
     constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
     ::setenv("HWLOC_COMPONENTS", "-gl", 0);  // Open MPI would ask each X server of the machine for graphics cards, and print what those of others answer
+    // A closed standard stream's number would be the next file's, and what is printed would go into that.
+    for (int stream = 0; stream < 3; ++stream)
+        if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
+    remove_leftovers_at_signals();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
     CLI::App app{
         "Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
@@ -146,6 +153,7 @@ int main(int argc, char** argv) {
                                  : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
+        if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category(), "standard output");
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {

@@ -156,9 +156,7 @@ std::string fingerprint(const MeshArguments& a) {
                         a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1), fmt::join(a.spheres, ","));
     text += '\n' + read_text_file(a.source.file);
     if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
-    std::uint64_t hash = 0xcbf29ce484222325;
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-    return fmt::format("{:016x}", hash);
+    return digest(text);
 }
 
 /// Whether the file names others that hold its voxels: those are not in the fingerprint. In doubt yes.

@@ -6,12 +6,14 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <system_error>
 
 #include "apps/phantom_shape.hpp"
 #include "apps/phantom_truth.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/leftovers.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/image_file.hpp"
 #include "io/sequence_file.hpp"
@@ -30,7 +32,7 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
 }
 
 /// A folder under way beside its place: its files are moved there one by one once all are written. Destroyed without
-/// `commit`, it leaves nothing behind.
+/// `commit`, or ended by a signal, it leaves nothing behind.
 class PendingFolder {
   public:
     explicit PendingFolder(fs::path target) : target_(std::move(target)) {
@@ -44,6 +46,7 @@ class PendingFolder {
         temporary_ = target_ / fmt::format(".phantom.part{}", ::getpid());
         if (!fs::create_directory(temporary_, error) && error)
             fail("{}: cannot be written to: {}", target_.string(), error.message());
+        leftover_.emplace(temporary_);
     }
     ~PendingFolder() {
         std::error_code ignored;
@@ -73,6 +76,7 @@ class PendingFolder {
 
   private:
     fs::path target_, temporary_;
+    std::optional<Leftover> leftover_;
     std::vector<fs::path> names_;
     bool is_new_ = false, committed_ = false;
 };

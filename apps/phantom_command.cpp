@@ -60,7 +60,8 @@ void add_phantom_command(CLI::App& app) {
         ->required()
         ->type_name("DIR");
     command->add_option("--seed", o.seed, "of all noise: the same seed gives the same images and recordings")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
     command->add_option("--spacing-mm", o.spacing_mm, "edge of the image's voxels")->capture_default_str();
     command->add_option("--position-noise-mm", o.position_noise_mm, "RMS length of a tracked position's error")
         ->capture_default_str();

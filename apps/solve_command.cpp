@@ -125,9 +125,10 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const Scene scene = load_scene(arguments.scene);
     refuse_to_overwrite("--json", arguments.json, {arguments.scene, scene.mesh.file, scene.image, scene.output.file});
     if (scene.probes) refuse_to_overwrite("--json", arguments.json, {scene.probes->points, scene.probes->displacements});
-    if (!arguments.json.empty() && session.rank() == 0) (void)PendingFile(arguments.json);  // that it can be written
     session.add_options(scene.solver.petsc_options);
     const bool first = session.rank() == 0;
+    for (const std::filesystem::path& path : {arguments.json, scene.probes ? scene.probes->displacements : std::filesystem::path()})
+        if (first && !path.empty()) (void)PendingFile(path);  // that it can be written, before the hours that it takes
     std::optional<ProgressLine> progress;
     if (first) progress.emplace("solve");
 

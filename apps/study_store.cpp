@@ -41,13 +41,12 @@ std::string first_difference(const std::string& was, const std::string& is) {
     return "the same";
 }
 
-/// How a file that a scene names is known again: its size and when it was written.
+/// How a file that a scene names is known again: its size and what is in it.
 std::string stamp_of(const fs::path& path) {
     std::error_code error;
     const auto size = fs::file_size(path, error);
     if (error) return "missing";
-    const auto written = fs::last_write_time(path, error).time_since_epoch().count();
-    return fmt::format("{} bytes of {}", size, written);
+    return fmt::format("{} bytes, digest {}", size, digest(read_text_file(path)));
 }
 
 /// The study, and the files that its solves read, as they are now.
@@ -156,10 +155,8 @@ bool StudyStore::claim(std::size_t k) const {
 
 void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     try {
-        PendingFile pending(row_file(k));
-        {
-            hdf5::File file = hdf5::File::create(pending.path(), row_file(k).string());
-            hdf5::write_format(file, row_format, version);
+        const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) + row.displacement.size() * sizeof(Vector3);
+        hdf5::write_whole(row_file(k), row_format, version, bytes, [&](hdf5::File& file) {
             json about{{"converged", row.converged},   {"failure", row.failure}, {"mesh_s", row.mesh_s},
                        {"setup_s", row.setup_s},       {"solve_s", row.solve_s}, {"iterations", row.iterations},
                        {"linearisations", row.linearisations}};
@@ -170,9 +167,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
             file.write<double>("outputs", outputs, 1);
             file.write<double>("history", history_values(row), history_columns.size());
             if (study_.options.keep_displacements) file.write<double>("displacement", flat(row.displacement), 3);
-            file.flush();
-        }
-        pending.commit();
+        });
     } catch (const Error& e) {
         fail("{}; the study goes on from here when it is started again", e.what());
     }
@@ -233,6 +228,11 @@ void StudyStore::remove() {
 
 namespace {
 
+/// Of the disk, for what is written next.
+void need_room(hdf5::File& file, std::size_t bytes) {
+    if (!file.reserve(bytes)) fail("{}: cannot be written (is the disk full?)", file.shown());
+}
+
 /// The meshes that a study's solves are on, each kept once.
 class StoredMeshes {
   public:
@@ -247,6 +247,7 @@ class StoredMeshes {
         if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
         const TetMesh& mesh = hierarchy.levels.front();
         const std::string group = fmt::format("meshes/{}", frames_.size());
+        need_room(file_, bytes_written(mesh));
         write_mesh(file_, group, mesh);
         return frames_[key] = {0, group, mesh.nodes.size(), mesh.tets.size(), !mesh.edge_nodes.empty(), !mesh.regions.empty(), {}};
     }
@@ -288,12 +289,9 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
     const fs::path& output = study.options.output;
     const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
-    PendingFile pending(output);
-    std::vector<XdmfFrame> frames;
-    StudyTable table;
-    {
-        hdf5::File file = hdf5::File::create(pending.path(), output.string());
-        hdf5::write_format(file, study_format, version);
+    hdf5::write_whole(output, study_format, version, study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
+        std::vector<XdmfFrame> frames;
+        StudyTable table;
         StoredMeshes meshes(file);
 
         // 1. row by row: what is large
@@ -313,6 +311,7 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
             table.values.push_back(study.samples[k]);
             table.failures.push_back(row.converged ? "" : row.failure);
             table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
+            need_room(file, history_values(row).size() * sizeof(double) + row.displacement.size() * sizeof(Vector3));
             file.write<double>("histories/" + number_of(k), history_values(row), history_columns.size());
             for (const auto& [name, value] : row.outputs)
                 if (std::find(table.outputs.begin(), table.outputs.end(), name) == table.outputs.end())
@@ -349,12 +348,11 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
         file.write_text("texts/scene", study.scene_text);
         file.write_text("texts/versions", versions());
         file.write_text("fingerprint", fingerprint);
-        file.flush();
-    }
-    fs::path beside = output;
-    write_text_file(beside.replace_extension(".csv"), csv_of(table));
-    write_text_file(beside.replace_extension(".xdmf"), xdmf_text(output.filename().string(), frames));
-    pending.commit();  // last: where it is, the study is complete
+        // Before the study's own: where that is, the study is complete.
+        fs::path beside = output;
+        write_text_file(beside.replace_extension(".csv"), csv_of(table));
+        write_text_file(beside.replace_extension(".xdmf"), xdmf_text(output.filename().string(), frames));
+    });
 }
 
 StudyTable read_study(const fs::path& path) {

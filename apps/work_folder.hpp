@@ -4,10 +4,12 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 
 #include "base/error.hpp"
+#include "base/leftovers.hpp"
 
 namespace livetet {
 
@@ -19,6 +21,7 @@ class WorkFolder {
             std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
             if (!::mkdtemp(name.data())) fail("{}: cannot be made: {}", name, std::generic_category().message(errno));
             path_ = name;
+            leftover_.emplace(path_);
         }
         std::error_code error;
         std::filesystem::create_directories(path_, error);
@@ -37,6 +40,7 @@ class WorkFolder {
   private:
     std::filesystem::path path_;
     bool kept_;
+    std::optional<Leftover> leftover_;
 };
 
 }  // namespace livetet

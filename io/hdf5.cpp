@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "io/parse_apart.hpp"
 
 namespace livetet::hdf5 {
@@ -325,5 +326,19 @@ LIVETET_HDF5_OF(double)
 LIVETET_HDF5_OF(float)
 LIVETET_HDF5_OF(std::int32_t)
 #undef LIVETET_HDF5_OF
+
+void write_whole(const std::filesystem::path& path, const std::string& format, int version, std::size_t bytes, const std::function<void(File&)>& fill) {
+    constexpr std::size_t room_beside = 1 << 20;  // HDF5's own, and what is left to close the file where the disk is found full
+    PendingFile pending(path);
+    {
+        File file = File::create(pending.path(), path.string());
+        if (!file.reserve(bytes + room_beside)) fail("{}: cannot be written (is the disk full?)", path.string());
+        write_format(file, format, version);
+        fill(file);
+        file.flush();
+        file.give_back();
+    }
+    pending.commit();
+}
 
 }  // namespace livetet::hdf5

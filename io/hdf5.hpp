@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -107,5 +108,9 @@ class File {
 /// Writes and checks the marks that say what a file is: "livetet_format" and "livetet_version".
 void write_format(File& file, const std::string& format, int version);
 void check_format(const File& file, const std::string& format, int version);
+
+/// A file with these marks that `fill` writes, of about `bytes`: whole or not at all (PendingFile). The room for it is taken
+/// before: a file that HDF5 cannot close on a full disk stays open in it, and MPI's end crashes there.
+void write_whole(const std::filesystem::path& path, const std::string& format, int version, std::size_t bytes, const std::function<void(File&)>& fill);
 
 }  // namespace livetet::hdf5

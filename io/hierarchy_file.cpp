@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
 
 namespace livetet {
 
@@ -156,10 +155,10 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
 
 void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy,
                      const std::optional<ImageGrid>& image) {
-    PendingFile pending(path);
-    {
-        hdf5::File file = hdf5::File::create(pending.path(), path.string());
-        hdf5::write_format(file, format_name, format_version);
+    std::size_t bytes = hierarchy.provenance.size();
+    for (const TetMesh& level : hierarchy.levels) bytes += bytes_written(level);
+    for (const BarycentricMap& map : hierarchy.transfers) bytes += map.size() * (4 * sizeof(std::int32_t) + 5 * sizeof(double));
+    hdf5::write_whole(path, format_name, format_version, bytes, [&](hdf5::File& file) {
         file.write_text("provenance", hierarchy.provenance);
         file.write_text("world", "RAS, metres");
         if (image) write_grid(file, *image);
@@ -172,9 +171,7 @@ void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hie
             file.write<double>(group + "/weights", flat<double>(map.weights), 4);
             file.write<double>(group + "/distance", map.distance, 1);
         }
-        file.flush();
-    }
-    pending.commit();
+    });
 }
 
 std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path) {

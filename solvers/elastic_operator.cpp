@@ -24,7 +24,7 @@ void configure_boomeramg(PC pc) {
     const char* prefix = nullptr;  // "displacement_" in the mixed form
     LIVETET_PETSC(PCGetOptionsPrefix(pc, &prefix));
     const auto set_option = [&](const std::string& name, const char* value) {
-        const std::string option = "-" + std::string(prefix ? prefix : "") + name;
+        const std::string option = fmt::format("-{}{}", prefix ? prefix : "", name);
         PetscBool given = PETSC_FALSE;
         LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, option.c_str(), &given));
         if (!given) LIVETET_PETSC(PetscOptionsSetValue(nullptr, option.c_str(), value));
@@ -34,6 +34,25 @@ void configure_boomeramg(PC pc) {
     set_option("pc_hypre_boomeramg_nodal_coarsen_diag", "1");
     set_option("pc_hypre_boomeramg_vec_interp_variant", "2");
     set_option("pc_hypre_boomeramg_vec_interp_qmax", "4");
+}
+
+/// PETSc's options, which may name what there is none of.
+void take_options(KSP ksp) {
+    const PetscErrorCode failure = KSPSetFromOptions(ksp);
+    if (failure != PETSC_ERR_ARG_UNKNOWN_TYPE) {
+        LIVETET_PETSC(failure);
+        return;
+    }
+    const char* prefix = nullptr;
+    LIVETET_PETSC(KSPGetOptionsPrefix(ksp, &prefix));
+    std::string found;
+    for (const char* name : {"-ksp_type", "-pc_type"}) {
+        char value[100] = "";
+        PetscBool given = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsGetString(nullptr, prefix, name, value, sizeof value, &given));
+        if (given) found += fmt::format(" -{}{} {}", prefix ? prefix : "", name + 1, value);
+    }
+    fail("PETSc's options: found{}, expected solvers and preconditioners that this PETSc has", found);
 }
 
 /// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where that is null, from a few
@@ -228,6 +247,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
                        hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
+        if (l > 0) coarse_places_.push_back(hierarchy.levels[l].nodes);
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
@@ -321,7 +341,7 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
         case SolverKind::petsc:
             break;
     }
-    LIVETET_PETSC(KSPSetFromOptions(ksp));
+    take_options(ksp);
     if (fine().matrix() && !cycles()) fine().set_rigid_motions();
 }
 
@@ -349,7 +369,7 @@ void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
             return PETSC_ERR_LIB;
         }
     }));
-    LIVETET_PETSC(KSPSetFromOptions(ksp));
+    take_options(ksp);
     saddle_work_ = make_vector(fine().share());
 }
 
@@ -412,7 +432,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     if (live_) {
         for (std::size_t l = 1; l < levels_.size(); ++l) {
             components_.push_back(
-                coarse_components(live_->map(l - 1), components_[l - 1], levels_[l]->share().number_of_node.size()));
+                coarse_components(live_->map(l - 1), components_[l - 1], coarse_places_[l - 1]));
             levels_[l]->set_constrained(components_[l]);
         }
         live_->set_constrained();
@@ -420,7 +440,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
         ElasticLevel &upper = *levels_[l], &lower = *levels_[l + 1];
         components_.push_back(
-            coarse_components(transfers_[l]->map(), components_[l], lower.share().number_of_node.size()));
+            coarse_components(transfers_[l]->map(), components_[l], coarse_places_[l]));
         lower.set_constrained(components_[l + 1]);
         transfers_[l]->set_constrained(upper.share(), lower.share(), components_[l], components_[l + 1]);
     }

@@ -1,5 +1,9 @@
 #include "solvers/petsc_session.hpp"
 
+#include <fmt/format.h>
+
+#include <csignal>
+
 #include "base/error.hpp"
 #include "base/petsc.hpp"
 
@@ -13,7 +17,11 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     pointers.push_back(nullptr);
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
-    LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
+    // PETSc takes SIGHUP for an error in the program, but where it is ignored.
+    const auto hang_up = std::signal(SIGHUP, SIG_IGN);
+    const PetscErrorCode failure = PetscInitialize(&count, &values, nullptr, nullptr);
+    std::signal(SIGHUP, hang_up);
+    LIVETET_PETSC(failure);
     LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
@@ -22,7 +30,16 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
 PetscSession::~PetscSession() {
     // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for ranks that do not come.
     if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
+    if (std::uncaught_exceptions() == exceptions_) tell_unused_options();
     PetscFinalize();
+}
+
+void PetscSession::tell_unused_options() const {
+    PetscInt count = 0;
+    char **names = nullptr, **values = nullptr;
+    if (rank_ > 0 || PetscOptionsLeftGet(nullptr, &count, &names, &values)) return;
+    for (PetscInt k = 0; k < count; ++k) fmt::print(stderr, "livetet: nothing asked PETSc for its option -{}: is it spelt right, of a solver that the scene has?\n", names[k]);
+    PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
 void PetscSession::add_options(const std::string& options) {

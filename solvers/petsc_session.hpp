@@ -21,6 +21,9 @@ class PetscSession {
     void add_options(const std::string& options);
 
   private:
+    /// A line on stderr for each option that no object of PETSc looked up.
+    void tell_unused_options() const;
+
     std::vector<std::string> arguments_;
     int rank_ = 0, ranks_ = 1;
     int exceptions_ = std::uncaught_exceptions();

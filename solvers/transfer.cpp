@@ -1,26 +1,46 @@
 #include "solvers/transfer.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+
+#include "mechanics/rigid_motions.hpp"
 
 namespace livetet {
 
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
-                                            std::size_t coarse_nodes) {
+                                            std::span<const Vector3> coarse_places) {
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
+    const std::size_t coarse_nodes = coarse_places.size();
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : coarse_places) box.extend(x);
+    const HeldMotions none(box.center(), box.diagonal().norm() / 2);
+    HeldMotions of_fine = none;
     std::vector<double> total(coarse_nodes, 0);
     std::vector<std::array<double, 3>> held(coarse_nodes, {0, 0, 0});
-    for (std::size_t i = 0; i < fine_in_coarse.size(); ++i)
+    for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
+        Vector3 place = Vector3::Zero();
         for (int k = 0; k < 4; ++k) {
             const std::int32_t n = fine_in_coarse.nodes[i][k];
             const double w = fine_in_coarse.mean_weight(i, k);
             total[n] += w;
+            place += fine_in_coarse.weights[i][k] * coarse_places[n];
             for (int c = 0; c < 3; ++c)
                 if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
         }
-    std::vector<std::uint8_t> components(coarse_nodes, 0);
-    for (std::size_t n = 0; n < coarse_nodes; ++n)
-        for (int c = 0; c < 3; ++c)
-            if (held[n][c] >= 0.3 * total[n]) components[n] |= 1 << c;
+        if (fine[i]) of_fine.hold(place, fine[i]);
+    }
+    const bool must_hold = of_fine.all_held();
+    std::vector<std::uint8_t> components;
+    for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
+        components.assign(coarse_nodes, 0);
+        HeldMotions of_coarse = none;
+        for (std::size_t n = 0; n < coarse_nodes; ++n) {
+            for (int c = 0; c < 3; ++c)
+                if (held[n][c] >= share * total[n]) components[n] |= 1 << c;
+            of_coarse.hold(coarse_places[n], components[n]);
+        }
+        if (!must_hold || of_coarse.all_held()) break;
+    }
     return components;
 }
 

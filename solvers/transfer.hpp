@@ -13,10 +13,11 @@ namespace livetet {
 /// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole meshes): a coarse component
 /// is, where at least 0.3 of the weight that it lends to fine nodes goes to constrained ones (of 0.05 to 0.95 the value
 /// with the fewest iterations on an organ pressed at a patch), where it is itself a fine node that is, or where it lends
-/// none.
+/// none. Where that would leave a coarse mesh free to move as a rigid body which the fine one is not, whose patch is small on it, a
+/// lesser share will do: static, its matrix would be singular.
 /// One rule for masks, groups, patches and node lists, and no coarse level has an unknown without an equation.
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
-                                            std::size_t coarse_nodes);
+                                            std::span<const Vector3> coarse_places);
 
 /// Of each tet, m^3.
 std::vector<double> tet_volumes(const TetMesh& mesh);

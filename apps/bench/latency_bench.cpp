@@ -15,6 +15,7 @@
 #include "apps/phantom.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/tracker_server.hpp"
+#include "apps/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -138,8 +139,7 @@ int bench_latency(const LatencyArguments& arguments) {
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
 
     // The whole of `track`, its result included.
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("livetet_latency_{}", ::getpid());
-    std::filesystem::create_directories(folder);
+    const WorkFolder folder;
     ArrivalTimes came;
     FrameCounts counts;
     std::vector<SeenFrame> seen;
@@ -166,7 +166,6 @@ int bench_latency(const LatencyArguments& arguments) {
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
         seen = reader.finish();
     }
-    std::filesystem::remove_all(folder);
 
     std::vector<double> whole, computed, told;
     const double first = seen.empty() ? 0 : seen.front().seen_s;

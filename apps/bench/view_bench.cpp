@@ -8,6 +8,7 @@
 #include "apps/interruptible.hpp"
 #include "apps/phantom.hpp"
 #include "apps/view/live.hpp"
+#include "apps/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -98,8 +99,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     shown.fixed = body.mesh().node_sets.at("fixed");
     const std::size_t triangles = shown.surface.triangles.size();
 
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("livetet_view_{}", ::getpid());
-    std::filesystem::create_directories(folder);
+    const WorkFolder folder;
     FrameCounts counts;
     LiveView view(std::move(shown), {.surface = Surface::off_screen});
     ByTurns turns(view, arguments.seconds, arguments.stretches);
@@ -115,7 +115,6 @@ int bench_view(const ViewBenchArguments& arguments) {
         stop_asked = false;  // it was the benchmark that asked
     }
     view.finish();
-    std::filesystem::remove_all(folder);
     if (turns.pictures_a_second.empty()) fail("bench view: no picture was drawn in {} s", whole_s);
 
     const Distribution pictures = distribution(turns.pictures_a_second), picture = distribution(turns.picture_ms),

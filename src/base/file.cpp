@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <system_error>
@@ -23,6 +24,12 @@ std::string read_text_file(const fs::path& path) {
     text << in.rdbuf();
     if (!in) fail("{}: cannot be read", path.string());
     return text.str();
+}
+
+std::string digest(std::string_view contents) {
+    std::uint64_t hash = 0xcbf29ce484222325;
+    for (const char c : contents) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    return fmt::format("{:016x}", hash);
 }
 
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -59,6 +66,7 @@ PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
         fail("{}: cannot be written, the folder {} is not writable", target_.string(), folder.string());
     temporary_ =
         folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(), target_.extension().string());
+    leftover_.emplace(temporary_);
 }
 
 PendingFile::~PendingFile() {

@@ -10,7 +10,7 @@ namespace livetet {
 
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix6 = HeldMotions::Matrix6;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// For each node the lowest node of its connected piece.
@@ -58,12 +58,26 @@ std::string describe(const Vector6& motion, const Vector3& centre, double size, 
 
 }  // namespace
 
+void HeldMotions::hold(const Vector3& x, std::uint8_t components) {
+    const Vector3 arm = (x - centre_) / size_;
+    for (int c = 0; c < 3; ++c) {
+        if (!(components >> c & 1)) continue;
+        Vector6 row;  // component c of t + w x arm
+        row << Vector3::Unit(c), arm.cross(Vector3::Unit(c));
+        gram_ += row * row.transpose();
+    }
+}
+
+bool HeldMotions::all_held() const {
+    const Vector6 values = Eigen::SelfAdjointEigenSolver<Matrix6>(gram_, Eigen::EigenvaluesOnly).eigenvalues();
+    return values[0] > 1e-6 * std::max(1.0, values[5]);
+}
+
 std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const std::uint8_t> held) {
     struct Piece {
         Vector3 centre = Vector3::Zero();
         double size = 0;
         std::size_t nodes = 0;
-        Matrix6 gram = Matrix6::Zero();  ///< of the motions at the held components
     };
     const std::vector<std::int32_t> piece_of = pieces(mesh);
     std::map<std::int32_t, Piece> all;
@@ -77,20 +91,13 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const 
         Piece& piece = all[piece_of[n]];
         piece.size = std::max(piece.size, (mesh.nodes[n] - piece.centre).norm());
     }
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-        if (!held[n]) continue;
-        Piece& piece = all[piece_of[n]];
-        const Vector3 arm = (mesh.nodes[n] - piece.centre) / piece.size;
-        for (int c = 0; c < 3; ++c) {
-            if (!(held[n] >> c & 1)) continue;
-            Vector6 row;  // component c of t + w x arm
-            row << Vector3::Unit(c), arm.cross(Vector3::Unit(c));
-            piece.gram += row * row.transpose();
-        }
-    }
+    std::map<std::int32_t, HeldMotions> motions;
+    for (const auto& [first, piece] : all) motions.emplace(first, HeldMotions(piece.centre, piece.size));
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        if (held[n]) motions.at(piece_of[n]).hold(mesh.nodes[n], held[n]);
     std::vector<FreeMotion> free;
     for (const auto& [first, piece] : all) {
-        const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(piece.gram);
+        const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(motions.at(first).gram());
         const double limit = 1e-10 * std::max(1.0, eigen.eigenvalues()[5]);
         int count = 0;
         while (count < 6 && eigen.eigenvalues()[count] < limit) ++count;

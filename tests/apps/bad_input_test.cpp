@@ -289,5 +289,18 @@ TEST(BadInput, MaterialsAndFieldsThatCannotBe) {
     expect_refused(livetet(folder, "solve e.yaml"), {"poisson", "mixed"});
 }
 
+TEST(BadInput, StandardStreamsThatAreFullOrClosed) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    write_text(folder / "scene.yaml", held_scene);
+    // What is printed goes where the script says, not to the helper's files.
+    write_text(folder / "full", "exec \"$@\" >/dev/full\n");
+    write_text(folder / "closed", "exec \"$@\" <&- >&- 2>&-\n");
+    for (const char* command : {"scene", "explain scene.yaml"}) expect_refused(livetet(folder, command, "sh full"), {"No space left on device"});
+    EXPECT_EQ(livetet(folder, "solve scene.yaml", "sh closed").status, 0);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml -ksp_view", "sh closed").status, 0);
+    EXPECT_EQ(livetet(folder, "solve none.yaml", "sh closed").status, 2);
+}
+
 }  // namespace
 }  // namespace livetet

@@ -221,6 +221,62 @@ TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
     EXPECT_LT(std::filesystem::file_size(folder / "result.h5"), 2 * before.size()) << "what was reserved is given back";
 }
 
+TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
+    const Folder folder;
+    prepare(folder);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    const std::string before = text_of(folder / "result.h5");
+    write_text(folder / "long.yaml", press + "time: {scheme: newmark, step_s: 0.001, duration_s: 100}\noutput: {every: 1000}\n");
+    write_text(folder / "ended", "#!/bin/sh\nsignal=$1\nshift\n\"$@\" &\nuntil ls -A | grep -q part; do sleep 0.1; done\nkill -$signal $!\nwait $!\n");
+    std::filesystem::permissions(folder / "ended", std::filesystem::perms::owner_all);
+    for (const int signal : {SIGTERM, SIGHUP}) {
+        const auto outcome = livetet(folder, "solve long.yaml", fmt::format("./ended {}", signal));
+        EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+        EXPECT_EQ(outcome.err.find("PETSC"), std::string::npos) << outcome.err;
+        for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+            EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos) << entry.path();
+    }
+    EXPECT_TRUE(text_of(folder / "result.h5") == before);
+}
+
+/// A coarse mesh that nothing held would be a singular matrix.
+TEST(Solve, WhatIsHeldByAPatchThatIsSmallOnTheCoarsestMeshIsSolved) {
+    const Folder folder;
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({16, 8, 8}, {0.2, 0.1, 0.1}), test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1}), test::block({2, 1, 1}, {0.2, 0.1, 0.1})}, "a block"));
+    for (const double radius_mm : {13., 20., 30., 60.})
+        for (const char* solver : {"multigrid, coarse: rediscretised", "multigrid, coarse: galerkin", "live"}) {
+            write_text(folder / "scene.yaml", fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 5000, poisson: 0.45}}]\n"
+                                                          "fix: [{{sphere_mm: [60, 40, 0, {}]}}]\ngravity_m_per_s2: [0, 0, -0.01]\n"
+                                                          "solver: {{kind: {}, relative_tolerance: 1e-6}}\noutput: {{file: none}}\n",
+                                                          radius_mm, solver));
+            const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
+            ASSERT_EQ(outcome.status, 0) << radius_mm << solver << outcome.err;
+            const nlohmann::json told = nlohmann::json::parse(text_of(folder / "told.json"));
+            EXPECT_LE(told.at("iterations").get<int>(), solver == std::string("live") ? 400 : 30) << radius_mm << solver;
+        }
+}
+
+TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
+    const Folder folder;
+    prepare(folder);
+    std::string scene = press;
+    scene.replace(scene.find("moved.csv"), 9, "none/moved.csv");
+    write_text(folder / "scene.yaml", scene);
+    expect_refused(livetet(folder, "solve scene.yaml"), {"none/moved.csv", "there is no folder"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
+}
+
+TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
+    const Folder folder;
+    prepare(folder);
+    expect_refused(livetet(folder, "solve scene.yaml -pc_type nonsense"), {"PETSc's options", "-pc_type nonsense"});
+    const auto outcome = livetet(folder, "solve scene.yaml -ksp_rtoll 1e-4 -ksp_max_it 500");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("its option -ksp_rtoll"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("its option -ksp_max_it"), std::string::npos) << outcome.err;
+}
+
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
     prepare(folder);

@@ -299,7 +299,9 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     const auto again = livetet(folder, "study study.yaml", mpirun(2));
     EXPECT_EQ(again.status, 0) << again.err;
     EXPECT_NE(again.out.find("is complete"), std::string::npos) << again.out;
-    EXPECT_EQ(text_of(folder / "study.h5"), bytes);
+    EXPECT_TRUE(text_of(folder / "study.h5") == bytes);
+    write_text(folder / "block.h5", text_of(folder / "block.h5"));  // another time, the same mesh
+    EXPECT_EQ(livetet(folder, "study study.yaml").status, 0);
 
     std::string other = grid;
     other.replace(other.find("[-4, -8]"), 8, "[-4, -9]");
@@ -311,7 +313,7 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     write_text(folder / "scene.yaml", press);
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
     expect_refused(livetet(folder, "study study.yaml"), {"changed", "points.csv"});
-    EXPECT_EQ(text_of(folder / "study.h5"), bytes);
+    EXPECT_TRUE(text_of(folder / "study.h5") == bytes);
 }
 
 TEST(Study, MoreRanksThanCanBeUsedAndMeshesOfAnotherVersionAreRefused) {
@@ -456,7 +458,7 @@ TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
     store.keep(1, row);
     EXPECT_EQ(store.row(1).displacement, row.displacement);
     {
-        const SmallDisk disk(150000);
+        const SmallDisk disk((1 << 20) + 150000);
         EXPECT_NE(words_of([&] { write_study(study, store, {}); }).find("is the disk full?"), std::string::npos);
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+namespace livetet {
+
+/// While it lives, a signal that ends the program removes this file or folder first, with all that is in it. Not more than
+/// 64 at a time, those that come later stay.
+class Leftover {
+  public:
+    explicit Leftover(const std::filesystem::path& path);
+    ~Leftover();
+    Leftover(const Leftover&) = delete;
+    Leftover& operator=(const Leftover&) = delete;
+
+  private:
+    int place_;
+};
+
+/// From now on Ctrl-C, SIGTERM and SIGHUP remove what is left over before they end the program, wherever nothing else was
+/// asked to handle them. To be called once, before any thread.
+void remove_leftovers_at_signals();
+
+}  // namespace livetet
