@@ -36,8 +36,9 @@ std::vector<char> parse_apart(const std::filesystem::path& path, const std::stri
     std::error_code ignored;
     const std::uintmax_t size = std::filesystem::file_size(path, ignored);
     if (ignored) fail("{}: no such file", path.string());
-    const double time_limit_s = 5 + 2e-6 * static_cast<double>(size);
+    const double enough_s = 5 + 2e-6 * static_cast<double>(size), time_limit_s = 20 * enough_s;  // a busy machine is no damage
     const auto work = [&](int descriptor) {
+        limit_processor_time(enough_s);
         limit_memory((std::uint64_t(2) << 30) + 100 * size);
         return answer(descriptor, parse);
     };

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <limits>
@@ -56,7 +57,8 @@ std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off
 }
 
 void restore_default_signals() {
-    for (int s = 1; s < NSIG; ++s) ::signal(s, SIG_DFL);
+    for (int s = 1; s < NSIG; ++s)
+        if (s != SIGXFSZ) ::signal(s, SIG_DFL);  // a file over the user's limit stays an error in writing
     sigset_t none;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -120,6 +122,8 @@ void limit_memory(std::uint64_t bytes) {
     lower_limit(RLIMIT_AS, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) + bytes);
     lower_limit(RLIMIT_FSIZE, bytes);
 }
+
+void limit_processor_time(double seconds) { lower_limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(seconds))); }
 
 bool write_all(int descriptor, const void* data, std::size_t bytes) {
     const char* at = static_cast<const char*>(data);
@@ -186,7 +190,7 @@ std::string end_text(const ChildResult& child, double time_limit_s) {
         case ChildResult::End::timed_out:
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
         case ChildResult::End::crashed:
-            return fmt::format("crashed (signal {})", child.detail);
+            return child.detail == SIGXCPU ? "took more processor time than it may" : fmt::format("crashed (signal {})", child.detail);
         case ChildResult::End::failed:
         case ChildResult::End::returned:
             break;

@@ -28,6 +28,9 @@ ChildResult run_in_child(const std::function<int(int result_descriptor)>& work, 
 /// that it already has stays where it is lower.
 void limit_memory(std::uint64_t bytes);
 
+/// For `work`: SIGXCPU after so many seconds of processor time, however long they take.
+void limit_processor_time(double seconds);
+
 /// In a few words why a child gave no result: its end, or its last error lines. `time_limit_s`: what it had.
 std::string end_text(const ChildResult& child, double time_limit_s);
 

@@ -63,6 +63,7 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
     EXPECT_EQ(failed, 8);
 }
 
+/// `stability_mesh` itself refuses an inverted tet.
 TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
     for (const StabilityCase& c : stability_cases()) {
         if (c.least_dihedral_deg == 0 && c.edge_ratio == 1) continue;
