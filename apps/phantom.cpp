@@ -32,7 +32,7 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
 }
 
 /// A folder under way beside its place: its files are moved there one by one once all are written. Destroyed without
-/// `commit`, or ended by a signal, it leaves nothing behind.
+/// `commit` it leaves nothing behind, ended by a signal no file under way.
 class PendingFolder {
   public:
     explicit PendingFolder(fs::path target) : target_(std::move(target)) {

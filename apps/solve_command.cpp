@@ -112,7 +112,7 @@ void on_first_rank(bool first, const std::function<void()>& work) {
     std::string problem;
     try {
         if (first) work();
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
         problem = error.what();
     }
     problem = same_on_all(std::move(problem));
@@ -242,6 +242,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         writer->write_text("solve", same_on_all(told.dump()));
         writer->close();
     }
+    session.tell_unused_options();
     if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
     if (probes && has_state) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last.displacement));

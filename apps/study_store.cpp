@@ -46,7 +46,10 @@ std::string stamp_of(const fs::path& path) {
     std::error_code error;
     const auto size = fs::file_size(path, error);
     if (error) return "missing";
-    return fmt::format("{} bytes, digest {}", size, digest(read_text_file(path)));
+    std::string text = fmt::format("{} bytes, digest {}", size, digest(read_text_file(path)));
+    const std::string ending = path.extension().string();  // an image's header, whose voxels may be in another file
+    if (ending == ".mhd" || ending == ".nhdr") text += fmt::format(", of {}", fs::last_write_time(path, error).time_since_epoch().count());
+    return text;
 }
 
 /// The study, and the files that its solves read, as they are now.
@@ -228,9 +231,10 @@ void StudyStore::remove() {
 
 namespace {
 
-/// Of the disk, for what is written next.
+/// Of the disk, for what is written next, and for the tables and texts at the end.
 void need_room(hdf5::File& file, std::size_t bytes) {
-    if (!file.reserve(bytes)) fail("{}: cannot be written (is the disk full?)", file.shown());
+    constexpr std::size_t room_beside = 1 << 20;
+    if (!file.reserve(bytes + room_beside)) fail("{}: cannot be written (is the disk full?)", file.shown());
 }
 
 /// The meshes that a study's solves are on, each kept once.
@@ -325,6 +329,7 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
         }
 
         // 2. the tables
+        need_room(file, (inputs.size() + count * (table.outputs.size() + 20)) * 2 * sizeof(double));
         std::vector<double> results;
         for (const auto& row : outputs) {
             std::vector<double>& columns = table.results.emplace_back();

@@ -44,11 +44,14 @@ double norm(Vec v) {
     return n;
 }
 
-/// Threads beyond the caller's serve the live solver alone: the others have ranks.
-int team_size(const SolverOptions& options) {
+/// Threads beyond the caller's serve the live solver alone: the others have ranks. On a small mesh they would wait for each other
+/// longer than they work, and on a busy machine for their turns.
+int team_size(const SolverOptions& options, std::size_t nodes) {
+    constexpr std::size_t worth_a_thread = 500;  // nodes
     if (options.kind != SolverKind::live) return 1;
     if (options.threads > 0) return options.threads;
-    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
+    const std::size_t cores = std::clamp(std::thread::hardware_concurrency(), 1U, 4U);
+    return static_cast<int>(std::clamp<std::size_t>(nodes / worth_a_thread, 1, cores));
 }
 
 }  // namespace
@@ -58,7 +61,7 @@ DeformableBody::DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                const TimeOptions& time, const SolverOptions& options)
     : time_(time),
       options_(options),
-      team_(team_size(options)),
+      team_(team_size(options, hierarchy.levels.front().nodes.size())),
       operator_(comm, hierarchy, parts, model, options, team_),
       constrained_(hierarchy.levels.front().nodes.size(), 0) {
     for (PetscHandle<Vec>* v : {&u_, &u0_, &du_, &residual_, &force_, &external_, &prescribed_})

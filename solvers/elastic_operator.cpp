@@ -52,6 +52,7 @@ void take_options(KSP ksp) {
         LIVETET_PETSC(PetscOptionsGetString(nullptr, prefix, name, value, sizeof value, &given));
         if (given) found += fmt::format(" -{}{} {}", prefix ? prefix : "", name + 1, value);
     }
+    if (found.empty()) found = " a type that it does not have";
     fail("PETSc's options: found{}, expected solvers and preconditioners that this PETSc has", found);
 }
 
@@ -247,7 +248,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
                        hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
-        if (l > 0) coarse_places_.push_back(hierarchy.levels[l].nodes);
+        if (l > 0) coarse_bodies_.emplace_back(hierarchy.levels[l]);
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
@@ -432,7 +433,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     if (live_) {
         for (std::size_t l = 1; l < levels_.size(); ++l) {
             components_.push_back(
-                coarse_components(live_->map(l - 1), components_[l - 1], coarse_places_[l - 1]));
+                coarse_components(live_->map(l - 1), components_[l - 1], coarse_bodies_[l - 1]));
             levels_[l]->set_constrained(components_[l]);
         }
         live_->set_constrained();
@@ -440,7 +441,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
         ElasticLevel &upper = *levels_[l], &lower = *levels_[l + 1];
         components_.push_back(
-            coarse_components(transfers_[l]->map(), components_[l], coarse_places_[l]));
+            coarse_components(transfers_[l]->map(), components_[l], coarse_bodies_[l]));
         lower.set_constrained(components_[l + 1]);
         transfers_[l]->set_constrained(upper.share(), lower.share(), components_[l], components_[l + 1]);
     }

@@ -151,7 +151,7 @@ class ElasticOperator {
     std::vector<std::unique_ptr<Transfer>> transfers_;
     std::vector<PetscHandle<Vec>> displacements_;        ///< of coarse levels, for their rotations
     std::vector<PetscHandle<Mat>> galerkin_;             ///< coarse operators P^T A P
-    std::vector<std::vector<Vector3>> coarse_places_;    ///< of the coarse levels' nodes, m: what holds these as a body
+    std::vector<CoarseBody> coarse_bodies_;              ///< by level from the second
     std::vector<std::vector<std::uint8_t>> components_;  ///< constrained, by level
     std::unique_ptr<FloatMultigrid> live_;
     PetscHandle<Mat> live_matrix_;

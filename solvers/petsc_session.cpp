@@ -1,13 +1,20 @@
 #include "solvers/petsc_session.hpp"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <csignal>
+#include <cstdio>
+#include <iterator>
 
 #include "base/error.hpp"
 #include "base/petsc.hpp"
 
 namespace livetet {
+
+namespace {
+
+constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error"};
+
+}  // namespace
 
 PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
     : arguments_(std::move(petsc_arguments)) {
@@ -17,11 +24,13 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     pointers.push_back(nullptr);
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
-    // PETSc takes SIGHUP for an error in the program, but where it is ignored.
-    const auto hang_up = std::signal(SIGHUP, SIG_IGN);
-    const PetscErrorCode failure = PetscInitialize(&count, &values, nullptr, nullptr);
-    std::signal(SIGHUP, hang_up);
-    LIVETET_PETSC(failure);
+    // PETSc would take what ends a program for an error in it.
+    struct sigaction hang_up {}, terminate {};
+    ::sigaction(SIGHUP, nullptr, &hang_up);
+    ::sigaction(SIGTERM, nullptr, &terminate);
+    LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
+    ::sigaction(SIGHUP, &hang_up, nullptr);
+    ::sigaction(SIGTERM, &terminate, nullptr);
     LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
@@ -30,7 +39,6 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
 PetscSession::~PetscSession() {
     // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for ranks that do not come.
     if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
-    if (std::uncaught_exceptions() == exceptions_) tell_unused_options();
     PetscFinalize();
 }
 
@@ -38,7 +46,14 @@ void PetscSession::tell_unused_options() const {
     PetscInt count = 0;
     char **names = nullptr, **values = nullptr;
     if (rank_ > 0 || PetscOptionsLeftGet(nullptr, &count, &names, &values)) return;
-    for (PetscInt k = 0; k < count; ++k) fmt::print(stderr, "livetet: nothing asked PETSc for its option -{}: is it spelt right, of a solver that the scene has?\n", names[k]);
+    for (PetscInt k = 0; k < count; ++k) {
+        const std::string name = std::string("-") + names[k];
+        // Others are set by our own code, or asked for when PETSc ends.
+        const bool given = (" " + given_ + " ").find(" " + name + " ") != std::string::npos;
+        const bool of_the_end = std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end), [&](const char* begin) { return name.starts_with(begin); });
+        if (given && !of_the_end)
+            std::fprintf(stderr, "livetet: nothing asked PETSc for its option %s: is it spelt right, and of a solver that the scene has?\n", name.c_str());
+    }
     PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
@@ -48,6 +63,7 @@ void PetscSession::add_options(const std::string& options) {
     std::string line;
     for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
     LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));
+    given_ = options + " " + line;
 }
 
 }  // namespace livetet

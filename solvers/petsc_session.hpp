@@ -20,11 +20,12 @@ class PetscSession {
     /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them.
     void add_options(const std::string& options);
 
-  private:
-    /// A line on stderr for each option that no object of PETSc looked up.
+    /// At a run's end: a line on stderr for each option, of the command line's and the scene's, that no object of PETSc looked up.
     void tell_unused_options() const;
 
+  private:
     std::vector<std::string> arguments_;
+    std::string given_;  ///< the scene's options and the command line's
     int rank_ = 0, ranks_ = 1;
     int exceptions_ = std::uncaught_exceptions();
 };

@@ -2,19 +2,26 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <map>
+#include <optional>
 
 #include "mechanics/rigid_motions.hpp"
 
 namespace livetet {
 
-std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
-                                            std::span<const Vector3> coarse_places) {
+CoarseBody::CoarseBody(const TetMesh& mesh) : places(mesh.nodes), piece_of(connected_pieces(mesh)) {}
+
+std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine, const CoarseBody& coarse) {
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
-    const std::size_t coarse_nodes = coarse_places.size();
-    Eigen::AlignedBox3d box;
-    for (const Vector3& x : coarse_places) box.extend(x);
-    const HeldMotions none(box.center(), box.diagonal().norm() / 2);
-    HeldMotions of_fine = none;
+    struct Piece {
+        Eigen::AlignedBox3d box;
+        std::optional<HeldMotions> of_fine, of_coarse;
+        bool is_held = false;  ///< as the fine nodes of its tets are
+    };
+    std::map<std::int32_t, Piece> pieces;
+    const std::size_t coarse_nodes = coarse.places.size();
+    for (std::size_t n = 0; n < coarse_nodes; ++n) pieces[coarse.piece_of[n]].box.extend(coarse.places[n]);
+    for (auto& [first, piece] : pieces) piece.of_fine.emplace(piece.box.center(), piece.box.diagonal().norm() / 2);
     std::vector<double> total(coarse_nodes, 0);
     std::vector<std::array<double, 3>> held(coarse_nodes, {0, 0, 0});
     for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
@@ -23,23 +30,29 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
             const std::int32_t n = fine_in_coarse.nodes[i][k];
             const double w = fine_in_coarse.mean_weight(i, k);
             total[n] += w;
-            place += fine_in_coarse.weights[i][k] * coarse_places[n];
+            place += fine_in_coarse.weights[i][k] * coarse.places[n];
             for (int c = 0; c < 3; ++c)
                 if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
         }
-        if (fine[i]) of_fine.hold(place, fine[i]);
+        if (fine[i]) pieces.at(coarse.piece_of[fine_in_coarse.nodes[i][0]]).of_fine->hold(place, fine[i]);
     }
-    const bool must_hold = of_fine.all_held();
-    std::vector<std::uint8_t> components;
+    std::vector<std::uint8_t> components(coarse_nodes, 0);
+    bool more = true;
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
-        components.assign(coarse_nodes, 0);
-        HeldMotions of_coarse = none;
+        if (!more) break;
+        for (auto& [first, piece] : pieces) piece.of_coarse.emplace(piece.box.center(), piece.box.diagonal().norm() / 2);
         for (std::size_t n = 0; n < coarse_nodes; ++n) {
-            for (int c = 0; c < 3; ++c)
-                if (held[n][c] >= share * total[n]) components[n] |= 1 << c;
-            of_coarse.hold(coarse_places[n], components[n]);
+            Piece& piece = pieces.at(coarse.piece_of[n]);
+            if (!piece.is_held)
+                for (int c = 0; c < 3; ++c)
+                    if (held[n][c] >= share * total[n]) components[n] |= 1 << c;
+            piece.of_coarse->hold(coarse.places[n], components[n]);
         }
-        if (!must_hold || of_coarse.all_held()) break;
+        more = false;
+        for (auto& [first, piece] : pieces) {
+            piece.is_held = piece.is_held || !piece.of_fine->all_held() || piece.of_coarse->all_held();
+            more = more || !piece.is_held;
+        }
     }
     return components;
 }

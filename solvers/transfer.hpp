@@ -10,14 +10,21 @@
 
 namespace livetet {
 
+/// What `coarse_components` looks at of a coarse mesh.
+struct CoarseBody {
+    explicit CoarseBody(const TetMesh& mesh);
+    std::vector<Vector3> places;         ///< of the nodes, m
+    std::vector<std::int32_t> piece_of;  ///< `connected_pieces`
+};
+
 /// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole meshes): a coarse component
 /// is, where at least 0.3 of the weight that it lends to fine nodes goes to constrained ones (of 0.05 to 0.95 the value
 /// with the fewest iterations on an organ pressed at a patch), where it is itself a fine node that is, or where it lends
-/// none. Where that would leave a coarse mesh free to move as a rigid body which the fine one is not, whose patch is small on it, a
-/// lesser share will do: static, its matrix would be singular.
+/// none. Where that would leave a connected piece free to move as a rigid body which the fine one is not, whose patch is small on
+/// the coarse mesh, a lesser share will do there: static, the matrix would be singular.
 /// One rule for masks, groups, patches and node lists, and no coarse level has an unknown without an equation.
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
-                                            std::span<const Vector3> coarse_places);
+                                            const CoarseBody& coarse);
 
 /// Of each tet, m^3.
 std::vector<double> tet_volumes(const TetMesh& mesh);

@@ -46,7 +46,10 @@ std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.grou
 /// Why a cell is known to fail; empty where it should not. The README's limits say the same.
 std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
-    if (column.strain == StrainModel::green)
+    const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn || c.motion == PatchMotion::through;
+    const bool thin = (c.least_dihedral_deg > 0 && c.least_dihedral_deg <= 1) || c.edge_ratio >= 10;
+    const bool pressed_by_euler = column.scheme == TimeScheme::implicit_euler && !tracked && (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
+    if (column.strain == StrainModel::green && (moves || squeezed || thin || pressed_by_euler))
         return "Green's strain: its energy falls in compression below 1/sqrt 3 of the length, which the press does to tets of the patch's size, and does not "
                "bring a tet back that is inside out; corotated and neohookean are for that";
     if (moves && column.strain != StrainModel::linear)

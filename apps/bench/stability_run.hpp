@@ -36,7 +36,7 @@ struct StabilityLimits {
 /// Runs a case on its mesh and judges it. In order, and by the first that does not hold:
 /// - refused: the scene is refused as `solve` or `track` would;
 /// - finite: no step is given up, no node is farther than 1.5 m from its place at rest;
-/// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts, and within a minute;
+/// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts, and is not tried on after a minute;
 /// - energy (strain and kinetic): once the patch stands still it grows by no more than a hundredth with Euler's scheme and
 ///   at equilibrium, and not to more than twice its greatest until then with Newmark's and generalized-alpha, which
 ///   promise that for linear bodies only. `track`, which does not solve its steps, has fifteen frames to settle and

@@ -13,26 +13,6 @@ namespace {
 using Matrix6 = HeldMotions::Matrix6;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-/// For each node the lowest node of its connected piece.
-std::vector<std::int32_t> pieces(const TetMesh& mesh) {
-    std::vector<std::int32_t> parent(mesh.nodes.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](std::int32_t n) {
-        while (parent[n] != n) n = parent[n] = parent[parent[n]];
-        return n;
-    };
-    const auto join = [&](std::int32_t a, std::int32_t b) {
-        const std::int32_t low = std::min(root(a), root(b)), high = std::max(root(a), root(b));
-        parent[high] = low;
-    };
-    for (const Tet& t : mesh.tets)
-        for (int i = 1; i < 4; ++i) join(t[0], t[i]);
-    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
-        for (const std::int32_t n : mesh.edge_nodes[e]) join(mesh.tets[e][0], n);
-    for (std::size_t n = 0; n < parent.size(); ++n) parent[n] = root(static_cast<std::int32_t>(n));
-    return parent;
-}
-
 /// A direction with its largest component positive, and no -0.
 Vector3 tidy(Vector3 v) {
     Eigen::Index largest = 0;
@@ -58,6 +38,25 @@ std::string describe(const Vector6& motion, const Vector3& centre, double size, 
 
 }  // namespace
 
+std::vector<std::int32_t> connected_pieces(const TetMesh& mesh) {
+    std::vector<std::int32_t> parent(mesh.nodes.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](std::int32_t n) {
+        while (parent[n] != n) n = parent[n] = parent[parent[n]];
+        return n;
+    };
+    const auto join = [&](std::int32_t a, std::int32_t b) {
+        const std::int32_t low = std::min(root(a), root(b)), high = std::max(root(a), root(b));
+        parent[high] = low;
+    };
+    for (const Tet& t : mesh.tets)
+        for (int i = 1; i < 4; ++i) join(t[0], t[i]);
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (const std::int32_t n : mesh.edge_nodes[e]) join(mesh.tets[e][0], n);
+    for (std::size_t n = 0; n < parent.size(); ++n) parent[n] = root(static_cast<std::int32_t>(n));
+    return parent;
+}
+
 void HeldMotions::hold(const Vector3& x, std::uint8_t components) {
     const Vector3 arm = (x - centre_) / size_;
     for (int c = 0; c < 3; ++c) {
@@ -79,7 +78,7 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const 
         double size = 0;
         std::size_t nodes = 0;
     };
-    const std::vector<std::int32_t> piece_of = pieces(mesh);
+    const std::vector<std::int32_t> piece_of = connected_pieces(mesh);
     std::map<std::int32_t, Piece> all;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
         Piece& piece = all[piece_of[n]];

@@ -10,6 +10,9 @@
 
 namespace livetet {
 
+/// For each node the lowest node of its connected piece.
+std::vector<std::int32_t> connected_pieces(const TetMesh& mesh);
+
 /// What held components of a body's points do against its rigid motions.
 class HeldMotions {
   public:

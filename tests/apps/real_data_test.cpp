@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "apps/own_weight.hpp"
 #include "geometry/umeyama.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/registration_file.hpp"
@@ -20,6 +21,7 @@ namespace {
 using nlohmann::json;
 using test::Folder;
 using test::livetet;
+using test::own_weight_iterations;
 using test::text_of;
 using test::write_text;
 
@@ -28,35 +30,6 @@ using test::write_text;
     const char* data_folder = std::getenv("LIVETET_DATA");                                    \
     if (!data_folder) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs"; \
     const std::string data = data_folder
-
-/// The box of liver.h5's finest mesh, mm: it says so itself where a selection is empty.
-struct Span {
-    double low[3] = {}, high[3] = {};
-};
-Span span_of_mesh(const Folder& folder) {
-    write_text(folder / "where.yaml",
-               "mesh: {file: liver.h5}\nfix: [{box_mm: [9e5, 9e5, 9e5, 9.1e5, 9.1e5, 9.1e5]}]\n");
-    const std::string text = livetet(folder, "solve where.yaml").err;
-    Span s;
-    EXPECT_EQ(std::sscanf(text.substr(text.find("spans (")).c_str(), "spans (%lf, %lf, %lf) to (%lf, %lf, %lf)", s.low,
-                          s.low + 1, s.low + 2, s.high, s.high + 1, s.high + 2),
-              6)
-        << text;
-    return s;
-}
-
-/// Multigrid's iterations to 1e-8 at a Poisson's ratio of 0.45: liver.h5 under its own weight, held at one end only.
-int own_weight_iterations(const Folder& folder, const std::string& coarse, int smoothing_steps = 0) {
-    const Span span = span_of_mesh(folder);
-    write_text(folder / "weight.yaml",
-               fmt::format("mesh: {{file: liver.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 3000, poisson: 0.45}}]\n"
-                           "gravity_m_per_s2: [0, 0, -9.81]\nfix: [{{half_space_mm: [{}, 0, 0, 1, 0, 0]}}]\n"
-                           "solver: {{kind: multigrid, relative_tolerance: 1e-8, coarse: {}, smoothing_steps: {}}}\n",
-                           span.low[0] + 0.1 * (span.high[0] - span.low[0]), coarse, smoothing_steps));
-    const auto solved = livetet(folder, "solve weight.yaml --json weight.json");
-    EXPECT_EQ(solved.status, 0) << solved.err << solved.out;
-    return json::parse(text_of(folder / "weight.json"))["iterations"].get<int>();
-}
 
 /// Meshes a real liver, presses its mesh by 10 mm from above with its lowest tenth held, and lets it hang.
 void mesh_and_solve(const std::string& input, const std::string& options, double volume_ml) {
@@ -69,7 +42,8 @@ void mesh_and_solve(const std::string& input, const std::string& options, double
     EXPECT_GT(finest["min_dihedral_deg"].get<double>(), 5);
     EXPECT_GT(finest["min_radius_ratio"].get<double>(), 0.05);
 
-    const auto [low, high] = span_of_mesh(folder);
+    const Eigen::AlignedBox3d box = test::span_of_mesh(folder / "liver.h5");
+    const Vector3 low = box.min(), high = box.max();
     const double height = high[2] - low[2];
     write_text(folder / "press.yaml",
                fmt::format("mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
@@ -81,8 +55,8 @@ void mesh_and_solve(const std::string& input, const std::string& options, double
     EXPECT_TRUE(report["converged"].get<bool>());
     EXPECT_GE(report["largest_displacement_mm"].get<double>(), 10 - 1e-9);
     EXPECT_LT(report["largest_displacement_mm"].get<double>(), 20);
-    EXPECT_LE(own_weight_iterations(folder, "rediscretised"), 15);
-    EXPECT_LE(own_weight_iterations(folder, "galerkin"), 15);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 15);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 15);
 }
 
 TEST(RealData, AHumanLiversSurfaceGoesThroughMeshAndSolve) {
@@ -129,9 +103,9 @@ TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     const Folder folder;
     const auto meshed = livetet(folder, "mesh '" + data + "/surfaces/elephant.off' -o liver.h5 --tets 60000 --space ras");
     ASSERT_EQ(meshed.status, 0) << meshed.err;
-    EXPECT_LE(own_weight_iterations(folder, "rediscretised"), 35);
-    EXPECT_LE(own_weight_iterations(folder, "galerkin"), 20);
-    EXPECT_LE(own_weight_iterations(folder, "galerkin", 12), 15) << "for who counts iterations: it takes half as long again";
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 35);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 20);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"), 15) << "for who counts iterations: it takes half as long again";
 }
 
 const std::vector<int> touched_order{1, 2, 3, 4, 5, 6, 7, 8};
