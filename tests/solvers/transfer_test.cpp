@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "mechanics/rigid_motions.hpp"
 #include "meshing/refine.hpp"
 #include "solvers/partition.hpp"
 #include "support/shapes.hpp"
@@ -67,6 +68,43 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
         fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)), fine.get());
         transfer.restrict_displacement(fine.get(), coarse.get());
         for (const Vector3& u : gather(shares[l + 1], coarse.get())) EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
+    }
+}
+
+/// Two blocks apart from each other, one held at a face, the other by a patch that is small on the coarse mesh.
+TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
+    const auto two_blocks = [](std::array<int, 3> cells) {
+        TetMesh mesh = test::block(cells, size);
+        const TetMesh other = mesh;
+        const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+        for (const Vector3& x : other.nodes) mesh.nodes.push_back(x + Vector3(0.5, 0, 0));
+        for (Tet t : other.tets) {
+            for (std::int32_t& n : t) n += count;
+            mesh.tets.push_back(t);
+        }
+        return mesh;
+    };
+    const MeshHierarchy h = make_hierarchy({two_blocks({16, 8, 8}), two_blocks({2, 1, 1})}, "");
+    const auto held_by = [&](double radius_m) {
+        std::vector<std::uint8_t> held;
+        for (const Vector3& x : h.levels[0].nodes) held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
+        return held;
+    };
+    const CoarseBody coarse(h.levels[1]);
+    for (const double radius_m : {0.014, 0.02, 0.04}) {
+        ASSERT_TRUE(free_rigid_motions(h.levels[0], held_by(radius_m)).empty()) << radius_m;
+        EXPECT_TRUE(free_rigid_motions(h.levels[1], coarse_components(h.transfers[0], held_by(radius_m), coarse)).empty()) << radius_m;
+    }
+    // What is free in the fine mesh, by a node or none, is not held in the coarse one by more than it has to be.
+    const auto none = coarse_components(h.transfers[0], held_by(0), coarse), face = coarse_components(h.transfers[0], held_by(0.04), coarse);
+    const std::size_t half = none.size() / 2;
+    for (std::size_t n = 0; n < none.size(); ++n) {
+        if (n >= half) {
+            EXPECT_EQ(none[n], 0) << n;
+        } else {
+            EXPECT_EQ(none[n], face[n]) << n;
+            EXPECT_EQ(none[n], h.levels[1].nodes[n].x() < 1e-9 ? 7 : 0) << n;
+        }
     }
 }
 
