@@ -17,6 +17,7 @@
 #include "base/leftovers.hpp"
 #include "base/petsc.hpp"
 #include "config/yaml.hpp"
+#include "solvers/petsc_session.hpp"
 
 namespace {
 
@@ -153,7 +154,8 @@ int main(int argc, char** argv) {
                                  : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
-        if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category(), "standard output");
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)  // the latter: earlier, by a library
+            throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(), "standard output");
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
@@ -162,6 +164,9 @@ int main(int argc, char** argv) {
         return give_up(e.what(), 2);
     } catch (const std::system_error& e) {  // the machine has no more of something: files, processes, room where standard output goes
         return give_up(e.what(), 2);
+    } catch (const PetscFailure& e) {
+        if (PetscSession::any_options()) return give_up(fmt::format("PETSc cannot do this, expected options that it has for this solver: {}", e.what()), 2);
+        return give_up(e.what(), our_fault);
     } catch (const std::bad_alloc&) {
         return give_up("out of memory", our_fault);
     } catch (const std::exception& e) {

@@ -32,7 +32,7 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
 }
 
 /// A folder under way beside its place: its files are moved there one by one once all are written. Destroyed without
-/// `commit` it leaves nothing behind, ended by a signal no file under way.
+/// `commit` it leaves nothing behind, nor ended by a signal before.
 class PendingFolder {
   public:
     explicit PendingFolder(fs::path target) : target_(std::move(target)) {
@@ -46,7 +46,7 @@ class PendingFolder {
         temporary_ = target_ / fmt::format(".phantom.part{}", ::getpid());
         if (!fs::create_directory(temporary_, error) && error)
             fail("{}: cannot be written to: {}", target_.string(), error.message());
-        leftover_.emplace(temporary_);
+        leftover_.emplace(is_new_ ? target_ : temporary_);
     }
     ~PendingFolder() {
         std::error_code ignored;
@@ -64,6 +64,7 @@ class PendingFolder {
         return path;
     }
     std::vector<fs::path> commit() {
+        leftover_.emplace(temporary_);
         for (const fs::path& name : names_) {
             std::error_code error;
             fs::create_directories((target_ / name).parent_path(), error);

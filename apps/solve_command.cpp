@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "apps/checkpoint.hpp"
@@ -98,6 +99,19 @@ json history_json(const RunHistory& history) {
     return steps;
 }
 
+/// What a body's mesh and constraints are read from.
+std::set<std::filesystem::path> mesh_files(const Scene& scene) {
+    std::set<std::filesystem::path> files{scene.mesh.file};
+    const auto add_masks = [&](const auto& list) {
+        for (const SelectionOptions& s : list)
+            if (s.mask) files.insert(*s.mask);
+    };
+    add_masks(scene.fix);
+    add_masks(scene.drive);
+    add_masks(scene.loads);
+    return files;
+}
+
 /// The first rank's text, on every rank. Collective.
 std::string same_on_all(std::string text) {
     auto size = static_cast<std::int64_t>(text.size());
@@ -148,7 +162,10 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const bool keeps_going = dynamic && (scene.output.checkpoint_every > 0 || arguments.restart);
     if (keeps_going && !scene.output.has_file()) fail("output.file = none: checkpoints go into it in the end, expected a file");
     if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
-    const CheckpointStore store(scene.output.file, fmt::format("{}{} nodes", to_yaml(scene), scene_body.mesh().nodes.size()));
+    std::string run = to_yaml(scene);
+    if (keeps_going)
+        for (const std::filesystem::path& path : mesh_files(scene)) run += fmt::format("{}: {}\n", path.string(), digest(read_text_file(path)));
+    const CheckpointStore store(scene.output.file, run);
     RunHooks hooks{.progress = progress ? progress->callback() : ProgressCallback{}};
     if (arguments.restart) {
         BodyState state;

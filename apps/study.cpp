@@ -200,7 +200,7 @@ std::string Study::fingerprint() const {
     StudyOptions of_results = options;
     of_results.ranks_per_solve = 1;  // how it is computed, and shown, may change
     of_results.plots.clear();
-    return to_yaml(of_results) + "---\n" + scene_text;
+    return to_yaml(of_results) + "---\n" + scene_text + (petsc_options.empty() ? "" : "---\nPETSc's options: " + petsc_options + "\n");
 }
 
 Study load_study(const std::filesystem::path& path) {

@@ -77,6 +77,7 @@ struct Study {
     std::filesystem::path scene_folder;             ///< what a relative path among the values starts from
     std::vector<std::vector<std::string>> samples;  ///< for each solve, a value for each key
     std::set<std::filesystem::path> files;          ///< that the solves read
+    std::string petsc_options{};                    ///< of the command line
 
     /// The scene of solve `k`, checked. Throws Error, naming solve, keys and values.
     Scene scene(std::size_t k) const;

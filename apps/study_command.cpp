@@ -250,7 +250,8 @@ void draw(const StudyTable& table, const Study& study) {
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
-    const Study study = load_study(arguments.study);
+    Study study = load_study(arguments.study);
+    study.petsc_options = fmt::format("{}", fmt::join(petsc, " "));
     if (arguments.list) {
         if (session.rank() == 0) print_list(study);
         return 0;
@@ -288,7 +289,8 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
     draw(table, study);
-    return 0;
+    const bool none = std::all_of(table.failures.begin(), table.failures.end(), [](const std::string& failure) { return !failure.empty(); });
+    return none ? 3 : 0;
 }
 
 }  // namespace

@@ -14,10 +14,13 @@ namespace {
 
 constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error"};
 
+bool options_were_given = false;
+
 }  // namespace
 
 PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
     : arguments_(std::move(petsc_arguments)) {
+    options_were_given = options_were_given || !arguments_.empty();
     arguments_.insert(arguments_.begin(), std::move(program));
     std::vector<char*> pointers;
     for (std::string& a : arguments_) pointers.push_back(a.data());
@@ -25,12 +28,11 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
     // PETSc would take what ends a program for an error in it.
-    struct sigaction hang_up {}, terminate {};
-    ::sigaction(SIGHUP, nullptr, &hang_up);
-    ::sigaction(SIGTERM, nullptr, &terminate);
+    constexpr int ends[] = {SIGHUP, SIGTERM, SIGPIPE};
+    struct sigaction before[std::size(ends)] = {};
+    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], nullptr, &before[i]);
     LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
-    ::sigaction(SIGHUP, &hang_up, nullptr);
-    ::sigaction(SIGTERM, &terminate, nullptr);
+    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], &before[i], nullptr);
     LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
@@ -41,6 +43,8 @@ PetscSession::~PetscSession() {
     if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
     PetscFinalize();
 }
+
+bool PetscSession::any_options() { return options_were_given; }
 
 void PetscSession::tell_unused_options() const {
     PetscInt count = 0;
@@ -64,6 +68,7 @@ void PetscSession::add_options(const std::string& options) {
     for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
     LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));
     given_ = options + " " + line;
+    options_were_given = options_were_given || !options.empty();
 }
 
 }  // namespace livetet

@@ -20,6 +20,8 @@ class PetscSession {
     /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them.
     void add_options(const std::string& options);
 
+    /// Whether any session of this program was given options: what PETSc refuses then is mostly one of them.
+    static bool any_options();
     /// At a run's end: a line on stderr for each option, of the command line's and the scene's, that no object of PETSc looked up.
     void tell_unused_options() const;
 

@@ -71,7 +71,7 @@ Leftover::~Leftover() {
 
 void remove_leftovers_at_signals() {
     owner = ::getpid();
-    for (const int which : {SIGINT, SIGTERM, SIGHUP}) {
+    for (const int which : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
         struct sigaction now;
         if (::sigaction(which, nullptr, &now) == 0 && now.sa_handler == SIG_DFL) std::signal(which, clean_up_and_end);
     }

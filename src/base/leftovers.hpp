@@ -17,7 +17,7 @@ class Leftover {
     int place_;
 };
 
-/// From now on Ctrl-C, SIGTERM and SIGHUP remove what is left over before they end the program, wherever nothing else was
+/// From now on Ctrl-C, SIGTERM, SIGHUP and SIGPIPE remove what is left over before they end the program, wherever nothing else was
 /// asked to handle them. To be called once, before any thread.
 void remove_leftovers_at_signals();
 

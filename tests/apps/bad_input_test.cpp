@@ -296,9 +296,10 @@ TEST(BadInput, StandardStreamsThatAreFullOrClosed) {
     // What is printed goes where the script says, not to the helper's files.
     write_text(folder / "full", "exec \"$@\" >/dev/full\n");
     write_text(folder / "closed", "exec \"$@\" <&- >&- 2>&-\n");
-    for (const char* command : {"scene", "explain scene.yaml"}) expect_refused(livetet(folder, command, "sh full"), {"No space left on device"});
+    for (const char* command : {"scene", "explain scene.yaml", "solve scene.yaml"}) expect_refused(livetet(folder, command, "sh full"), {"No space left on device"});
     EXPECT_EQ(livetet(folder, "solve scene.yaml", "sh closed").status, 0);
     ASSERT_EQ(livetet(folder, "solve scene.yaml -ksp_view", "sh closed").status, 0);
+    EXPECT_EQ(text_of(folder / "result.h5").find("KSP Object"), std::string::npos) << "what is printed is not the next file's";
     EXPECT_EQ(livetet(folder, "solve none.yaml", "sh closed").status, 2);
 }
 

@@ -271,6 +271,12 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     const Folder folder;
     prepare(folder);
     expect_refused(livetet(folder, "solve scene.yaml -pc_type nonsense"), {"PETSc's options", "-pc_type nonsense"});
+    for (const char* bad : {"-ksp_max_it -5", "-mg_levels_1_ksp_type nonsense", "-ksp_monitor ascii:/nonexist/f"})
+        expect_refused(livetet(folder, std::string("solve scene.yaml ") + bad), {"PETSc cannot do this"});
+    write_text(folder / "pipe", "\"$@\" | head -n 1\n");
+    (void)livetet(folder, "solve scene.yaml -ksp_monitor", "bash pipe");
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos) << entry.path();
     const auto outcome = livetet(folder, "solve scene.yaml -ksp_rtoll 1e-4 -ksp_max_it 500");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("its option -ksp_rtoll"), std::string::npos) << outcome.err;
