@@ -303,6 +303,8 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     write_text(folder / "block.h5", text_of(folder / "block.h5"));  // another time, the same mesh
     EXPECT_EQ(livetet(folder, "study study.yaml").status, 0);
 
+    expect_refused(livetet(folder, "study study.yaml -ksp_rtol 1e-3"), {"study.yaml", "changed", "-ksp_rtol"});
+
     std::string other = grid;
     other.replace(other.find("[-4, -8]"), 8, "[-4, -9]");
     write_text(folder / "study.yaml", other);
