@@ -58,7 +58,11 @@ Header read_header(const fs::path& path, bool nrrd) {
         }
         if (nrrd && line[0] == '#') continue;
         const std::size_t sign = line.find(nrrd ? ':' : '=');
-        if (sign == std::string::npos) continue;
+        if (sign == std::string::npos) {
+            // MetaIO would read on beyond the line's end, and take fields from the voxels.
+            if (!nrrd) fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
+            continue;
+        }
         // "key:=value" pairs of a NRRD are not its fields: they go by "=key".
         const bool pair = nrrd && line[sign + 1] == '=';
         const std::string name = (pair ? "=" : "") + lower(trim(std::string_view(line).substr(0, sign)));

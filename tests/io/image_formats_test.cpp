@@ -290,6 +290,7 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     // Readers that differ in which of two counts must not be led apart.
     refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
     refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});
+    refuses("a.mha", with(m, "ElementDataFile", "nothing to tell\nElementDataFile"), {"nothing to tell", "Name = value"});
     refuses("a.nrrd", with(n, "sizes: 4 3 2", "sizes: 4 3 2\nsizes: 4 3 2"), {"sizes", "twice"});
     refuses("a.mhd", with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"), {"at most 79"});
     refuses("a.mhd", with(meta(meta_place, "LIST"), "4 3 2", "4000 1000 900"), {"beside it"});
