@@ -5,6 +5,7 @@
 #include <limits>
 #include <string_view>
 
+#include "apps/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -57,19 +58,13 @@ namespace {
 
 /// What a scene reads, it does not write.
 void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
-    std::vector<std::filesystem::path> read{file, scene.mesh.file, scene.image};
-    const auto add_masks = [&](const auto& list) {
-        for (const auto& entry : list)
-            if (entry.mask) read.push_back(*entry.mask);
-    };
-    add_masks(scene.fix);
-    add_masks(scene.drive);
-    add_masks(scene.loads);
+    std::set<std::filesystem::path> read = mesh_files(scene);
+    read.insert({file, scene.image});
     if (scene.track) {
-        read.insert(read.end(), {scene.track->source, scene.track->registration});
-        for (const ToolOptions& tool : scene.track->tools) read.push_back(tool.tip);
+        read.insert({scene.track->source, scene.track->registration});
+        for (const ToolOptions& tool : scene.track->tools) read.insert(tool.tip);
     }
-    if (scene.probes) read.push_back(scene.probes->points);
+    if (scene.probes) read.insert(scene.probes->points);
     std::vector<std::pair<const char*, std::filesystem::path>> written;
     if (scene.output.has_file()) written.emplace_back("output.file", scene.output.file);
     if (scene.probes) written.emplace_back("probes.displacements", scene.probes->displacements);

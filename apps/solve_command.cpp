@@ -4,13 +4,13 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <tuple>
 
 #include "apps/checkpoint.hpp"
 #include "apps/commands.hpp"
 #include "apps/outputs.hpp"
 #include "apps/rank_usage.hpp"
+#include "apps/scene_files.hpp"
 #include "apps/scene_run.hpp"
 #include "apps/solve_profile.hpp"
 #include "base/error.hpp"
@@ -97,19 +97,6 @@ json history_json(const RunHistory& history) {
                          {"time_error_mm", 1e3 * s.report.time_error},
                          {"seconds", s.report.seconds()}});
     return steps;
-}
-
-/// What a body's mesh and constraints are read from.
-std::set<std::filesystem::path> mesh_files(const Scene& scene) {
-    std::set<std::filesystem::path> files{scene.mesh.file};
-    const auto add_masks = [&](const auto& list) {
-        for (const SelectionOptions& s : list)
-            if (s.mask) files.insert(*s.mask);
-    };
-    add_masks(scene.fix);
-    add_masks(scene.drive);
-    add_masks(scene.loads);
-    return files;
 }
 
 /// The first rank's text, on every rank. Collective.

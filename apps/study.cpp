@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "apps/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -156,14 +157,7 @@ std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const 
 }
 
 void note_files(const Scene& scene, std::set<std::filesystem::path>& files) {
-    files.insert(scene.mesh.file);
-    const auto note_masks = [&](const auto& list) {
-        for (const SelectionOptions& s : list)
-            if (s.mask) files.insert(*s.mask);
-    };
-    note_masks(scene.fix);
-    note_masks(scene.drive);
-    note_masks(scene.loads);
+    files.merge(mesh_files(scene));
     if (scene.probes) files.insert(scene.probes->points);
 }
 
