@@ -241,6 +241,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
         ->check(CLI::Range(1000, 1000000000));
     stability->add_option("--budget", stable->budget_ms, "ms that a frame of track may take")->capture_default_str()->check(CLI::PositiveNumber);
     stability->add_option("--only", stable->only, "only cases with this in their name, as \"time step\"");
+    stability->add_option("--column", stable->column, "only columns with this in their name, as \"track, green, newmark\"");
     stability->add_option("--csv", stable->csv, "write every cell to this file");
     stability->add_option("--json", stable->json, "the same as JSON");
 #ifdef LIVETET_IMAGES

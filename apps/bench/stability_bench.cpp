@@ -82,15 +82,28 @@ char letter(const Row& row, std::size_t k, const std::vector<StabilityColumn>& a
 }
 
 void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
-    fmt::print("\n{:<38} {:<43}   {}\n{:<38}", "", "solve", "track", "");
-    for (std::size_t k = 0; k < all.size(); k += schemes.size()) fmt::print(" {:<10}{}", strain_names[static_cast<int>(all[k].strain)], k == 12 ? "  " : "");
-    fmt::print("\n{:<38}", "");
-    for (std::size_t k = 0; k < all.size(); k += schemes.size()) fmt::print(" s e n g   {}", k == 12 ? "  " : "");
-    fmt::print("\n");
+    // Columns of one way and strain stand together, under their names.
+    std::string ways(38, ' '), models(38, ' '), letters(38, ' ');
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const bool new_way = k == 0 || all[k].way != all[k - 1].way;
+        if (new_way || all[k].strain != all[k - 1].strain) {
+            const std::size_t place = std::max(models.size() + 1, letters.size() + 3) + (new_way && k > 0 ? 2 : 0);
+            models += std::string(place - models.size(), ' ') + strain_names[static_cast<int>(all[k].strain)];
+            letters.resize(place, ' ');
+        }
+        if (new_way) ways += std::string(letters.size() - ways.size(), ' ') + way_names[static_cast<int>(all[k].way)];
+        places.push_back(letters.size());
+        letters += fmt::format("{} ", scheme_names[static_cast<int>(all[k].scheme)][0]);
+    }
+    fmt::print("\n{}\n{}\n{}\n", ways, models, letters);
     for (const Row& row : rows) {
-        fmt::print("{:<38}", name_of(row.trial));
-        for (std::size_t k = 0; k < all.size(); ++k) fmt::print(" {}{}{}", letter(row, k, all), k % 4 == 3 ? "   " : "", k == 15 ? "  " : "");
-        fmt::print("\n");
+        std::string line = name_of(row.trial);
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            line.resize(places[k], ' ');
+            line += letter(row, k, all);
+        }
+        fmt::print("{}\n", line);
     }
     fmt::print("\n. passes   r refused   x fails, a known limit   F FAILS   (s static, e euler, n newmark, g generalized_alpha)\n");
     // What fails for one reason, together.
@@ -157,7 +170,9 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows, const
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
-    const std::vector<StabilityColumn> all = columns();
+    std::vector<StabilityColumn> all = columns();
+    std::erase_if(all, [&](const StabilityColumn& c) { return name_of(c).find(a.column) == std::string::npos; });
+    if (all.empty()) fail("--column {}: no column has this in its name, they are as \"{}\"", a.column, name_of(columns().back()));
     std::vector<StabilityCase> trials = stability_cases();
     std::erase_if(trials, [&](const StabilityCase& c) { return name_of(c).find(a.only) == std::string::npos; });
     if (trials.empty()) fail("--only {}: no case has this in its name", a.only);

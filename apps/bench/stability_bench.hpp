@@ -9,7 +9,7 @@ struct StabilityArguments {
     int cells = 4;  ///< along the height of the box
     int noise_frames = 1000000;
     double budget_ms = 10;
-    std::string only;
+    std::string only, column;  ///< in the names of the cases and of the columns that are tried
     std::filesystem::path csv, json, figure;
 };
 

@@ -80,6 +80,16 @@ TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
 TEST(Stability, ACaseThatThereIsNotIsRefused) {
     const Folder folder;
     expect_refused(livetet(folder, "bench stability --only nothing"), {"--only nothing", "no case has this in its name"});
+    expect_refused(livetet(folder, "bench stability --column nothing"), {"--column nothing", "no column has this in its name", "generalized_alpha"});
+}
+
+TEST(Stability, ColumnsCanBeChosen) {
+    const Folder folder;
+    const json cells = cells_of(folder, "--only \"ratio 0.3\" --column \"track, neohookean, e\"");
+    ASSERT_EQ(cells.size(), 1u);
+    EXPECT_EQ(cells[0].at("stepped_as"), "track");
+    EXPECT_EQ(cells[0].at("strain"), "neohookean");
+    EXPECT_EQ(cells[0].at("scheme"), "euler");
 }
 
 }  // namespace
