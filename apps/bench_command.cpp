@@ -258,7 +258,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     realtime->add_option("--frames", live->frames, "timed frames of each phantom case; 0: none, for --figure alone")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000000));
-    realtime->add_option("--threads", live->threads, "0: one a core, 4 at most")->capture_default_str()->check(CLI::Range(0, 64));
+    realtime->add_option("--threads", live->threads, "0: one a core, 4 at most, one for each 500 nodes")->capture_default_str()->check(CLI::Range(0, 64));
     realtime->add_option("--json", live->json, "write every case's figures to this file");
     realtime->add_option("--figure", live->figure,
                          "draw error against frame time, method by method, on the first phantom's mesh asked for, to this PNG");

@@ -22,7 +22,8 @@ void write_part(const fs::path& path, const char* format, std::size_t bytes, con
     try {
         hdf5::write_whole(path, format, version, bytes, fill);
     } catch (const Error& e) {
-        const bool can_go_on = fs::exists(path.parent_path() / state_file);
+        std::error_code unknown;
+        const bool can_go_on = fs::exists(path.parent_path() / state_file, unknown);
         fail("{}{}", e.what(), can_go_on ? "; the run goes on from its last checkpoint with --restart" : "");
     }
 }

@@ -39,12 +39,14 @@ class EndSignals {
 };
 
 /// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
-/// or a wrapper may send the first one twice). It is to live until what the run leaves is written.
+/// or a wrapper may send the first one twice). Who read the run's messages may go: that ends nothing. It is to live until what
+/// the run leaves is written.
 class Interruptible {
   public:
-    Interruptible() : signals_(stop) { stop_asked = false; }
+    Interruptible() : signals_(stop), before_of_pipe_(std::signal(SIGPIPE, SIG_IGN)) { stop_asked = false; }
     /// Once a stop was asked for, the program ends: a doubled signal still does no harm.
     ~Interruptible() {
+        std::signal(SIGPIPE, before_of_pipe_);
         if (stop_asked) signals_.keep();
     }
     Interruptible(const Interruptible&) = delete;
@@ -61,6 +63,7 @@ class Interruptible {
     }
 
     EndSignals signals_;
+    void (*before_of_pipe_)(int);
 };
 
 }  // namespace livetet

@@ -37,7 +37,7 @@ int give_up(const std::string& message, int status) {
         if (rank > 0) return status;
     }
     if (rank > 0) ::sleep(3);  // on a busy machine the first takes its time to end the others
-    fmt::print(stderr, "livetet: {}\n", message);
+    std::fputs(fmt::format("livetet: {}\n", message).c_str(), stderr);  // fmt::print throws where it cannot
     std::fflush(stderr);
     if (running && ranks > 1) MPI_Abort(MPI_COMM_WORLD, status);
     return status;
@@ -154,8 +154,8 @@ int main(int argc, char** argv) {
                                  : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)  // the latter: earlier, by a library
-            throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(), "standard output");
+        if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category(), "standard output");
+        if (std::ferror(stdout) != 0) fail("standard output: not all could be written; is the disk full, or its reader gone?");  // earlier, by a library
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
@@ -165,7 +165,7 @@ int main(int argc, char** argv) {
     } catch (const std::system_error& e) {  // the machine has no more of something: files, processes, room where standard output goes
         return give_up(e.what(), 2);
     } catch (const PetscFailure& e) {
-        if (PetscSession::any_options()) return give_up(fmt::format("PETSc cannot do this, expected options that it has for this solver: {}", e.what()), 2);
+        if (PetscSession::any_options() && e.may_be_an_option()) return give_up(fmt::format("PETSc cannot do this, expected options that it has for this solver: {}", e.what()), 2);
         return give_up(e.what(), our_fault);
     } catch (const std::bad_alloc&) {
         return give_up("out of memory", our_fault);

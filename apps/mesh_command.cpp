@@ -143,30 +143,24 @@ nlohmann::json asked(const MeshArguments& a) {
 }
 
 /// Counts up where the same input and options give another mesh than before.
-constexpr int meshing_rules = 3;
+constexpr int meshing_rules = 4;
 
 /// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the versions (G.
-/// Fowler, L. Noll, K. Vo: FNV-1a).
-std::string fingerprint(const MeshArguments& a) {
+/// Fowler, L. Noll, K. Vo: FNV-1a). None where not all of these can be looked at.
+std::optional<std::string> fingerprint(const MeshArguments& a) {
     MeshSource source = a.source;
     source.file.clear();  // its bytes count, not its name
     std::string text = fmt::format("{} {} {} {}\n{}", meshing_rules, LIVETET_VERSION, gmsh_version(), cgal_version(),
                                    to_yaml(source));
     text += fmt::format("{} {} {} {} {}", a.options.min_dihedral_deg, a.options.gmsh_time_limit_s,
                         a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1), fmt::join(a.spheres, ","));
-    text += '\n' + read_text_file(a.source.file);
-    if (!a.fixed_mask.empty()) text += '\n' + read_text_file(a.fixed_mask);
+    for (const std::filesystem::path& file : {a.source.file, a.fixed_mask}) {
+        if (file.empty()) continue;
+        const auto contents = content_digest(file);
+        if (!contents) return {};
+        text += '\n' + *contents;
+    }
     return digest(text);
-}
-
-/// Whether the file names others that hold its voxels: those are not in the fingerprint. In doubt yes.
-bool names_other_files(const std::filesystem::path& path) {
-    const std::string end = ending(path);
-    const bool nrrd = end == ".nrrd" || end == ".nhdr";
-    if (!nrrd && end != ".mha" && end != ".mhd") return false;
-    const std::string head = lower(read_text_file(path).substr(0, 1 << 16));
-    if (nrrd) return head.find("data file:") != head.npos || head.find("datafile:") != head.npos;
-    return head.find("elementdatafile = local") == head.npos;
 }
 
 /// What a hierarchy file of ours says about itself, or null where there is none.
@@ -266,10 +260,9 @@ void run(MeshArguments& a) {
     std::optional<ImageGrid> image;  // that it comes from
 #ifdef LIVETET_IMAGES
     if (!is_tet_mesh_name(a.source.file)) {
-        const std::string key = fingerprint(a);
+        const std::optional<std::string> key = fingerprint(a);
         json = stored_report(a.output);
-        const bool known = !names_other_files(a.source.file) && !names_other_files(a.fixed_mask);
-        if (!a.again && known && json.is_object() && json.contains("fingerprint") && json["fingerprint"] == key) {
+        if (!a.again && key && json.is_object() && json.contains("fingerprint") && json["fingerprint"] == *key) {
             fmt::print("unchanged    {} kept: made from the same input by the same options and version\n",
                        a.output.string());
             if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
@@ -280,7 +273,7 @@ void run(MeshArguments& a) {
             a.options.finer_at =
                 naming(a.fixed_mask.string(), [&] { return mask_faces(read_label_image(a.fixed_mask)); });
         }
-        hierarchy = mesh_and_report(a, key, json, image);
+        hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
 #endif
     if (hierarchy.levels.empty()) {

@@ -1,14 +1,22 @@
 #include "apps/outputs.hpp"
 
+#include "apps/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/text.hpp"
 
 namespace livetet {
 
-void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path, std::initializer_list<std::filesystem::path> read) {
-    for (const std::filesystem::path& input : read)
-        if (same_file(path, input)) fail("{} {}: is read, expected another file to write", name, path.string());
+void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path, const std::set<std::filesystem::path>& files) {
+    for (const std::filesystem::path& file : files)
+        if (same_file(path, file)) fail("{} {}: is read, or written besides, expected another file to write", name, path.string());
+}
+
+void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path, const Scene& scene, const std::filesystem::path& scene_file) {
+    std::set<std::filesystem::path> files = read_files(scene);
+    files.insert(scene_file);
+    for (const auto& [key, file] : written_files(scene)) files.insert(file);
+    refuse_to_overwrite(name, path, files);
 }
 
 void expect_ending(std::string_view name, const std::filesystem::path& path, std::string_view expected) {

@@ -31,7 +31,7 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
     return {AngleAxisd(degrees * M_PI / 180, axis.normalized()).toRotationMatrix(), translation};
 }
 
-/// A folder under way beside its place: its files are moved there one by one once all are written. Destroyed without
+/// A folder under way, in its place or, where there is none yet, beside it: its files are moved there one by one once all are written. Destroyed without
 /// `commit` it leaves nothing behind, nor ended by a signal before.
 class PendingFolder {
   public:
@@ -40,18 +40,17 @@ class PendingFolder {
         std::error_code error;
         if (fs::exists(target_, error) && !fs::is_directory(target_, error))
             fail("{}: is a file, expected a folder", target_.string());
-        is_new_ = !fs::exists(target_, error);
-        fs::create_directories(target_, error);
-        if (error) fail("{}: cannot be made: {}", target_.string(), error.message());
-        temporary_ = target_ / fmt::format(".phantom.part{}", ::getpid());
+        const fs::path place = fs::exists(target_, error) ? target_ : fs::absolute(target_).parent_path();
+        fs::create_directories(place, error);
+        if (error) fail("{}: cannot be made: {}", place.string(), error.message());
+        temporary_ = place / fmt::format(".phantom.part{}", ::getpid());
         if (!fs::create_directory(temporary_, error) && error)
-            fail("{}: cannot be written to: {}", target_.string(), error.message());
-        leftover_.emplace(is_new_ ? target_ : temporary_);
+            fail("{}: cannot be written to: {}", place.string(), error.message());
+        leftover_.emplace(temporary_);
     }
     ~PendingFolder() {
         std::error_code ignored;
         fs::remove_all(temporary_, ignored);
-        if (is_new_ && !committed_) fs::remove(target_, ignored);  // only if empty
     }
     PendingFolder(const PendingFolder&) = delete;
     PendingFolder& operator=(const PendingFolder&) = delete;
@@ -64,14 +63,12 @@ class PendingFolder {
         return path;
     }
     std::vector<fs::path> commit() {
-        leftover_.emplace(temporary_);
         for (const fs::path& name : names_) {
             std::error_code error;
             fs::create_directories((target_ / name).parent_path(), error);
             fs::rename(temporary_ / name, target_ / name, error);
             if (error) fail("{}: cannot be written: {}", (target_ / name).string(), error.message());
         }
-        committed_ = true;
         return names_;
     }
 
@@ -79,7 +76,6 @@ class PendingFolder {
     fs::path target_, temporary_;
     std::optional<Leftover> leftover_;
     std::vector<fs::path> names_;
-    bool is_new_ = false, committed_ = false;
 };
 
 /// A part of the whole's progress.

@@ -58,16 +58,9 @@ namespace {
 
 /// What a scene reads, it does not write.
 void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
-    std::set<std::filesystem::path> read = mesh_files(scene);
-    read.insert({file, scene.image});
-    if (scene.track) {
-        read.insert({scene.track->source, scene.track->registration});
-        for (const ToolOptions& tool : scene.track->tools) read.insert(tool.tip);
-    }
-    if (scene.probes) read.insert(scene.probes->points);
-    std::vector<std::pair<const char*, std::filesystem::path>> written;
-    if (scene.output.has_file()) written.emplace_back("output.file", scene.output.file);
-    if (scene.probes) written.emplace_back("probes.displacements", scene.probes->displacements);
+    std::set<std::filesystem::path> read = read_files(scene);
+    read.insert(file);
+    const auto written = written_files(scene);
     for (const auto& [key, path] : written)
         for (const std::filesystem::path& input : read)
             if (same_file(path, input)) fail("{} = {}: is read, expected another file to write ({})", key, path.string(), file);

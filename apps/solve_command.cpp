@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -110,13 +111,16 @@ std::string same_on_all(std::string text) {
 
 /// What the first rank alone does; where it fails, all hear of it, for else they would wait for it. Collective.
 void on_first_rank(bool first, const std::function<void()>& work) {
+    std::exception_ptr own;
     std::string problem;
     try {
         if (first) work();
     } catch (const std::exception& error) {
+        own = std::current_exception();
         problem = error.what();
     }
     problem = same_on_all(std::move(problem));
+    if (own) std::rethrow_exception(own);  // as what it is: not all is the user's fault
     if (!problem.empty()) throw Error(problem);
 }
 
@@ -124,8 +128,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
     const Scene scene = load_scene(arguments.scene);
-    refuse_to_overwrite("--json", arguments.json, {arguments.scene, scene.mesh.file, scene.image, scene.output.file});
-    if (scene.probes) refuse_to_overwrite("--json", arguments.json, {scene.probes->points, scene.probes->displacements});
+    refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
     session.add_options(scene.solver.petsc_options);
     const bool first = session.rank() == 0;
     for (const std::filesystem::path& path : {arguments.json, scene.probes ? scene.probes->displacements : std::filesystem::path()})
@@ -150,8 +153,11 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (keeps_going && !scene.output.has_file()) fail("output.file = none: checkpoints go into it in the end, expected a file");
     if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
     std::string run = to_yaml(scene);
-    if (keeps_going)
-        for (const std::filesystem::path& path : mesh_files(scene)) run += fmt::format("{}: {}\n", path.string(), digest(read_text_file(path)));
+    if (keeps_going) {
+        std::string stamps;
+        on_first_rank(first, [&] { stamps = stamps_of(mesh_files(scene)); });
+        run += same_on_all(std::move(stamps));
+    }
     const CheckpointStore store(scene.output.file, run);
     RunHooks hooks{.progress = progress ? progress->callback() : ProgressCallback{}};
     if (arguments.restart) {

@@ -190,11 +190,29 @@ Scene Study::scene(std::size_t k) const {
     return scene;
 }
 
+namespace {
+
+/// PETSc's options without those that only print: what is asked for may change from run to run.
+std::string options_of_results(const std::string& options) {
+    std::string kept;
+    bool prints = false;
+    for (const std::string_view word : split_words(options)) {
+        if (word.starts_with("-") && !parse_number(word))
+            prints = word.starts_with("-log_") || word.starts_with("-options_") || word.find("_view") != word.npos || word.find("_monitor") != word.npos ||
+                     word.ends_with("_converged_reason");
+        if (!prints) kept += fmt::format("{}{}", kept.empty() ? "" : " ", word);
+    }
+    return kept;
+}
+
+}  // namespace
+
 std::string Study::fingerprint() const {
     StudyOptions of_results = options;
     of_results.ranks_per_solve = 1;  // how it is computed, and shown, may change
     of_results.plots.clear();
-    return to_yaml(of_results) + "---\n" + scene_text + (petsc_options.empty() ? "" : "---\nPETSc's options: " + petsc_options + "\n");
+    const std::string petsc = options_of_results(petsc_options);
+    return to_yaml(of_results) + "---\n" + scene_text + (petsc.empty() ? "" : "---\nPETSc's options: " + petsc + "\n");
 }
 
 Study load_study(const std::filesystem::path& path) {

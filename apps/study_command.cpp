@@ -289,6 +289,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
     draw(table, study);
+    session.tell_unused_options();
     const bool none = std::all_of(table.failures.begin(), table.failures.end(), [](const std::string& failure) { return !failure.empty(); });
     return none ? 3 : 0;
 }

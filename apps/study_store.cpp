@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "apps/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -41,23 +42,8 @@ std::string first_difference(const std::string& was, const std::string& is) {
     return "the same";
 }
 
-/// How a file that a scene names is known again: its size and what is in it.
-std::string stamp_of(const fs::path& path) {
-    std::error_code error;
-    const auto size = fs::file_size(path, error);
-    if (error) return "missing";
-    std::string text = fmt::format("{} bytes, digest {}", size, digest(read_text_file(path)));
-    const std::string ending = path.extension().string();  // an image's header, whose voxels may be in another file
-    if (ending == ".mhd" || ending == ".nhdr") text += fmt::format(", of {}", fs::last_write_time(path, error).time_since_epoch().count());
-    return text;
-}
-
 /// The study, and the files that its solves read, as they are now.
-std::string whole_fingerprint(const Study& study) {
-    std::string text = study.fingerprint() + "---\n";
-    for (const fs::path& path : study.files) text += fmt::format("{}: {}\n", path.string(), stamp_of(path));
-    return text;
-}
+std::string whole_fingerprint(const Study& study) { return study.fingerprint() + "---\n" + stamps_of(study.files); }
 
 [[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was, const std::string& is) {
     fail("{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it back, or remove that, or name another output", study.file,

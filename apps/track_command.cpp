@@ -96,16 +96,13 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     if (!scene.track)
         fail("{}: track is missing, expected the tracker's source and registration (livetet scene lists its keys)",
              arguments.scene.string());
-    refuse_to_overwrite("--json", arguments.json,
-                        {arguments.scene, scene.mesh.file, scene.image, scene.output.file, scene.track->source, scene.track->registration});
+    refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
     const std::optional<double> budget_s = seconds_of(scene.track->budget);
     if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
         fail("track.budget = {}: solves of the mixed form cannot be cut short, expected formulation: displacement ({})",
              scene.track->budget, arguments.scene.string());
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     take_publish(arguments.publish, scene.track->publish);
-    if (scene.track->registration.empty())
-        fail("track.registration is missing, expected what `livetet register` wrote ({})", arguments.scene.string());
     const FiducialRegistration registration = read_registration(scene.track->registration);
     const auto image_from_reference = live_registration(registration, *scene.track);
     std::vector<std::string> tools{scene.track->reference_tool};
@@ -177,6 +174,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     // 4. report
     if (guest) guest->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
+    session.tell_unused_options();
     if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer->frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }

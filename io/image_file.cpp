@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "base/file.hpp"
 #include "io/itk_volume.hpp"
 #include "io/nifti.hpp"
 #include "io/text.hpp"
@@ -94,6 +95,18 @@ void write_as(ScalarType type, const fs::path& path, const Image<T>& image) {
 bool is_image_name(const fs::path& path) {
     const std::string end = ending(path);
     return is_nifti(path) || end == ".nrrd" || end == ".nhdr" || end == ".mha" || end == ".mhd";
+}
+
+std::optional<std::string> content_digest(const fs::path& path) {
+    std::string of_file = digest(read_text_file(path));
+#ifdef LIVETET_IMAGES
+    if (is_image_name(path) && !is_nifti(path)) {
+        const std::optional<fs::path> voxels = itk_voxel_file(path);
+        if (!voxels) return {};
+        if (*voxels != path) of_file += digest(read_text_file(*voxels));
+    }
+#endif
+    return of_file;
 }
 
 Volume read_volume(const fs::path& path) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "base/error.hpp"
 #include "io/volume.hpp"
@@ -16,6 +18,10 @@ class NotALabel : public Error {
 
 /// Whether the name is that of an image file: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd.
 bool is_image_name(const std::filesystem::path& path);
+
+/// What a file holds, as a digest: of its bytes and, where it is an image's header, of those of the file that its voxels lie in.
+/// None where they lie in several. Throws Error as a reader of the header would.
+std::optional<std::string> content_digest(const std::filesystem::path& path);
 
 /// Reads an image; millimetres (or the unit that the file states) become metres, its world RAS.
 ///   NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling: the affine is the sform,

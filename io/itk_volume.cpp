@@ -60,8 +60,9 @@ Header read_header(const fs::path& path, bool nrrd) {
         const std::size_t sign = line.find(nrrd ? ':' : '=');
         if (sign == std::string::npos) {
             // MetaIO would read on beyond the line's end, and take fields from the voxels.
-            if (!nrrd) fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
-            continue;
+            if (nrrd) continue;
+            const bool is_text = std::all_of(line.begin(), line.end(), [](unsigned char c) { return std::isprint(c) || std::isspace(c); });
+            fail("{}: found {}, expected Name = value, as lines of MetaImage's header are", where, is_text ? fmt::format("'{}'", trim(line.substr(0, 60))) : "bytes that are no text");
         }
         // "key:=value" pairs of a NRRD are not its fields: they go by "=key".
         const bool pair = nrrd && line[sign + 1] == '=';
@@ -381,15 +382,28 @@ void through_itk(const std::string& where, Whispers whispers, const Action& acti
     }
 }
 
+bool is_nrrd(const fs::path& path) { return ending(path) == ".nrrd" || ending(path) == ".nhdr"; }
+
+Header checked_header(const fs::path& path) {
+    const std::string where = path.string(), end = ending(path);
+    if (!is_nrrd(path) && end != ".mha" && end != ".mhd")
+        fail("{}: the name ends in '{}', expected an image: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd", where, end);
+    const Header header = read_header(path, is_nrrd(path));
+    is_nrrd(path) ? check_nrrd(header, where) : check_meta(header, where);
+    return header;
+}
+
 }  // namespace
 
+std::optional<fs::path> itk_voxel_file(const fs::path& path) {
+    const fs::path file = data_of(path, checked_header(path), is_nrrd(path)).file;
+    return file.empty() ? std::nullopt : std::optional(file);
+}
+
 Volume read_itk_volume(const fs::path& path) {
-    const std::string where = path.string(), end = ending(path);
-    const bool nrrd = end == ".nrrd" || end == ".nhdr";
-    if (!nrrd && end != ".mha" && end != ".mhd")
-        fail("{}: the name ends in '{}', expected an image: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd", where, end);
-    const Header header = read_header(path, nrrd);
-    nrrd ? check_nrrd(header, where) : check_meta(header, where);
+    const std::string where = path.string();
+    const bool nrrd = is_nrrd(path);
+    const Header header = checked_header(path);
     const Data data = data_of(path, header, nrrd);
     const double metres = metres_per_unit(header, nrrd, where);
 

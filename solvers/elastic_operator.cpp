@@ -248,7 +248,7 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
                        hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
-        if (l > 0) coarse_bodies_.emplace_back(hierarchy.levels[l]);
+        if (l > 0) coarse_bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1], hierarchy.transfers[l - 1]);
         if (l == 0 || kind_ == SolverKind::live) continue;
         transfers_.push_back(
             std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));

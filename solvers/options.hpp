@@ -57,7 +57,7 @@ void visit_fields(Visitor& v, SolverOptions& s) {
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
     v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
             at_least<0, int>());
-    v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most; the other solvers: one a rank",
+    v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most, one for each 500 nodes; the other solvers: one a rank",
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side",

@@ -4,6 +4,8 @@
 #include <csignal>
 #include <cstdio>
 #include <iterator>
+#include <set>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "base/petsc.hpp"
@@ -12,7 +14,7 @@ namespace livetet {
 
 namespace {
 
-constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error"};
+constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error", "-citations", "-get_total_flops"};
 
 bool options_were_given = false;
 
@@ -50,12 +52,14 @@ void PetscSession::tell_unused_options() const {
     PetscInt count = 0;
     char **names = nullptr, **values = nullptr;
     if (rank_ > 0 || PetscOptionsLeftGet(nullptr, &count, &names, &values)) return;
+    std::set<std::string> given(arguments_.begin(), arguments_.end());
+    std::istringstream words(of_scene_);
+    given.insert(std::istream_iterator<std::string>(words), {});
     for (PetscInt k = 0; k < count; ++k) {
         const std::string name = std::string("-") + names[k];
         // Others are set by our own code, or asked for when PETSc ends.
-        const bool given = (" " + given_ + " ").find(" " + name + " ") != std::string::npos;
         const bool of_the_end = std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end), [&](const char* begin) { return name.starts_with(begin); });
-        if (given && !of_the_end)
+        if (given.contains(name) && !of_the_end)
             std::fprintf(stderr, "livetet: nothing asked PETSc for its option %s: is it spelt right, and of a solver that the scene has?\n", name.c_str());
     }
     PetscOptionsLeftRestore(nullptr, &count, &names, &values);
@@ -67,7 +71,7 @@ void PetscSession::add_options(const std::string& options) {
     std::string line;
     for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
     LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));
-    given_ = options + " " + line;
+    of_scene_ = options;
     options_were_given = options_were_given || !options.empty();
 }
 

@@ -27,7 +27,7 @@ class PetscSession {
 
   private:
     std::vector<std::string> arguments_;
-    std::string given_;  ///< the scene's options and the command line's
+    std::string of_scene_;  ///< its options
     int rank_ = 0, ranks_ = 1;
     int exceptions_ = std::uncaught_exceptions();
 };

@@ -2,26 +2,43 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
-#include <optional>
 
 #include "mechanics/rigid_motions.hpp"
 
 namespace livetet {
 
-CoarseBody::CoarseBody(const TetMesh& mesh) : places(mesh.nodes), piece_of(connected_pieces(mesh)) {}
+CoarseBody::CoarseBody(const TetMesh& mesh, const TetMesh& fine, const BarycentricMap& fine_in_coarse) : places(mesh.nodes), piece_of(connected_pieces(mesh)) {
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        // The lowest node of a piece comes first.
+        if (piece_of[n] == static_cast<std::int32_t>(n)) {
+            piece_of[n] = static_cast<std::int32_t>(boxes.size());
+            boxes.emplace_back();
+        } else {
+            piece_of[n] = piece_of[piece_of[n]];
+        }
+        boxes[piece_of[n]].extend(places[n]);
+    }
+    for (const Eigen::AlignedBox3d& box : boxes) pieces.push_back({box.center(), box.diagonal().norm() / 2, static_cast<std::int32_t>(pieces.size()), {}});
+    for (const Tet& t : mesh.tets) pieces[piece_of[t[0]]].tet = t;
+    const std::vector<std::int32_t> fine_piece_of = connected_pieces(fine);
+    const auto whole_of = [&](std::int32_t p) {
+        while (pieces[p].whole != p) p = pieces[p].whole;
+        return p;
+    };
+    for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
+        const std::int32_t a = whole_of(piece_of[fine_in_coarse.nodes[i][0]]), b = whole_of(piece_of[fine_in_coarse.nodes[fine_piece_of[i]][0]]);
+        pieces[std::max(a, b)].whole = std::min(a, b);
+    }
+    for (Piece& piece : pieces) piece.whole = whole_of(piece.whole);
+}
 
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine, const CoarseBody& coarse) {
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
-    struct Piece {
-        Eigen::AlignedBox3d box;
-        std::optional<HeldMotions> of_fine, of_coarse;
-        bool is_held = false;  ///< as the fine nodes of its tets are
-    };
-    std::map<std::int32_t, Piece> pieces;
+    std::vector<HeldMotions> free, of_fine, of_whole;  // of each piece: nothing, what the fine nodes in it hold, in all that it is a part of
+    for (const CoarseBody::Piece& piece : coarse.pieces) free.emplace_back(piece.centre, piece.extent);
+    of_fine = of_whole = free;
     const std::size_t coarse_nodes = coarse.places.size();
-    for (std::size_t n = 0; n < coarse_nodes; ++n) pieces[coarse.piece_of[n]].box.extend(coarse.places[n]);
-    for (auto& [first, piece] : pieces) piece.of_fine.emplace(piece.box.center(), piece.box.diagonal().norm() / 2);
     std::vector<double> total(coarse_nodes, 0);
     std::vector<std::array<double, 3>> held(coarse_nodes, {0, 0, 0});
     for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
@@ -34,26 +51,31 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
             for (int c = 0; c < 3; ++c)
                 if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
         }
-        if (fine[i]) pieces.at(coarse.piece_of[fine_in_coarse.nodes[i][0]]).of_fine->hold(place, fine[i]);
+        if (!fine[i]) continue;
+        const std::int32_t p = coarse.piece_of[fine_in_coarse.nodes[i][0]];
+        of_fine[p].hold(place, fine[i]);
+        of_whole[coarse.pieces[p].whole].hold(place, fine[i]);
     }
     std::vector<std::uint8_t> components(coarse_nodes, 0);
-    bool more = true;
+    std::vector<bool> is_held(coarse.pieces.size(), false), done = is_held;  // done: no lesser share would do more
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
-        if (!more) break;
-        for (auto& [first, piece] : pieces) piece.of_coarse.emplace(piece.box.center(), piece.box.diagonal().norm() / 2);
+        std::vector<HeldMotions> of_coarse = free;
         for (std::size_t n = 0; n < coarse_nodes; ++n) {
-            Piece& piece = pieces.at(coarse.piece_of[n]);
-            if (!piece.is_held)
+            const std::int32_t p = coarse.piece_of[n];
+            if (!done[p])
                 for (int c = 0; c < 3; ++c)
                     if (held[n][c] >= share * total[n]) components[n] |= 1 << c;
-            piece.of_coarse->hold(coarse.places[n], components[n]);
+            of_coarse[p].hold(coarse.places[n], components[n]);
         }
-        more = false;
-        for (auto& [first, piece] : pieces) {
-            piece.is_held = piece.is_held || !piece.of_fine->all_held() || piece.of_coarse->all_held();
-            more = more || !piece.is_held;
+        for (std::size_t p = 0; p < done.size(); ++p) {
+            is_held[p] = of_coarse[p].all_held();
+            done[p] = is_held[p] || !of_fine[p].all_held();
         }
+        if (std::find(done.begin(), done.end(), false) == done.end()) break;
     }
+    for (std::size_t p = 0; p < is_held.size(); ++p)
+        if (!is_held[p] && of_whole[coarse.pieces[p].whole].all_held())
+            for (const std::int32_t n : coarse.pieces[p].tet) components[n] = 7;
     return components;
 }
 

@@ -12,16 +12,25 @@ namespace livetet {
 
 /// What `coarse_components` looks at of a coarse mesh.
 struct CoarseBody {
-    explicit CoarseBody(const TetMesh& mesh);
+    CoarseBody(const TetMesh& mesh, const TetMesh& fine, const BarycentricMap& fine_in_coarse);
+
+    struct Piece {
+        Vector3 centre;           ///< m
+        double extent = 0;        ///< m: half of its box's diagonal
+        std::int32_t whole = 0;   ///< the lowest of the pieces that hang together in the fine mesh
+        Tet tet;                  ///< one of it
+    };
     std::vector<Vector3> places;         ///< of the nodes, m
-    std::vector<std::int32_t> piece_of;  ///< `connected_pieces`
+    std::vector<std::int32_t> piece_of;  ///< of the nodes: which of `pieces`
+    std::vector<Piece> pieces;           ///< each connected in the coarse mesh
 };
 
 /// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole meshes): a coarse component
 /// is, where at least 0.3 of the weight that it lends to fine nodes goes to constrained ones (of 0.05 to 0.95 the value
 /// with the fewest iterations on an organ pressed at a patch), where it is itself a fine node that is, or where it lends
 /// none. Where that would leave a connected piece free to move as a rigid body which the fine one is not, whose patch is small on
-/// the coarse mesh, a lesser share will do there: static, the matrix would be singular.
+/// the coarse mesh, a lesser share will do there: static, the matrix would be singular. Where the fine one hangs together by what
+/// the coarse mesh has not, and no share will do, a tet of it is.
 /// One rule for masks, groups, patches and node lists, and no coarse level has an unknown without an equation.
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine,
                                             const CoarseBody& coarse);

@@ -42,10 +42,10 @@ int bench_realtime(const RealtimeArguments& arguments) {
             for (const double nu : {0.45, 0.49})
                 for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::newmark})
                     keep(measure_phantom(size, hierarchy, nu, scheme, arguments, bandwidth, progress));
-        if (!arguments.figure.empty() && charts.empty()) charts.push_back(measure_methods(size, hierarchy, threads, progress));
+        if (!arguments.figure.empty() && charts.empty()) charts.push_back(measure_methods(size, hierarchy, arguments.threads, progress));
     }
     for (const BeamSize& size : beams)
-        if (asked(size.name) && arguments.frames > 0) keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), threads, bandwidth, progress));
+        if (asked(size.name) && arguments.frames > 0) keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads, bandwidth, progress));
     bool all = true;
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {

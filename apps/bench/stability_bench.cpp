@@ -55,8 +55,8 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     if (moves && column.strain != StrainModel::linear)
         return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
-    if (tracked && c.poisson >= 0.499)
-        return "track takes P1 by displacements: at a Poisson's ratio of 0.499 and more a frame's iterations do not converge in its budget";
+    if (tracked && c.poisson > 0.499)
+        return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's iterations do not converge in its budget";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked && column.strain == StrainModel::corotated)
         return "a patch that jumps by the body's length or presses through its far wall turns tets inside out, where the nearest rotation switches: 50 "
                "linearisations are not always enough";

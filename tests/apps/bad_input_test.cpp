@@ -158,6 +158,15 @@ TEST(BadInput, WhatIsReadIsNotWritten) {
     kept("block.h5", "solve scene.yaml", {"output.file", "block.h5", "is read", "scene.yaml"});
     write_text(folder / "scene.yaml", held_scene + "probes: {points: points.csv, displacements: ./points.csv}\n");
     kept("points.csv", "solve scene.yaml", {"probes.displacements", "points.csv", "is read"});
+    write_text(folder / "mask.nii.gz", "a mask");
+    write_text(folder / "scene.yaml", held_scene + "loads: [{mask: mask.nii.gz, force_N: [0, 0, 1]}]\nprobes: {points: points.csv}\n");
+    for (const std::string read : {"mask.nii.gz", "points.csv", "block.h5", "scene.yaml"})
+        kept(read, "solve scene.yaml --json " + read, {"--json " + read, "is read"});
+    write_text(folder / "result.h5", "an older result");
+    kept("result.h5", "solve scene.yaml --json result.h5", {"--json result.h5", "written besides"});
+    write_text(folder / "tip.json", "a tip");
+    write_text(folder / "scene.yaml", held_scene + "track: {source: press.igs.mha, registration: r.json, tools: [{tool: Stylus, tip: tip.json}]}\n");
+    kept("tip.json", "track scene.yaml --json tip.json", {"--json tip.json", "is read"});
     kept("press.igs.mha", "record press.igs.mha -o press.igs.mha", {"--output press.igs.mha", "is read"});
     kept("press.igs.mha", "calibrate pivot press.igs.mha --tool Sensor -o press.igs.mha", {"--output press.igs.mha", ".json"});
     kept("image.mrk.json", "register --tracker touched.mrk.json --image image.mrk.json -o image.mrk.json", {"--output image.mrk.json", "is read"});
@@ -296,7 +305,8 @@ TEST(BadInput, StandardStreamsThatAreFullOrClosed) {
     // What is printed goes where the script says, not to the helper's files.
     write_text(folder / "full", "exec \"$@\" >/dev/full\n");
     write_text(folder / "closed", "exec \"$@\" <&- >&- 2>&-\n");
-    for (const char* command : {"scene", "explain scene.yaml", "solve scene.yaml"}) expect_refused(livetet(folder, command, "sh full"), {"No space left on device"});
+    for (const char* command : {"scene", "explain scene.yaml"}) expect_refused(livetet(folder, command, "sh full"), {"No space left on device"});
+    expect_refused(livetet(folder, "solve scene.yaml", "sh full"), {"standard output"});
     EXPECT_EQ(livetet(folder, "solve scene.yaml", "sh closed").status, 0);
     ASSERT_EQ(livetet(folder, "solve scene.yaml -ksp_view", "sh closed").status, 0);
     EXPECT_EQ(text_of(folder / "result.h5").find("KSP Object"), std::string::npos) << "what is printed is not the next file's";

@@ -200,6 +200,8 @@ TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
         fixed[thickness == 12] = read_hierarchy(folder / "m.h5").levels.front().node_sets.at("fixed").size();
     }
     EXPECT_GT(fixed[1], fixed[0]);
+    const auto kept = livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5");
+    EXPECT_NE(kept.out.find("unchanged"), std::string::npos) << "the same voxels: " << kept.out;
 }
 
 TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {

@@ -275,6 +275,16 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "lacks", "expected all of them"});
 }
 
+TEST(Track, WhoReadsItsMessagesMayGo) {
+    Tracked t;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    write_text(t.folder / "gone", "exec 3> >(head -n 1 >head.txt)\nexec \"$@\" 2>&3\n");
+    const auto outcome = livetet(t.folder, "track scene.yaml --every-sample", "bash gone");
+    EXPECT_EQ(outcome.status, 0) << outcome.out;
+    EXPECT_EQ(ResultReader(t.folder / "result.h5").frame_count(), t.recording.samples.size());
+}
+
 TEST(Track, WhatCannotBeASourceIsRefused) {
     Tracked t;
     t.record();

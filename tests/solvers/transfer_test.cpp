@@ -90,12 +90,12 @@ TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
         for (const Vector3& x : h.levels[0].nodes) held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
         return held;
     };
-    const CoarseBody coarse(h.levels[1]);
+    const CoarseBody coarse(h.levels[1], h.levels[0], h.transfers[0]);
     for (const double radius_m : {0.014, 0.02, 0.04}) {
         ASSERT_TRUE(free_rigid_motions(h.levels[0], held_by(radius_m)).empty()) << radius_m;
         EXPECT_TRUE(free_rigid_motions(h.levels[1], coarse_components(h.transfers[0], held_by(radius_m), coarse)).empty()) << radius_m;
     }
-    // What is free in the fine mesh, by a node or none, is not held in the coarse one by more than it has to be.
+    // What is free in the fine mesh is free in the coarse one.
     const auto none = coarse_components(h.transfers[0], held_by(0), coarse), face = coarse_components(h.transfers[0], held_by(0.04), coarse);
     const std::size_t half = none.size() / 2;
     for (std::size_t n = 0; n < none.size(); ++n) {
@@ -106,6 +106,41 @@ TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
             EXPECT_EQ(none[n], h.levels[1].nodes[n].x() < 1e-9 ? 7 : 0) << n;
         }
     }
+}
+
+/// A block whose middle the coarse mesh lacks: two pieces of it, the far one without a held node.
+TEST(CoarseComponents, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
+    const TetMesh fine = test::block({12, 4, 4}, {0.3, 0.1, 0.1});
+    TetMesh coarse = test::block({6, 2, 2}, {0.3, 0.1, 0.1});
+    std::erase_if(coarse.tets, [&](const Tet& t) {
+        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) { return std::abs(coarse.nodes[n].x() - 0.15) < 0.01; });
+    });
+    std::vector<std::int32_t> number(coarse.nodes.size(), -1);  // without the nodes that no tet has
+    for (const Tet& t : coarse.tets)
+        for (const std::int32_t n : t) number[n] = 0;
+    std::vector<Vector3> kept;
+    for (std::size_t n = 0; n < number.size(); ++n)
+        if (number[n] == 0) {
+            number[n] = static_cast<std::int32_t>(kept.size());
+            kept.push_back(coarse.nodes[n]);
+        }
+    for (Tet& t : coarse.tets)
+        for (std::int32_t& n : t) n = number[n];
+    coarse.nodes = kept;
+    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
+    const CoarseBody body(h.levels[1], h.levels[0], h.transfers[0]);
+    ASSERT_EQ(body.pieces.size(), 2u);
+    std::vector<std::uint8_t> end, none(fine.nodes.size(), 0);
+    for (const Vector3& x : h.levels[0].nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
+    const auto held = coarse_components(h.transfers[0], end, body), free = coarse_components(h.transfers[0], none, body);
+    EXPECT_TRUE(free_rigid_motions(h.levels[1], held).empty());
+    const auto beyond = [&](std::size_t n) { return h.levels[1].nodes[n].x() > 0.15; };
+    std::size_t pinned = 0;
+    for (std::size_t n = 0; n < held.size(); ++n) {
+        pinned += beyond(n) && held[n] != 0;
+        EXPECT_EQ(free[n], 0) << n;
+    }
+    EXPECT_EQ(pinned, 4u);
 }
 
 }  // namespace
