@@ -194,9 +194,7 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
 #endif
 
 /// The nodes under the mask as the set "fixed" of every level; `json` gets how many.
-void fix_nodes(MeshHierarchy& hierarchy, const MeshArguments& a, nlohmann::json& json) {
-    if (a.fixed_mask.empty()) return;
-    const LabelImage image = read_label_image(a.fixed_mask);
+void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArguments& a, nlohmann::json& json) {
     const std::string name = a.fixed_mask.filename().string();
     json["fixed"] = {{"mask", name}, {"edge_ratio", a.fix_edge_ratio.value_or(1)}, {"nodes", nlohmann::json::array()}};
     for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
@@ -255,6 +253,8 @@ void run(MeshArguments& a) {
         a.options.finer.push_back({Vector3(a.spheres[i], a.spheres[i + 1], a.spheres[i + 2]) / 1e3,
                                    a.spheres[i + 3] / 1e3, a.spheres[i + 4] / 1e3});
 
+    std::optional<LabelImage> mask;  // read before minutes of meshing
+    if (!a.fixed_mask.empty()) mask = read_mask(a.fixed_mask);
     nlohmann::json json;
     MeshHierarchy hierarchy;
     std::optional<ImageGrid> image;  // that it comes from
@@ -268,10 +268,10 @@ void run(MeshArguments& a) {
             if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
             return;
         }
-        if (!a.fixed_mask.empty() && a.fix_edge_ratio) {
+        if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
             a.options.finer_at =
-                naming(a.fixed_mask.string(), [&] { return mask_faces(read_label_image(a.fixed_mask)); });
+                naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
@@ -287,7 +287,7 @@ void run(MeshArguments& a) {
         fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),
                    dihedral_histogram(qualities.front()));
     }
-    fix_nodes(hierarchy, a, json);
+    if (mask) fix_nodes(hierarchy, *mask, a, json);
     hierarchy.provenance = text_of(json, -1);
     write_hierarchy(a.output, hierarchy, image);
     fmt::print("written      {}\n", a.output.string());

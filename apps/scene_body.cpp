@@ -40,7 +40,7 @@ std::uint8_t component_bits(const std::string& components) {
 
 std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
     const auto mm = [](double x, double y, double z) -> Vector3 { return Vector3(x, y, z) / 1e3; };
-    if (s.mask) return nodes_in_mask(mesh, read_label_image(*s.mask));
+    if (s.mask) return nodes_in_mask(mesh, read_mask(*s.mask));
     if (s.group) {
         const auto found = mesh.node_sets.find(*s.group);
         if (found != mesh.node_sets.end()) return found->second;

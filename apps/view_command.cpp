@@ -134,6 +134,8 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
                                        arguments->track.every_sample || !arguments->track.json.empty()))
             fail("view {}: --publish, --for, --every-sample, --json and PETSc's options are for a scene (.yaml)", arguments->input.string());
         expect_ending("--screenshot", arguments->screenshot, ".png");
+        if (arguments->off_screen && arguments->script.empty() && arguments->screenshot.empty() && arguments->record.empty())
+            fail("--off-screen: nobody would see it, expected --script, --screenshot or --record with it");
         arguments->track.scene = arguments->input;
         if (!have_display()) do_without_screen(*arguments);
         status.value = arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);

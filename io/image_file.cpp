@@ -10,6 +10,7 @@
 #include "io/itk_volume.hpp"
 #include "io/nifti.hpp"
 #include "io/text.hpp"
+#include "mesh/label_map.hpp"
 
 namespace livetet {
 
@@ -134,6 +135,12 @@ LabelImage label_image(const Volume& volume, const fs::path& path) {
 GreyImage read_grey_image(const fs::path& path) { return grey_image(read_volume(path), path); }
 
 LabelImage read_label_image(const fs::path& path) { return label_image(read_volume(path), path); }
+
+LabelImage read_mask(const fs::path& path) {
+    LabelImage mask = read_label_image(path);
+    if (const std::string why = why_no_label_map(mask); !why.empty()) fail("{}: looks like a grey image ({}), expected a mask: 0 where nothing is meant", path.string(), why);
+    return mask;
+}
 
 void write_image(const fs::path& path, const GreyImage& image) {
     check_image(image, path);

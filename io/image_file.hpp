@@ -39,6 +39,9 @@ GreyImage read_grey_image(const std::filesystem::path& path);
 /// The same for labels: every voxel must be a whole number of 32 bits, else NotALabel.
 LabelImage read_label_image(const std::filesystem::path& path);
 
+/// The same for a mask: an Error where it looks like a grey image, whose every voxel would be in it.
+LabelImage read_mask(const std::filesystem::path& path);
+
 /// The two steps of these: what a file holds, as it is stored; and its values. `path`: of the file, for messages.
 Volume read_volume(const std::filesystem::path& path);
 GreyImage grey_image(const Volume& volume, const std::filesystem::path& path);

@@ -154,7 +154,7 @@ struct ElasticOperator::Stopping {
         if (iteration >= effort.max_iterations) return KSP_DIVERGED_ITS;
         if (effort.deadline && iteration > 0) {
             const auto now = Clock::now();
-            const auto next = now + (now - last);
+            const auto next = now + 3 * (now - last) / 2;  // a budget kept is worth more than half an iteration
             last = now;
             if (next > *effort.deadline) return KSP_CONVERGED_ITS;
         }

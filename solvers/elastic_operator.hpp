@@ -20,7 +20,7 @@ namespace livetet {
 using Clock = std::chrono::steady_clock;
 
 /// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond `max_iterations`, nor, after its
-/// first iteration, past the deadline (it stops where the next iteration would end later).
+/// first iteration, past the deadline (it stops where half as much again as the last iteration took would end later).
 struct LinearEffort {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;

@@ -1,6 +1,7 @@
 #include "solvers/petsc_session.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <cstdio>
 #include <iterator>
@@ -66,6 +67,14 @@ void PetscSession::tell_unused_options() const {
 }
 
 void PetscSession::add_options(const std::string& options) {
+    bool takes_value = false;  // the word before: an option's name
+    std::istringstream words(options);
+    for (std::string word; words >> word;) {
+        const bool is_name = word[0] == '-' && !(word.size() > 1 && (std::isdigit(static_cast<unsigned char>(word[1])) || word[1] == '.'));
+        if (!is_name && !takes_value && options.find_first_of("\"'{}") == options.npos)
+            fail("solver.petsc_options = \"{}\": found '{}' where an option's name should be, expected -name value ...", options, word);
+        takes_value = is_name;
+    }
     if (PetscOptionsInsertString(nullptr, options.c_str()))
         fail("solver.petsc_options = \"{}\" cannot be read by PETSc, expected -name value ...", options);
     std::string line;

@@ -17,7 +17,8 @@ class PetscSession {
 
     int rank() const { return rank_; }
     int ranks() const { return ranks_; }
-    /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them.
+    /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them, or
+    /// would pass over a word.
     void add_options(const std::string& options);
 
     /// Whether any session of this program was given options: what PETSc refuses then is mostly one of them.

@@ -42,7 +42,8 @@ struct StabilityLimits {
 ///   promise that for linear bodies only. `track`, which does not solve its steps, has fifteen frames to settle and
 ///   is judged by the latter;
 /// - rest: let go, and given eight periods in time, no more than 2 % of the greatest displacement is left (static: 0.1 %);
-/// - deadline (`track`): no more than one frame in fifty, and one, took longer than its budget.
+/// - deadline (`track`): no more than one frame in fifty, and one, took longer than its budget; a cell that fails this alone is tried three
+///   times, for what else the machine does makes frames late too.
 StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy, const StabilityLimits& limits);
 
 }  // namespace livetet

@@ -181,6 +181,17 @@ TEST(BadInput, WhatIsReadIsNotWritten) {
 #endif
 }
 
+TEST(BadInput, AGreyImageIsNoMask) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    LabelImage grey = ball();
+    for (std::size_t n = 0; n < grey.values.size(); ++n) grey.values[n] = static_cast<std::int32_t>(n % 500);
+    write_image(folder / "grey.nii.gz", grey);
+    expect_refused(livetet(folder, "mesh block.h5 --fix grey.nii.gz -o m.h5"), {"grey.nii.gz", "looks like a grey image", "expected a mask"});
+    write_text(folder / "scene.yaml", "mesh: {file: block.h5}\nfix: [{mask: grey.nii.gz}]\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"grey.nii.gz", "expected a mask"});
+}
+
 TEST(BadInput, ATrackerOfWhichNothingComesLeavesTheGoodResultAlone) {
     const Folder folder;
     write_block(folder / "block.h5");

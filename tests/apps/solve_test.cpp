@@ -277,6 +277,12 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     EXPECT_EQ(livetet(folder, "solve scene.yaml -ksp_monitor", "bash pipe").status, 128 + SIGPIPE);
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
         EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos) << entry.path();
+    for (const char* bad : {"pc_type jacobi", "-pc_type jacobi 3"}) {
+        std::string scene = press;
+        scene.replace(scene.find("solver: {"), 9, fmt::format("solver: {{petsc_options: \"{}\", ", bad));
+        write_text(folder / "other.yaml", scene);
+        expect_refused(livetet(folder, "solve other.yaml"), {"solver.petsc_options", bad, "an option's name"});
+    }
     const auto outcome = livetet(folder, "solve scene.yaml -ksp_rtoll 1e-4 -ksp_max_it 500");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("its option -ksp_rtoll"), std::string::npos) << outcome.err;

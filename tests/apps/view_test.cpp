@@ -248,13 +248,14 @@ TEST(View, WhatIsWrongIsOneLine) {
         test::expect_refused(livetet(viewed.folder, arguments, with_display), parts);
     };
     refused("view nowhere.h5", {"nowhere.h5"});
-    refused("view block.h5 --off-screen", {"block.h5"});
+    refused("view block.h5 --screenshot a.png", {"block.h5"});
+    refused("view result.h5 --off-screen", {"--off-screen", "--script"});
     refused("view result.h5 --frame 100000", {"--frame 100000", "result.h5", "expected 1 to"});
     refused("view result.h5 --colour stress --screenshot a.png", {"von_mises"});
     refused("view result.h5 --screenshot nowhere/a.png", {"nowhere"});
     refused("view result.h5 --record a.avi", {".avi", ".ogv"});
     refused("view result.h5 --for 3", {"--for", "scene"});
-    refused("view scene.yaml --frame 2 --off-screen", {"--frame", "recorded"});
+    refused("view scene.yaml --frame 2 --screenshot a.png", {"--frame", "recorded"});
     GreyImage away = striped_image();
     away.ras_from_voxel(0, 3) = 5;
     write_image(viewed.folder / "away.nii.gz", away);
