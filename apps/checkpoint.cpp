@@ -93,6 +93,12 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
     });
 }
 
+void CheckpointStore::check_frames(std::size_t count) const {
+    std::vector<fs::path> files;
+    for (std::size_t k = 0; k < count; ++k) files.push_back(frame_file(k));
+    hdf5::File::check(files);
+}
+
 ResultFrame CheckpointStore::frame(std::size_t number) const {
     const hdf5::File file = hdf5::File::open(frame_file(number), true);
     hdf5::check_format(file, frame_format, version);

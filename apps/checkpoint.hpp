@@ -39,7 +39,10 @@ class CheckpointStore {
 
     void keep(std::size_t number, const ResultFrame& frame) const;
     void write(const RunPlace& place, const BodyState& state) const;
+    /// A frame that was kept; by `check_frames` it is known to be sound.
     ResultFrame frame(std::size_t number) const;
+    /// Throws Error, naming the first, where files of the first `count` frames are damaged or gone.
+    void check_frames(std::size_t count) const;
     /// The result is whole, and the folder not needed any more.
     void remove() const;
 

@@ -245,6 +245,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     for (const auto& [key, force] : forces) told["reactions_N"][key] = {force.x(), force.y(), force.z()};
     const auto closing = std::chrono::steady_clock::now();
     MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
+    if (keeps_going) on_first_rank(first, [&] { store.check_frames(frames); });
     if (keeps_going)
         for (std::size_t k = 0; k < frames; ++k) append_frame(*writer, store.frame(k));
     const bool has_state = frames > 0;  // else what was there before stays

@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr std::size_t most_solves = 1'000'000;
+constexpr std::size_t most_solves = 100'000;  // each a file until the end, each scene checked before the first
 
 /// "a[2].b" into "a", "2", ".b": the pieces of a key, list places as numbers.
 struct KeyStep {
@@ -99,8 +99,9 @@ void check_vary(const VaryOptions& v, Design design, const std::string& where) {
     if (!v.from || !v.to) fail("{} ({}) has only {} of its range, expected from and to", where, v.key, v.from ? "from" : "to");
     if (v.spacing == Spacing::logarithmic && !(*v.from * *v.to > 0))
         fail("{} ({}): spacing log from {} to {}, expected both above 0 or both below", where, v.key, *v.from, *v.to);
-    if (design != Design::latin_hypercube && v.count < 1)
-        fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
+    if (design == Design::latin_hypercube) return;
+    if (v.count < 1) fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
+    if (static_cast<std::size_t>(v.count) > most_solves) fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, most_solves);
 }
 
 std::vector<std::string> values_of(const VaryOptions& v) {
@@ -215,7 +216,7 @@ std::string Study::fingerprint() const {
     return to_yaml(of_results) + "---\n" + scene_text + (petsc.empty() ? "" : "---\nPETSc's options: " + petsc + "\n");
 }
 
-Study load_study(const std::filesystem::path& path) {
+Study load_study(const std::filesystem::path& path, const ProgressCallback& progress) {
     Study study;
     study.file = path.string();
     study.text = read_text_file(path);
@@ -242,7 +243,10 @@ Study load_study(const std::filesystem::path& path) {
                                                : hypercube_of(o, study.file);
     study.scene_text = to_yaml(load_scene(o.scene));
     study.scene_folder = o.scene.parent_path();
-    for (std::size_t k = 0; k < study.samples.size(); ++k) note_files(study.scene(k), study.files);
+    for (std::size_t k = 0; k < study.samples.size(); ++k) {
+        if (progress && k % 1000 == 999) progress(static_cast<double>(k) / static_cast<double>(study.samples.size()), "its scenes");
+        note_files(study.scene(k), study.files);
+    }
     return study;
 }
 

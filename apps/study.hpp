@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/scene.hpp"
+#include "base/progress.hpp"
 
 namespace livetet {
 
@@ -86,7 +87,7 @@ struct Study {
 };
 
 /// Reads a study file and its scene, and checks every solve's scene. Throws Error.
-Study load_study(const std::filesystem::path& path);
+Study load_study(const std::filesystem::path& path, const ProgressCallback& progress = {});
 
 /// `count` points of a Latin hypercube in [0, 1)^dimensions, by rows: in every dimension one point in each of `count`
 /// strata, at a random place within it (McKay, Beckman and Conover 1979). The same seed gives the same points on every

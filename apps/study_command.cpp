@@ -250,7 +250,11 @@ void draw(const StudyTable& table, const Study& study) {
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. what is asked
     PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
-    Study study = load_study(arguments.study);
+    Study study = [&] {
+        std::optional<ProgressLine> line;
+        if (session.rank() == 0) line.emplace("study");
+        return load_study(arguments.study, line ? line->callback() : ProgressCallback{});
+    }();
     study.petsc_options = fmt::format("{}", fmt::join(petsc, " "));
     if (arguments.list) {
         if (session.rank() == 0) print_list(study);

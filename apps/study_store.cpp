@@ -175,6 +175,16 @@ std::optional<std::string> StudyStore::given_up(std::size_t k) const {
     return fmt::format("ended the study twice: {}", reasons.back());
 }
 
+void StudyStore::check_rows() const {
+    std::vector<fs::path> files;
+    for (std::size_t k = 0; k < study_.samples.size(); ++k) files.push_back(row_file(k));
+    try {
+        hdf5::File::check(files);
+    } catch (const Error& e) {
+        fail("{}; remove it, and the study solves that one again", e.what());
+    }
+}
+
 StudyRow StudyStore::row(std::size_t k) const {
     const hdf5::File file = hdf5::File::open(row_file(k), true);
     hdf5::check_format(file, row_format, version);
@@ -279,6 +289,7 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
     const fs::path& output = study.options.output;
     const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
+    store.check_rows();
     hdf5::write_whole(output, study_format, version, study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
         std::vector<XdmfFrame> frames;
         StudyTable table;

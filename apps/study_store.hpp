@@ -30,7 +30,10 @@ class StudyStore {
     bool claim(std::size_t k) const;
     /// Throws Error where the row cannot be written.
     void keep(std::size_t k, const StudyRow& row) const;
+    /// A row that was kept; by `check_rows` it is known to be sound.
     StudyRow row(std::size_t k) const;
+    /// Throws Error, naming the first, where files of rows are damaged or gone.
+    void check_rows() const;
     /// A solve that ended the whole run, by a failure that its ranks could not agree on; told to the run that goes on.
     void note_failure(std::size_t k, const std::string& reason) const;
     /// The reason, where that happened twice: then the solve is not tried again.

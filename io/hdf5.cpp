@@ -11,6 +11,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "io/parse_apart.hpp"
@@ -103,22 +104,40 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     return file;
 }
 
-File File::open(const std::filesystem::path& path, bool is_own) {
+File File::open_here(const std::filesystem::path& path) {
+    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", path.string());
+    return File(std::move(file), path.string());
+}
+
+File File::open(const std::filesystem::path& path, bool is_checked) {
     begin();
-    const std::string shown = path.string();
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", shown);
-    const auto open_here = [&] {
-        Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-        if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", shown);
-        return File(std::move(file), shown);
-    };
+    if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
     const auto look = [&] {
-        open_here().go_through("", 0);
+        open_here(path).go_through("", 0);
         return std::vector<char>();
     };
-    if (!is_own) parse_apart(path, "HDF5", look);
-    return open_here();
+    if (!is_checked) parse_apart(path, "HDF5", look);
+    return open_here(path);
+}
+
+void File::check(const std::vector<std::filesystem::path>& paths) {
+    begin();
+    std::error_code ignored;
+    double enough_s = 5;
+    for (const std::filesystem::path& path : paths) {
+        const auto size = std::filesystem::file_size(path, ignored);
+        enough_s += 0.1 + (ignored ? 0 : 2e-6 * static_cast<double>(size));
+    }
+    const auto look = [&](int) {
+        limit_processor_time(enough_s);
+        limit_memory(std::uint64_t(2) << 30);
+        for (const std::filesystem::path& path : paths) open_here(path).go_through("", 0);
+        return 0;
+    };
+    if (run_in_child(look, 20 * enough_s).end == ChildResult::End::returned) return;
+    for (const std::filesystem::path& path : paths) (void)open(path);
 }
 
 void File::go_through(const std::string& group, int depth) const {

@@ -51,8 +51,10 @@ class File {
     /// rows.
     static File create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm = MPI_COMM_SELF);
     /// Opens a file to read. HDF5 crashes on damaged ones: a child process has gone through all of its groups and tables
-    /// before this one touches it, which takes milliseconds; not for the many files of a run's own (`is_own`).
-    static File open(const std::filesystem::path& path, bool is_own = false);
+    /// before this one touches it, which takes milliseconds; not where that was done by `check` (`is_checked`).
+    static File open(const std::filesystem::path& path, bool is_checked = false);
+    /// The same look at many files, by one child process for all. Throws Error that names the first damaged one.
+    static void check(const std::vector<std::filesystem::path>& paths);
 
     /// Writes rows x columns values by rows.
     template <class T>
@@ -94,6 +96,7 @@ class File {
     File(Handle file, std::string shown) : file_(std::move(file)), shown_(std::move(shown)) {}
     Handle dataset(const std::string& name) const;
     /// Has HDF5 interpret all that it does for any reading of what is in a group.
+    static File open_here(const std::filesystem::path& path);
     void go_through(const std::string& group, int depth) const;
     /// This rank's share of so many rows: from the first to before the last.
     std::pair<std::size_t, std::size_t> share_of(std::size_t rows) const { return {rows * rank_ / ranks_, rows * (rank_ + 1) / ranks_}; }

@@ -8,6 +8,7 @@
 
 #include "apps/frame_loop.hpp"
 #include "apps/view/script.hpp"
+#include "apps/view/window.hpp"
 #include "tracking/mailbox.hpp"
 
 namespace livetet {

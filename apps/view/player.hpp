@@ -2,6 +2,7 @@
 
 #include "apps/view/recording.hpp"
 #include "apps/view/script.hpp"
+#include "apps/view/window.hpp"
 
 namespace livetet {
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "apps/view/window.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "io/text.hpp"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/view/window.hpp"
-
 namespace livetet {
+
+class ViewWindow;
 
 /// What a script can ask of whoever leads the window through time.
 struct Stage {

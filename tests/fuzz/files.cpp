@@ -6,10 +6,14 @@
 #include <fstream>
 #include <iterator>
 
+#include "apps/checkpoint.hpp"
 #include "apps/recorder.hpp"
 #include "apps/run_result.hpp"
 #include "apps/scene.hpp"
+#include "apps/study.hpp"
+#include "apps/study_store.hpp"
 #include "apps/truth_file.hpp"
+#include "apps/view/script.hpp"
 #include "base/file.hpp"
 #include "fuzz/fuzz.hpp"
 #include "io/fiducial_file.hpp"
@@ -214,6 +218,64 @@ Truth small_truth() {
     return truth;
 }
 
+const std::string study =
+    "scene: beside.yaml\ndesign: grid\noutput: study.h5\nvary:\n  - {key: \"materials[0].young_Pa\", from: 2000, to: 8000, count: 3, spacing: log}\n"
+    "  - {key: strain, values: [linear, corotated]}\nplots: [largest_displacement_mm]\n";
+const std::string hypercube =
+    "scene: beside.yaml\ndesign: latin-hypercube\nsamples: 3\nseed: 2\nvary: [{key: \"fix[0].half_space_mm[2]\", from: 0, to: 1}]\nkeep_displacements: false\n";
+
+fs::path beside() {
+    write_text_file(folder() / "beside.yaml", "mesh: {file: cube.h5}\nmaterials: [{young_Pa: 3000}]\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n");
+    return folder() / "beside.yaml";
+}
+
+StudyRow small_row() {
+    StudyRow row;
+    row.converged = true;
+    row.outputs = {{"largest_displacement_mm", 1.5}, {"tip_x_mm", -2}};
+    row.displacement = testing_meshes::cube().nodes;
+    return row;
+}
+
+/// A study of two solves in a folder of its own, which `use` gets; of its files only those that `use` leaves.
+template <class Use>
+void with_study(const Use& use) {
+    beside();
+    write_hierarchy(folder() / "cube.h5", make_hierarchy({testing_meshes::cube()}, ""));
+    write_text_file(folder() / "kept.yaml", "scene: beside.yaml\noutput: kept.h5\nvary: [{key: strain, values: [linear, green]}]\n");
+    const Study of = load_study(folder() / "kept.yaml");
+    fs::remove_all(folder() / "kept.h5.parts");
+    fs::remove(folder() / "kept.h5");
+    StudyStore store(of);
+    store.open();
+    use(of, store);
+}
+
+/// A checkpoint and a frame of a run, which lie in the folder of its result's parts.
+const CheckpointStore& checkpoints() {
+    static const CheckpointStore store(folder() / "run.h5", "a run");
+    return store;
+}
+
+fs::path begun(const std::string& file) {
+    const fs::path parts = folder() / "run.h5.parts";
+    fs::create_directories(parts);
+    return parts / file;
+}
+
+std::vector<Bytes> good_checkpoint() {
+    begun("");
+    const std::vector<Vector3> values = testing_meshes::cube().nodes;
+    checkpoints().write({0.1, 0.01, 10, 2, ""}, {{values, values, values}, {1, 2, 3}, true});
+    return {bytes_of(begun("checkpoint.h5"))};
+}
+
+std::vector<Bytes> good_frame() {
+    begun("");
+    checkpoints().keep(0, {0.1, testing_meshes::cube().nodes, {{"von_mises", FieldPlace::tet, 1, {1, 2, 3, 4, 5, 6}}}});
+    return {bytes_of(begun("frame_000000.h5"))};
+}
+
 Reader surface_reader() {
     return [](const fs::path& path) { read_surface(path, Space::ras); };
 }
@@ -237,6 +299,57 @@ std::vector<Target> targets() {
             "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); }, texts({sequence_nrrd})),
         target(
             "scene", ".yaml", [](const fs::path& p) { load_scene(p); }, texts({scene})),
+        target(
+            "study", ".yaml", [](const fs::path& p) { load_study(p); },
+            [] {
+                beside();
+                return texts({study, hypercube})();
+            }),
+        target(
+            "study_row", ".h5",
+            [](const fs::path& p) {
+                with_study([&](const Study&, StudyStore& store) {
+                    fs::copy_file(p, folder() / "kept.h5.parts/000000.h5", fs::copy_options::overwrite_existing);
+                    fs::copy_file(p, folder() / "kept.h5.parts/000001.h5", fs::copy_options::overwrite_existing);
+                    store.check_rows();
+                    store.row(0);
+                });
+            },
+            [] {
+                std::vector<Bytes> row;
+                with_study([&](const Study&, StudyStore& store) {
+                    store.keep(0, small_row());
+                    row.push_back(bytes_of(folder() / "kept.h5.parts/000000.h5"));
+                });
+                return row;
+            }),
+        target(
+            "study_table", ".h5", [](const fs::path& p) { read_study(p); },
+            [] {
+                with_study([&](const Study& of, StudyStore& store) {
+                    for (std::size_t k = 0; k < 2; ++k) store.keep(k, small_row());
+                    write_study(of, store, {});
+                });
+                return std::vector<Bytes>{bytes_of(folder() / "kept.h5")};
+            }),
+        target(
+            "checkpoint", ".h5",
+            [](const fs::path& p) {
+                fs::copy_file(p, begun("checkpoint.h5"), fs::copy_options::overwrite_existing);
+                checkpoints().read();
+            },
+            good_checkpoint),
+        target(
+            "checkpoint_frame", ".h5",
+            [](const fs::path& p) {
+                fs::copy_file(p, begun("frame_000000.h5"), fs::copy_options::overwrite_existing);
+                checkpoints().check_frames(1);
+                checkpoints().frame(0);
+            },
+            good_frame),
+        target(
+            "view_script", ".txt", [](const fs::path& p) { ViewScript(read_text_file(p), p.string()); },
+            texts({"frame 2\ntime 0.5 # s\ncolour stress\nslices deformed\ncross 1 2 3\nvolume on\nlook front\nscreenshot a.png\n"})),
         target(
             "motion_script", ".yaml", [](const fs::path& p) { parse_motion_script(read_text_file(p), p.string()); },
             texts({script})),
