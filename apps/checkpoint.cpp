@@ -86,7 +86,7 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
         json fields = json::array();
         for (const ResultFrame::Field& f : frame.fields)
             fields.push_back({{"name", f.name}, {"node", f.place == FieldPlace::node}, {"components", f.components}});
-        file.write_text("about", json{{"time_s", frame.time_s}, {"fields", fields}}.dump());
+        file.write_text("about", json{{"number", number}, {"time_s", frame.time_s}, {"fields", fields}}.dump());
         file.write<double>("displacement", flat(frame.displacement), 3);
         for (const ResultFrame::Field& f : frame.fields)
             file.write<double>("fields/" + f.name, f.values, static_cast<std::size_t>(f.components));
@@ -103,6 +103,7 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
     const hdf5::File file = hdf5::File::open(frame_file(number), true);
     hdf5::check_format(file, frame_format, version);
     return read_about(file, [&](const json& about) {
+        if (about.at("number") != number) fail("{}: is frame {}, expected {}", file.shown(), about.at("number").dump(), number);
         ResultFrame frame{about.at("time_s"), read_vectors(file, "displacement")};
         for (const json& f : about.at("fields")) {
             const auto name = f.at("name").get<std::string>();

@@ -64,8 +64,10 @@ void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
     for (const auto& [key, path] : written)
         for (const std::filesystem::path& input : read)
             if (same_file(path, input)) fail("{} = {}: is read, expected another file to write ({})", key, path.string(), file);
-    if (written.size() == 2 && same_file(written[0].second, written[1].second))
-        fail("{} and {}: both name {}, expected two files ({})", written[0].first, written[1].first, written[0].second.string(), file);
+    for (std::size_t i = 0; i < written.size(); ++i)
+        for (std::size_t j = i + 1; j < written.size(); ++j)
+            if (same_file(written[i].second, written[j].second))
+                fail("{} and {}: both name {}, expected two files ({})", written[i].first, written[j].first, written[i].second.string(), file);
 }
 
 }  // namespace

@@ -48,7 +48,10 @@ std::string stamps_of(const std::set<std::filesystem::path>& files) {
 
 std::vector<std::pair<const char*, std::filesystem::path>> written_files(const Scene& scene) {
     std::vector<std::pair<const char*, std::filesystem::path>> files;
-    if (scene.output.has_file()) files.emplace_back("output.file", scene.output.file);
+    if (scene.output.has_file()) {
+        files.emplace_back("output.file", scene.output.file);
+        files.emplace_back("output.file's XDMF", std::filesystem::path(scene.output.file).replace_extension(".xdmf"));
+    }
     if (scene.probes) files.emplace_back("probes.displacements", scene.probes->displacements);
     return files;
 }

@@ -199,7 +199,7 @@ std::string options_of_results(const std::string& options) {
     bool prints = false;
     for (const std::string_view word : split_words(options)) {
         if (word.starts_with("-") && !parse_number(word))
-            prints = word.starts_with("-log_") || word.starts_with("-options_") || word.find("_view") != word.npos || word.find("_monitor") != word.npos ||
+            prints = word.starts_with("-log_") || word == "-info" || word.starts_with("-options_") || word.find("_view") != word.npos || word.find("_monitor") != word.npos ||
                      word.ends_with("_converged_reason");
         if (!prints) kept += fmt::format("{}{}", kept.empty() ? "" : " ", word);
     }

@@ -99,14 +99,25 @@ void StudyStore::open() {
     if (fs::exists(fingerprint)) {
         if (const std::string was = read_text_file(fingerprint); was != fingerprint_) refuse_other(study_, folder_, was, fingerprint_);
     } else {
+        if (count_done() > 0) fail("{}: holds solves, but not the {} that says of what; remove it, or name another output", folder_.string(), fingerprint_file);
         write_text_file(fingerprint, fingerprint_);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
         if (entry.path().extension() == ".claim" || entry.path().filename().string().starts_with(".")) fs::remove(entry.path());
     const std::vector<bool> there = done();
+    std::vector<fs::path> kept;
+    for (std::size_t k = 0; k < there.size(); ++k)
+        if (there[k]) kept.push_back(row_file(k));
+    bool are_sound = true;
+    try {
+        hdf5::File::check(kept);
+    } catch (const Error&) {
+        are_sound = false;
+    }
     for (std::size_t k = 0; k < there.size(); ++k) {
         if (!there[k]) continue;
         try {
+            if (!are_sound) (void)hdf5::File::open(row_file(k));
             (void)row(k);
         } catch (const Error&) {  // the machine went down before all of it was on the disk
             fs::remove(row_file(k));
@@ -146,7 +157,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     try {
         const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) + row.displacement.size() * sizeof(Vector3);
         hdf5::write_whole(row_file(k), row_format, version, bytes, [&](hdf5::File& file) {
-            json about{{"converged", row.converged},   {"failure", row.failure}, {"mesh_s", row.mesh_s},
+            json about{{"solve", k}, {"converged", row.converged},   {"failure", row.failure}, {"mesh_s", row.mesh_s},
                        {"setup_s", row.setup_s},       {"solve_s", row.solve_s}, {"iterations", row.iterations},
                        {"linearisations", row.linearisations}};
             for (const auto& [name, value] : row.outputs) about["names"].push_back(name);
@@ -191,6 +202,7 @@ StudyRow StudyStore::row(std::size_t k) const {
     StudyRow row;
     try {
         const json about = json::parse(file.read_text("row"));
+        if (about.at("solve") != k) fail("{}: is of solve {}", file.shown(), about.at("solve").dump());
         row.converged = about.at("converged");
         row.failure = about.at("failure");
         row.mesh_s = about.at("mesh_s");

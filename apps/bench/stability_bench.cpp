@@ -170,6 +170,7 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows, const
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
+    if (same_file(a.csv, a.json)) fail("--csv and --json: both name {}, expected two files", a.csv.string());
     std::vector<StabilityColumn> all = columns();
     std::erase_if(all, [&](const StabilityColumn& c) { return name_of(c).find(a.column) == std::string::npos; });
     if (all.empty()) fail("--column {}: no column has this in its name, they are as \"{}\"", a.column, name_of(columns().back()));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "apps/outputs.hpp"
 #include "apps/view/window.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -124,6 +125,7 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
         bool fits = next.words.size() == shape.size();
         for (std::size_t i = 0; fits && i < shape.size(); ++i) fits = shape[i] == 'w' || std::isfinite(parse_number(next.words[i]).value_or(std::nan("")));
         if (!fits) fail("{}:{}: found {} {}, expected {} {}", source, number, name, fmt::join(next.words, " "), name, found->arguments);
+        if (name == "screenshot") expect_ending(fmt::format("{}:{}: screenshot", source, number), next.words[0], ".png");  // images and results have other names
         next.command = static_cast<std::size_t>(found - std::begin(commands));
         lines_.push_back(std::move(next));
     }

@@ -163,7 +163,8 @@ TEST(BadInput, WhatIsReadIsNotWritten) {
     for (const std::string read : {"mask.nii.gz", "points.csv", "block.h5", "scene.yaml"})
         kept(read, "solve scene.yaml --json " + read, {"--json " + read, "is read"});
     write_text(folder / "result.h5", "an older result");
-    kept("result.h5", "solve scene.yaml --json result.h5", {"--json result.h5", "written besides"});
+    write_text(folder / "result.xdmf", "an older one's");
+    for (const std::string written : {"result.h5", "result.xdmf"}) kept(written, "solve scene.yaml --json " + written, {"--json " + written, "written besides"});
     write_text(folder / "tip.json", "a tip");
     write_text(folder / "scene.yaml", held_scene + "track: {source: press.igs.mha, registration: r.json, tools: [{tool: Stylus, tip: tip.json}]}\n");
     kept("tip.json", "track scene.yaml --json tip.json", {"--json tip.json", "is read"});

@@ -531,6 +531,30 @@ TEST(Study, ADamagedRowIsNamedAndRemovedSolvedAgain) {
     EXPECT_EQ(read_study(folder / "study.h5").results.size(), 2u);
 }
 
+TEST(Study, RowsThatAreNotOfTheirSolveAreSolvedAgainAndThoseOfAnUnknownStudyRefused) {
+    const Folder folder;
+    prepare(folder);
+    const Study study = load_study(folder / "study.yaml");
+    StudyRow row;
+    row.converged = true;
+    const std::filesystem::path parts = folder / "study.h5.parts";
+    {
+        StudyStore store(study);
+        store.open();
+        for (std::size_t k = 0; k < 3; ++k) store.keep(k, row);
+    }
+    std::filesystem::copy_file(parts / "000001.h5", parts / "000002.h5", std::filesystem::copy_options::overwrite_existing);
+    {
+        StudyStore store(study);
+        store.open();
+        EXPECT_EQ(store.done(), (std::vector<bool>{true, true, false, false, false, false}));
+    }
+    std::filesystem::remove(parts / "study.yaml");
+    StudyStore store(study);
+    const std::string words = words_of([&] { store.open(); });
+    EXPECT_NE(words.find("study.yaml"), std::string::npos) << words;
+}
+
 TEST(Study, ARowThatDidNotReachTheDiskIsSolvedAgainAndASecondRunIsRefused) {
     const Folder folder;
     prepare(folder);

@@ -260,7 +260,7 @@ TEST(View, WhatIsWrongIsOneLine) {
     away.ras_from_voxel(0, 3) = 5;
     write_image(viewed.folder / "away.nii.gz", away);
     refused("view result.h5 --image away.nii.gz --screenshot a.png", {"away.nii.gz", "same place"});
-    for (const auto& [text, part] : {std::pair("sceenshot a.png\n", "did you mean screenshot?"), {"\nframe\n", "script.txt:2"},
+    for (const auto& [text, part] : {std::pair("sceenshot a.png\n", "did you mean screenshot?"), {"screenshot result.h5\n", "expected a name that ends in .png"}, {"\nframe\n", "script.txt:2"},
                                      {"frame 99999", "holds"}, {"colour red", "expected one of displacement, stress"}, {"# nothing", "no command"}})
         test::expect_refused(viewed.script(text, "--off-screen"), {"script.txt", part});
     EXPECT_FALSE(std::filesystem::exists(viewed.folder / "a.png"));
