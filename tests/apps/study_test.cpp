@@ -467,15 +467,22 @@ std::string words_of(const std::function<void()>& work) {
     return "";
 }
 
-TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
-    const Folder folder;
-    prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n");
-    const Study study = load_study(folder / "study.yaml");
-    StudyStore store(study);
-    store.open();
+/// A study of two solves whose rows can be kept, and a row.
+struct TwoSolves {
+    Folder folder;
+    Study study = (prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n"), load_study(folder / "study.yaml"));
+    StudyStore store{study};
     StudyRow row;
-    row.converged = true;
-    row.outputs = {{"x_mm", 1.5}};
+    TwoSolves() {
+        store.open();
+        row.converged = true;
+        row.outputs = {{"x_mm", 1.5}};
+    }
+};
+
+TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
+    TwoSolves of;
+    auto& [folder, study, store, row] = of;
     row.displacement.assign(50000, Vector3(1, 2, 3));
     {
         const SmallDisk disk(20000);
@@ -499,14 +506,8 @@ TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
 }
 
 TEST(Study, ADamagedRowIsNamedAndRemovedSolvedAgain) {
-    const Folder folder;
-    prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n");
-    const Study study = load_study(folder / "study.yaml");
-    StudyStore store(study);
-    store.open();
-    StudyRow row;
-    row.converged = true;
-    row.outputs = {{"x_mm", 1.5}};
+    TwoSolves of;
+    auto& [folder, study, store, row] = of;
     for (std::size_t k = 0; k < 2; ++k) store.keep(k, row);
     const std::string good = text_of(folder / "study.h5.parts/000001.h5");
     write_text(folder / "study.h5.parts/000001.h5", good.substr(0, good.size() / 2));
