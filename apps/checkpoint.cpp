@@ -14,13 +14,13 @@ using nlohmann::json;
 
 constexpr const char* state_format = "livetet checkpoint";
 constexpr const char* frame_format = "livetet frame";
-constexpr int version = 1;
+constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
 /// hdf5::write_whole, for a run that can go on.
 void write_part(const fs::path& path, const char* format, std::size_t bytes, const std::function<void(hdf5::File&)>& fill) {
     try {
-        hdf5::write_whole(path, format, version, bytes, fill);
+        hdf5::write_whole(path, format, checkpoint_version, bytes, fill);
     } catch (const Error& e) {
         std::error_code unknown;
         const bool can_go_on = fs::exists(path.parent_path() / state_file, unknown);
@@ -66,7 +66,7 @@ std::pair<RunPlace, BodyState> CheckpointStore::read() const {
         fail("{}: no checkpoint to go on from, expected a run with output.checkpoint_every that was ended after its first",
              (folder_ / state_file).string());
     const hdf5::File file = hdf5::File::open(folder_ / state_file);
-    hdf5::check_format(file, state_format, version);
+    hdf5::check_format(file, state_format, checkpoint_version);
     if (file.read_text("run") != about_)
         fail("{}: is of another scene or mesh than this, expected the one that it was written by", file.shown());
     BodyState state;
@@ -101,7 +101,7 @@ void CheckpointStore::check_frames(std::size_t count) const {
 
 ResultFrame CheckpointStore::frame(std::size_t number) const {
     const hdf5::File file = hdf5::File::open(frame_file(number), true);
-    hdf5::check_format(file, frame_format, version);
+    hdf5::check_format(file, frame_format, checkpoint_version);
     return read_about(file, [&](const json& about) {
         if (about.at("number") != number) fail("{}: is frame {}, expected {}", file.shown(), about.at("number").dump(), number);
         ResultFrame frame{about.at("time_s"), read_vectors(file, "displacement")};

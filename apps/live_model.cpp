@@ -14,7 +14,7 @@ namespace livetet {
 namespace {
 
 /// A step in time is at most so long: after a silence the body goes on from where it was.
-constexpr double longest_step_s = 0.5;
+constexpr double longest_frame_s = 0.5;
 
 PoseFilterOptions filter_options(const TrackOptions& track) {
     PoseFilterOptions options;
@@ -296,7 +296,7 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
     pull_patches();
     settle();
     frame_.sensor_s = seconds_since(start);
-    const double dt = last_time_s_ ? std::min(sample.time_s - *last_time_s_, longest_step_s) : scene_.time.step_s;
+    const double dt = last_time_s_ ? std::min(sample.time_s - *last_time_s_, longest_frame_s) : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
     if (limits.deadline) *limits.deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));

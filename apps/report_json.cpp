@@ -6,16 +6,16 @@ namespace livetet {
 
 namespace {
 
-using json = nlohmann::ordered_json;
+using ordered_json = nlohmann::ordered_json;
 
-json to_json(const Distribution& d) {
+ordered_json to_json(const Distribution& d) {
     return {{"count", d.count}, {"mean", d.mean}, {"rms", d.rms},    {"median", d.median},
             {"p95", d.p95},     {"p99", d.p99},   {"worst", d.worst}};
 }
 
-json frames_json(const Report& r) {
+ordered_json frames_json(const Report& r) {
     const FrameStatistics& f = r.frames;
-    json out = {{"samples", r.run.samples},
+    ordered_json out = {{"samples", r.run.samples},
             {"computed", r.run.frames},
             {"kept", f.kept},
             {"missed", r.run.missed},
@@ -43,20 +43,20 @@ json frames_json(const Report& r) {
     return out;
 }
 
-json registration_json(const Report& r) {
-    json fiducials = json::array();
+ordered_json registration_json(const Report& r) {
+    ordered_json fiducials = ordered_json::array();
     for (const RunFiducial& f : r.run.fiducials) {
-        json entry = {{"name", f.name}, {"residual_mm", f.residual_mm}};
+        ordered_json entry = {{"name", f.name}, {"residual_mm", f.residual_mm}};
         if (f.leave_one_out_mm) entry["leave_one_out_mm"] = *f.leave_one_out_mm;
         fiducials.push_back(std::move(entry));
     }
     return {{"fre_mm", r.run.fre_mm}, {"fiducials", fiducials}};
 }
 
-json sensors_json(const Report& r) {
-    json tools = json::array(), frames = json::object();
+ordered_json sensors_json(const Report& r) {
+    ordered_json tools = ordered_json::array(), frames = ordered_json::object();
     for (const ReportSensor& s : r.sensors) {
-        json tool = {{"tool", s.tool}, {"patch_radius_mm", s.patch_radius_mm}, {"turns", s.turns}};
+        ordered_json tool = {{"tool", s.tool}, {"patch_radius_mm", s.patch_radius_mm}, {"turns", s.turns}};
         if (s.stiffness_N_per_m) tool["stiffness_N_per_m"] = *s.stiffness_N_per_m;
         tools.push_back(std::move(tool));
     }
@@ -65,8 +65,8 @@ json sensors_json(const Report& r) {
     return {{"tools", tools}, {"frames", frames}};
 }
 
-json truth_json(const TargetErrors& t) {
-    json series = json::array();
+ordered_json truth_json(const TargetErrors& t) {
+    ordered_json series = ordered_json::array();
     for (const TargetErrorSample& s : t.samples)
         series.push_back({{"time_s", s.time_s},
                           {"press_mm", s.press_mm},
@@ -101,7 +101,7 @@ json truth_json(const TargetErrors& t) {
 }  // namespace
 
 std::string report_json(const Report& r) {
-    json out = {{"result", r.source},
+    ordered_json out = {{"result", r.source},
                 {"version", r.run.version},
                 {"problem", r.run.problem},
                 {"verdicts", verdicts(r)},

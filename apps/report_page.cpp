@@ -6,7 +6,7 @@ namespace livetet {
 
 namespace {
 
-std::string run_section(const Report& r) {
+std::string run_html(const Report& r) {
     HtmlSection s("The run");
     s.texts({"result", r.source});
     s.texts({"mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels)});
@@ -19,7 +19,7 @@ std::string run_section(const Report& r) {
     return s.end();
 }
 
-std::string registration_section(const Report& r) {
+std::string registration_html(const Report& r) {
     HtmlSection s("Registration");
     s.heads({"", "residual [mm]", "left out [mm]"});
     for (const RunFiducial& f : r.run.fiducials) {
@@ -33,7 +33,7 @@ std::string registration_section(const Report& r) {
                  fmt::format("{} frames, lost in {}.", r.frames.registration_held, r.frames.registration_lost));
 }
 
-std::string frames_section(const Report& r) {
+std::string frames_html(const Report& r) {
     const FrameStatistics& f = r.frames;
     HtmlSection s("Frames, and what each stage took");
     s.heads({"", "median", "mean", "95 %", "99 %", "worst"});
@@ -55,7 +55,7 @@ std::string frames_section(const Report& r) {
                              r.run.budget_given ? "track.budget" : "the time between samples", f.cut_short, f.not_converged));
 }
 
-std::string sensors_section(const Report& r) {
+std::string sensors_html(const Report& r) {
     HtmlSection s("Sensors");
     for (const ReportSensor& sensor : r.sensors) s.texts({sensor.tool, sensor_text(sensor)});
     if (r.sensor_frames)
@@ -64,7 +64,7 @@ std::string sensors_section(const Report& r) {
     return s.end();
 }
 
-std::string truth_section(const TargetErrors& t) {
+std::string truth_html(const TargetErrors& t) {
     HtmlSection s("Error at the targets [mm]");
     s.heads({"", "RMS", "mean", "95 %", "worst"});
     const auto row = [&](std::string_view name, const Distribution& d) { s.numbers(name, {d.rms, d.mean, d.p95, d.worst}, 2); };
@@ -83,10 +83,10 @@ std::string truth_section(const TargetErrors& t) {
 
 std::string report_page(const Report& r, std::span<const PagePicture> pictures, const std::string& no_pictures) {
     std::string body;
-    if (r.truth) body += truth_section(*r.truth);
-    body += frames_section(r) + registration_section(r);
-    if (!r.sensors.empty() || r.sensor_frames) body += sensors_section(r);
-    body += run_section(r);
+    if (r.truth) body += truth_html(*r.truth);
+    body += frames_html(r) + registration_html(r);
+    if (!r.sensors.empty() || r.sensor_frames) body += sensors_html(r);
+    body += run_html(r);
     if (!r.parts.empty()) body += parts_html(r.parts);
     return html_page("Report of a tracked run", verdicts(r), pictures, no_pictures, body, r.scene_text);
 }

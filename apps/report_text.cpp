@@ -48,7 +48,7 @@ std::string rest_verdict(const RestErrors& r) {
         r.expected_rms_mm, 3 * r.expected_rms_mm);
 }
 
-std::string run_section(const Report& r) {
+std::string run_text(const Report& r) {
     std::string out = "RUN\n";
     out += report_line("result", r.source);
     out += report_line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
@@ -60,7 +60,7 @@ std::string run_section(const Report& r) {
     return out;
 }
 
-std::string registration_section(const Report& r) {
+std::string registration_text(const Report& r) {
     std::size_t width = 10;
     for (const RunFiducial& f : r.run.fiducials) width = std::max(width, f.name.size() + 2);
     std::string out = fmt::format("REGISTRATION\n  FRE {:.2f} mm (RMS of the residuals)\n", r.run.fre_mm);
@@ -78,7 +78,7 @@ std::string row(std::string_view name, const Distribution& d, int digits = 2) {
                        digits, d.p95, digits, d.p99, digits, d.worst, digits);
 }
 
-std::string frames_section(const Report& r) {
+std::string frames_text(const Report& r) {
     const FrameStatistics& f = r.frames;
     std::string out =
         fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %", "worst");
@@ -98,7 +98,7 @@ std::string frames_section(const Report& r) {
     return out + report_line("not converged", fmt::format("{} frames", f.not_converged));
 }
 
-std::string sensors_section(const Report& r) {
+std::string sensors_text(const Report& r) {
     std::string out = "SENSORS\n";
     for (const ReportSensor& s : r.sensors) out += report_line(s.tool, sensor_text(s));
     if (!r.sensor_frames) return out;
@@ -111,7 +111,7 @@ std::string error_row(std::string_view name, const Distribution& d) {
     return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.rms, d.mean, d.p95, d.worst);
 }
 
-std::string truth_section(const TargetErrors& t) {
+std::string truth_text(const TargetErrors& t) {
     const std::string heads = fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
     std::string out = fmt::format(
         "ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
@@ -153,9 +153,9 @@ std::string sensor_text(const ReportSensor& s) {
 std::string report_text(const Report& report) {
     std::string out = "LIVETET: REPORT OF A TRACKED RUN\n\n";
     for (const std::string& sentence : verdicts(report)) out += "  " + wrapped(sentence);
-    out += "\n" + run_section(report) + "\n" + registration_section(report) + "\n" + frames_section(report);
-    if (!report.sensors.empty() || report.sensor_frames) out += "\n" + sensors_section(report);
-    if (report.truth) out += "\n" + truth_section(*report.truth);
+    out += "\n" + run_text(report) + "\n" + registration_text(report) + "\n" + frames_text(report);
+    if (!report.sensors.empty() || report.sensor_frames) out += "\n" + sensors_text(report);
+    if (report.truth) out += "\n" + truth_text(*report.truth);
     if (!report.parts.empty()) out += "\n" + parts_text(report.parts);
     return out;
 }

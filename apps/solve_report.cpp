@@ -15,14 +15,14 @@ namespace livetet {
 
 namespace {
 
-using json = nlohmann::ordered_json;
+using ordered_json = nlohmann::ordered_json;
 
 constexpr std::size_t most_rows = 24;  // of a page's table of steps
 
-double number(const json& x) { return x.is_null() ? std::nan("") : x.get<double>(); }  // JSON has no NaN
+double number(const ordered_json& x) { return x.is_null() ? std::nan("") : x.get<double>(); }  // JSON has no NaN
 
 /// A whole number from 0 to `most`.
-std::size_t count(const json& x, std::size_t most) {
+std::size_t count(const ordered_json& x, std::size_t most) {
     const auto n = x.get<double>();
     if (!(n >= 0 && n <= static_cast<double>(most))) fail("found {}, expected 0 to {}", n, most);
     return static_cast<std::size_t>(n);
@@ -31,21 +31,21 @@ std::size_t count(const json& x, std::size_t most) {
 SolvedRun parse_run(const std::string& text) {
     constexpr std::size_t most = 1'000'000'000;
     try {
-        const json j = json::parse(text);
+        const ordered_json j = ordered_json::parse(text);
         SolvedRun run{.solver = j.at("solver"), .version = j.at("version"), .failure = j.at("failure"), .levels = count(j.at("levels"), most),
                       .ranks = count(j.at("ranks"), most),
-                      .inverted_tets = count(j.value("inverted_tets", json(0)), most), .converged = j.at("converged"), .is_static = j.at("is_static"),
+                      .inverted_tets = count(j.value("inverted_tets", ordered_json(0)), most), .converged = j.at("converged"), .is_static = j.at("is_static"),
                       .restarted_at_s = number(j.at("restarted_at_s")), .mesh_s = number(j.at("mesh_s")), .setup_s = number(j.at("setup_s")),
                       .solve_s = number(j.at("solve_s")), .peak_bytes = number(j.at("peak_bytes")), .forces_N = {}, .steps = {}};
         for (const auto& [key, f] : j.at("reactions_N").items())
             run.forces_N.emplace_back(key, Eigen::Vector3d(number(f.at(0)), number(f.at(1)), number(f.at(2))));
-        for (const json& s : j.at("steps"))
+        for (const ordered_json& s : j.at("steps"))
             run.steps.push_back({.time_s = number(s.at("time_s")), .step_s = number(s.at("step_s")), .seconds = number(s.at("seconds")),
                                  .imbalance = number(s.at("imbalance")), .time_error_mm = number(s.at("time_error_mm")),
                                  .linearisations = count(s.at("linearisations"), most), .iterations = count(s.at("iterations"), most),
                                  .converged = s.at("converged"), .kept = s.at("kept")});
         return run;
-    } catch (const json::exception& e) {
+    } catch (const ordered_json::exception& e) {
         fail("{}", e.what());
     }
 }
@@ -174,7 +174,7 @@ std::string report_text(const SolveReport& r) {
 }
 
 std::string report_json(const SolveReport& r) {
-    json out = {{"result", r.source},
+    ordered_json out = {{"result", r.source},
                 {"verdicts", verdicts(r)},
                 {"tets", r.tets},
                 {"nodes", r.nodes},
@@ -184,7 +184,7 @@ std::string report_json(const SolveReport& r) {
                 {"largest_displacement_mm", r.largest_mm},
                 {"last_displacement_mm", r.last_mm}};
     if (r.run) {
-        json steps = json::array(), forces = json::object();
+        ordered_json steps = ordered_json::array(), forces = ordered_json::object();
         for (const SolvedStep& s : r.run->steps)
             steps.push_back({{"time_s", s.time_s}, {"step_s", s.step_s}, {"converged", s.converged}, {"kept", s.kept}, {"linearisations", s.linearisations},
                              {"iterations", s.iterations}, {"imbalance", s.imbalance}, {"time_error_mm", s.time_error_mm}, {"seconds", s.seconds}});

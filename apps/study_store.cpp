@@ -28,7 +28,7 @@ using nlohmann::json;
 
 constexpr const char* row_format = "livetet study row";
 constexpr const char* study_format = "livetet study";
-constexpr int version = 1;
+constexpr int study_version = 1;
 constexpr const char* fingerprint_file = "study.yaml";
 
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
@@ -82,7 +82,7 @@ bool StudyStore::is_complete() const {
     const fs::path& output = study_.options.output;
     if (!fs::exists(output)) return false;
     const hdf5::File file = hdf5::File::open(output);
-    hdf5::check_format(file, study_format, version);
+    hdf5::check_format(file, study_format, study_version);
     if (const std::string was = file.read_text("fingerprint"); was != fingerprint_) refuse_other(study_, output, was, fingerprint_);
     return true;
 }
@@ -156,7 +156,7 @@ bool StudyStore::claim(std::size_t k) const {
 void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     try {
         const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) + row.displacement.size() * sizeof(Vector3);
-        hdf5::write_whole(row_file(k), row_format, version, bytes, [&](hdf5::File& file) {
+        hdf5::write_whole(row_file(k), row_format, study_version, bytes, [&](hdf5::File& file) {
             json about{{"solve", k}, {"converged", row.converged},   {"failure", row.failure}, {"mesh_s", row.mesh_s},
                        {"setup_s", row.setup_s},       {"solve_s", row.solve_s}, {"iterations", row.iterations},
                        {"linearisations", row.linearisations}};
@@ -198,7 +198,7 @@ void StudyStore::check_rows() const {
 
 StudyRow StudyStore::row(std::size_t k) const {
     const hdf5::File file = hdf5::File::open(row_file(k), true);
-    hdf5::check_format(file, row_format, version);
+    hdf5::check_format(file, row_format, study_version);
     StudyRow row;
     try {
         const json about = json::parse(file.read_text("row"));
@@ -302,7 +302,7 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
     const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
     store.check_rows();
-    hdf5::write_whole(output, study_format, version, study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
+    hdf5::write_whole(output, study_format, study_version, study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
         std::vector<XdmfFrame> frames;
         StudyTable table;
         StoredMeshes meshes(file);
@@ -371,7 +371,7 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
 
 StudyTable read_study(const fs::path& path) {
     const hdf5::File file = hdf5::File::open(path);
-    hdf5::check_format(file, study_format, version);
+    hdf5::check_format(file, study_format, study_version);
     StudyTable table;
     try {
         const auto text = [&](const char* name) { return json::parse(file.read_text(fmt::format("texts/{}", name))); };

@@ -13,8 +13,8 @@ namespace livetet {
 
 namespace {
 
-constexpr const char* format_name = "livetet mesh hierarchy";
-constexpr int format_version = 1;
+constexpr const char* hierarchy_format = "livetet mesh hierarchy";
+constexpr int hierarchy_version = 1;
 
 /// The numbers of rows of a fixed size, one after the other.
 template <class T, class Row>
@@ -158,7 +158,7 @@ void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hie
     std::size_t bytes = hierarchy.provenance.size();
     for (const TetMesh& level : hierarchy.levels) bytes += bytes_written(level);
     for (const BarycentricMap& map : hierarchy.transfers) bytes += map.size() * (4 * sizeof(std::int32_t) + 5 * sizeof(double));
-    hdf5::write_whole(path, format_name, format_version, bytes, [&](hdf5::File& file) {
+    hdf5::write_whole(path, hierarchy_format, hierarchy_version, bytes, [&](hdf5::File& file) {
         file.write_text("provenance", hierarchy.provenance);
         file.write_text("world", "RAS, metres");
         if (image) write_grid(file, *image);
@@ -176,14 +176,14 @@ void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hie
 
 std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path) {
     const hdf5::File file = hdf5::File::open(path);
-    hdf5::check_format(file, format_name, format_version);
+    hdf5::check_format(file, hierarchy_format, hierarchy_version);
     if (!file.has("image/size")) return {};
     return read_grid(file);
 }
 
 MeshHierarchy read_hierarchy(const std::filesystem::path& path) {
     const hdf5::File file = hdf5::File::open(path);
-    hdf5::check_format(file, format_name, format_version);
+    hdf5::check_format(file, hierarchy_format, hierarchy_version);
     MeshHierarchy hierarchy;
     hierarchy.provenance = file.read_text("provenance");
     const std::size_t levels = file.names("levels").size();

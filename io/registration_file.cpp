@@ -11,7 +11,7 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
-constexpr const char* format_name = "livetet registration 2";
+constexpr const char* registration_format = "livetet registration 2";
 
 json to_mm(const Eigen::Vector3d& v) { return {1e3 * v.x(), 1e3 * v.y(), 1e3 * v.z()}; }
 
@@ -77,7 +77,7 @@ void write_registration(const std::filesystem::path& path, const FiducialRegistr
         if (!registration.reference_tool.empty()) j["reference_mm"] = to_mm(f.in_reference);
         fiducials.push_back(j);
     }
-    json j{{"format", format_name},
+    json j{{"format", registration_format},
            {"reference_tool", registration.reference_tool},
            {matrix_key(registration), matrix_mm(registration.image_from_base)},
            {"scale", registration.image_from_base.scale},
@@ -100,8 +100,8 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
     FiducialRegistration r;
     try {
         const json j = json::parse(text);
-        if (j.value("format", "") != format_name)
-            fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), format_name);
+        if (j.value("format", "") != registration_format)
+            fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), registration_format);
         r.reference_tool = j.at("reference_tool").get<std::string>();
         r.image_from_base = from_matrix_mm(j.at(matrix_key(r)));
         r.fre = j.at("fre_mm").get<double>() / 1e3;

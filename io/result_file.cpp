@@ -12,12 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* format_name = "livetet result";
-constexpr int format_version = 1;
+constexpr const char* result_format = "livetet result";
+constexpr int result_version = 1;
 
 /// What a frame's values and the texts at the end may take beside its displacement: tables grow by 64 kB each.
 constexpr std::size_t room_beside = 4 << 20;
-constexpr std::size_t most_waiting = 64;  // rows
+constexpr std::size_t most_rows_waiting = 64;  // rows
 
 /// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
@@ -50,7 +50,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
     if (!file_->reserve(bytes_written(mesh) + scene_text.size() + room_beside))
         fail("{}: no room on the disk for the mesh", path.string());
-    hdf5::write_format(*file_, format_name, format_version);
+    hdf5::write_format(*file_, result_format, result_version);
     file_->write_text("scene", scene_text);
     write_mesh(*file_, "mesh", mesh);
     growing("times", 1);
@@ -68,7 +68,7 @@ ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::
 
 void ResultWriter::add_row(GrowingTable& table, std::span<const double> row) {
     table.waiting.insert(table.waiting.end(), row.begin(), row.end());
-    if (++table.rows % most_waiting == 0) write_waiting(table);
+    if (++table.rows % most_rows_waiting == 0) write_waiting(table);
 }
 
 void ResultWriter::write_waiting(GrowingTable& table) {
@@ -163,7 +163,7 @@ std::string ResultWriter::xdmf() const {
 }
 
 ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {
-    hdf5::check_format(file_, format_name, format_version);
+    hdf5::check_format(file_, result_format, result_version);
     mesh_ = read_mesh(file_, "mesh");
     scene_text_ = file_.read_text("scene");
     for (std::size_t k = 0; k < file_.rows("times", 1); ++k) times_.push_back(file_.read_row<double>("times", k, 1)[0]);

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view frame_prefix = "Seq_Frame", to_tracker = "ToTrackerTransform";
+constexpr std::string_view frame_prefix = "Seq_Frame", tracker_field = "ToTrackerTransform";
 
 using Fields = std::map<std::string, std::string, std::less<>>;
 
@@ -44,8 +44,8 @@ void add_frame_field(Header& header, std::string_view key, std::string_view valu
     if (!frame || bar == std::string_view::npos)
         fail("{}: found the field {}, expected a name such as Seq_Frame0000_Timestamp", where, key);
     const std::string_view field = rest.substr(bar + 1);
-    if (field.ends_with(to_tracker) && field.size() > to_tracker.size())
-        add_once(header.tools, field.substr(0, field.size() - to_tracker.size()));
+    if (field.ends_with(tracker_field) && field.size() > tracker_field.size())
+        add_once(header.tools, field.substr(0, field.size() - tracker_field.size()));
     else if (field.ends_with("Transform"))
         add_once(header.others, field.substr(0, field.size() - std::string_view("Transform").size()));
     if (!header.frames[*frame].emplace(field, value).second)
@@ -110,7 +110,7 @@ Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
 
 TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std::string& where) {
     TrackedPose pose;
-    const std::string name = tool + std::string(to_tracker);
+    const std::string name = tool + std::string(tracker_field);
     const std::string* matrix_text = find(fields, name);
     const std::string* status = find(fields, name + "Status");
     if (status) pose.status = parse_pose_status(*status);
@@ -231,7 +231,7 @@ void write_sequence(const fs::path& path, const Recording& recording) {
         const TrackerSample& sample = recording.samples[k];
         const std::string frame = fmt::format("{}{:04}_", frame_prefix, k);
         for (std::size_t i = 0; i < recording.tools.size(); ++i) {
-            const std::string field = frame + recording.tools[i] + std::string(to_tracker);
+            const std::string field = frame + recording.tools[i] + std::string(tracker_field);
             text += fmt::format("{} = {}\n{}Status = {}\n", field, matrix_text(sample.poses[i]), field,
                                 pose_status_word(sample.poses[i].status));
         }

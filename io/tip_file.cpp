@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 using nlohmann::json;
-constexpr const char* format_name = "livetet tool tip 2";
+constexpr const char* tip_format = "livetet tool tip 2";
 
 json numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -45,7 +45,7 @@ SpinCalibration spin_of(const json& j, const std::string& where) {
 
 void write_tip(const std::filesystem::path& path, const ToolTip& tip) {
     const PivotCalibration& c = tip.pivot;
-    json j{{"format", format_name},
+    json j{{"format", tip_format},
            {"tool", tip.tool},
            {"tip_mm", numbers(1e3 * c.tool_from_tip.translation)},
            {"pivot_mm", numbers(1e3 * c.pivot_in_tracker)},
@@ -70,8 +70,8 @@ ToolTip read_tip(const std::filesystem::path& path) {
     ToolTip tip;
     try {
         const json j = json::parse(text);
-        if (j.value("format", "") != format_name)
-            fail("{}: format is \"{}\", expected \"{}\"", where, j.value("format", ""), format_name);
+        if (j.value("format", "") != tip_format)
+            fail("{}: format is \"{}\", expected \"{}\"", where, j.value("format", ""), tip_format);
         tip.tool = j.at("tool").get<std::string>();
         PivotCalibration& c = tip.pivot;
         c.tool_from_tip.translation = vector_of(j, "tip_mm", where) / 1e3;

@@ -23,7 +23,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double volume_limit = 0.01;  ///< relative, promised
+constexpr double surface_volume_limit = 0.01;  ///< relative, promised
 constexpr double volume_aim = 0.001;   ///< relative, aimed at
 
 /// A grid finer than this shows nothing more of an organ, whatever its voxels.
@@ -128,7 +128,7 @@ void cut(const Image<std::uint8_t>& mask, ImageSurface& result) {
 }
 
 bool keeps_volume(const ImageSurface& cut) {
-    return std::abs(cut.surface_volume_m3 / cut.body_volume_m3 - 1) <= volume_limit;
+    return std::abs(cut.surface_volume_m3 / cut.body_volume_m3 - 1) <= surface_volume_limit;
 }
 
 /// The largest part of what is picked; refused where the labels or the unit cannot be what was meant.

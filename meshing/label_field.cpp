@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr std::uint16_t outside = 0xffff, mixed = 0xfffe;
+constexpr std::uint16_t off_body = 0xffff, mixed = 0xfffe;
 constexpr double most_samples = 16e6;
 constexpr float least_share = 2e-3f;  ///< votes below are left out
 constexpr int balance_rounds = 30;
@@ -24,7 +24,7 @@ constexpr double heaviest = 2.5;      ///< weight of a label's votes, at most: a
 
 constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
-/// The materials' numbers in the body's voxels, `outside` elsewhere; what was a hole goes to the label nearest by steps
+/// The materials' numbers in the body's voxels, `off_body` elsewhere; what was a hole goes to the label nearest by steps
 /// through faces.
 Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image, std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
@@ -51,7 +51,7 @@ Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
         found.push_back(label);
     }
     Image<std::uint16_t> voxels{mask.size, mask.ras_from_voxel,
-                                std::vector<std::uint16_t>(mask.values.size(), outside)};
+                                std::vector<std::uint16_t>(mask.values.size(), off_body)};
     std::vector<std::array<int, 3>> front;
     visit_all([&](int i, int j, int k) {
         const std::int32_t label = label_of(i, j, k);
@@ -63,7 +63,7 @@ Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
         const auto [i, j, k] = front[next];
         for (const auto& [di, dj, dk] : steps)
             if (mask.contains(i + di, j + dj, k + dk) && mask.at(i + di, j + dj, k + dk) &&
-                voxels.at(i + di, j + dj, k + dk) == outside) {
+                voxels.at(i + di, j + dj, k + dk) == off_body) {
                 voxels.at(i + di, j + dj, k + dk) = voxels.at(i, j, k);
                 front.push_back({i + di, j + dj, k + dk});
             }
@@ -83,7 +83,7 @@ std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materi
         for (int j = 0; j < voxels.size[1]; ++j)
             for (int i = 0; i < voxels.size[0]; ++i) {
                 const std::uint16_t m = voxels.at(i, j, k);
-                if (m == outside) continue;
+                if (m == off_body) continue;
                 ++counts[m];
                 const int at[3] = {i, j, k};
                 for (int d = 0; d < 3; ++d) {
@@ -165,7 +165,7 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
 
 std::uint16_t LabelField::winner(std::size_t sample) const {
     float total = 0, most = 0;
-    std::uint16_t best = outside;
+    std::uint16_t best = off_body;
     for (std::uint32_t v = first_[sample]; v < first_[sample + 1]; ++v) {
         total += votes_[v].share;
         if (const float weighted = votes_[v].share * weights_[votes_[v].material]; weighted > most) {
@@ -173,7 +173,7 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
             best = votes_[v].material;
         }
     }
-    return total < iso_level_ ? outside : best;
+    return total < iso_level_ ? off_body : best;
 }
 
 /// Weighs the materials' votes until the samples that each has are as many as its voxels' volume asks for.
@@ -184,7 +184,7 @@ void LabelField::balance() {
     double inside = 0, body = 0;
     for (std::size_t s = 0; s + 1 < first_.size(); ++s) {
         const std::uint16_t m = winner(s);
-        if (m == outside) continue;
+        if (m == off_body) continue;
         ++inside;
         if (first_[s + 1] - first_[s] > 1)
             contested.push_back(static_cast<std::uint32_t>(s));
@@ -212,7 +212,7 @@ void LabelField::settle_cells() {
     std::vector<std::uint16_t> at(first_.size() - 1);  // the only one who has votes at a sample
     for (std::size_t s = 0; s < at.size(); ++s) {
         const std::uint32_t votes = first_[s + 1] - first_[s];
-        at[s] = votes == 0 ? outside : votes == 1 && winner(s) != outside ? votes_[first_[s]].material : mixed;
+        at[s] = votes == 0 ? off_body : votes == 1 && winner(s) != off_body ? votes_[first_[s]].material : mixed;
     }
     cells_.assign(at.size(), mixed);
     for (int k = 0; k + 1 < size_[2]; ++k)
@@ -230,7 +230,7 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
     int cell[3];
     float t[3];
     for (int d = 0; d < 3; ++d) {
-        if (!(sample[d] >= 0 && sample[d] < size_[d] - 1)) return outside;
+        if (!(sample[d] >= 0 && sample[d] < size_[d] - 1)) return off_body;
         cell[d] = static_cast<int>(sample[d]);
         t[d] = static_cast<float>(sample[d] - cell[d]);
     }
@@ -256,13 +256,13 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
             sum[m] += share * weights_[votes_[v].material];
         }
     }
-    if (total < iso_level_ || count == 0) return outside;
+    if (total < iso_level_ || count == 0) return off_body;
     return who[std::max_element(sum, sum + count) - sum];
 }
 
 std::int32_t LabelField::label_at(const Vector3& place) const {
     const std::uint16_t m = material_at(sample_from_ras_ * place.homogeneous());
-    return m == outside ? 0 : materials_[m].label;
+    return m == off_body ? 0 : materials_[m].label;
 }
 
 std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t most, double least_m3) const {
@@ -281,7 +281,7 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
         for (int j = 0; j < size_[1]; ++j)
             for (int i = 0; i < size_[0]; ++i) {
                 const std::uint16_t m = at[index(i, j, k)];
-                if (m == outside || seen[index(i, j, k)]) continue;
+                if (m == off_body || seen[index(i, j, k)]) continue;
                 Piece piece{m, 0, {}};
                 std::vector<Place> front{{i, j, k}};
                 seen[index(i, j, k)] = true;

@@ -96,7 +96,7 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     return limits;
 }
 
-int tell(const Verdict& verdict) {
+int tell(const AccuracyVerdict& verdict) {
     if (verdict.lost.empty()) {
         fmt::print("\ndeforming is better than rigid-only in all {} cells where the press is larger than the noise\n", verdict.cells);
         return 0;

@@ -44,8 +44,8 @@ MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth, double
     return m;
 }
 
-Verdict judge(const std::vector<AccuracyTable>& tables) {
-    Verdict verdict;
+AccuracyVerdict judge(const std::vector<AccuracyTable>& tables) {
+    AccuracyVerdict verdict;
     for (const AccuracyTable& t : tables)
         for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
             for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {

@@ -36,11 +36,11 @@ struct AccuracyTable {
 
 /// How many cells (a depth larger than the tracker's noise, a number of sensors) there are, and in which of them the mean
 /// deforming error is not below the mean rigid-only one.
-struct Verdict {
+struct AccuracyVerdict {
     int cells = 0;
     std::vector<std::string> lost;
 };
-Verdict judge(const std::vector<AccuracyTable>& tables);
+AccuracyVerdict judge(const std::vector<AccuracyTable>& tables);
 
 /// What is left of the error when causes of it are taken away.
 struct AccuracyLimit {

@@ -19,13 +19,13 @@ constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // of the patch
 /// The disc that presses has a rounded rim. Under a sharp one the body is not brought to rest beyond 27 mm.
 constexpr double flat_radius = 0.009, rim_share = 0.65;
 
-struct Ring {
+struct SensorRing {
     double tilt_deg;  ///< from the pressed place, seen from `depth_of_centre` below it
     int places;
     int stride;  ///< from one place to the next taken, so that the first few spread
 };
 constexpr double depth_of_centre = 0.04;  // m
-constexpr Ring rings[] = {{40, 5, 2}, {75, 10, 3}};
+constexpr SensorRing rings[] = {{40, 5, 2}, {75, 10, 3}};
 
 /// Two unit vectors across a third.
 std::pair<Vector3, Vector3> across(const Vector3& axis) {
@@ -38,7 +38,7 @@ std::vector<Vector3> sensor_places() {
     std::vector<Vector3> places{phantom::sensor_place()};
     const Vector3 outwards = phantom::organ_normal(places.front()), centre = places.front() - depth_of_centre * outwards;
     const auto [side, other] = across(outwards);
-    for (const Ring& ring : rings)
+    for (const SensorRing& ring : rings)
         for (int i = 0; i < ring.places; ++i) {
             const double turn = 2 * std::numbers::pi * (i * ring.stride % ring.places) / ring.places;
             const Vector3 sideways = std::cos(turn) * side + std::sin(turn) * other;

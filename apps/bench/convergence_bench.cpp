@@ -29,13 +29,13 @@ constexpr double tolerance = 1e-8;
 constexpr int most_iterations = 2000;
 constexpr double most_meshed_nodes = 5e5;  ///< beyond, the finest mesh is cut from the next: Gmsh takes minutes for a million nodes
 
-struct Method {
+struct SolveMethod {
     std::string name, solver;
     double most_nodes;  ///< beyond which it takes minutes, and is left out
 };
 
-const std::vector<Method>& methods() {
-    static const std::vector<Method> all{
+const std::vector<SolveMethod>& methods() {
+    static const std::vector<SolveMethod> all{
         {"multigrid", "kind: multigrid, coarse: rediscretised", 1e9},
         {"multigrid, Galerkin", "kind: multigrid, coarse: galerkin", 5e5},
         {"multigrid, nested", "kind: multigrid, coarse: rediscretised", 1e9},
@@ -74,7 +74,7 @@ class Beams {
   public:
     explicit Beams(const WorkFolder& folder) : folder_(folder) {}
 
-    Point solve(const Setting& s, const Method& method) {
+    Point solve(const Setting& s, const SolveMethod& method) {
         const std::string mesh = mesh_of(s);
         const fs::path scene = folder_ / fmt::format("{}.yaml", ++count_);
         const double top = 1e3 * 0.1 * s.stretch;
@@ -157,7 +157,7 @@ json json_of(const std::vector<Point>& points) {
 #ifdef LIVETET_IMAGES
 void draw(const fs::path& path, const std::vector<Point>& points) {
     WorkPrecisionChart iterations{"Iterations to 1e-8", "iterations", {}, "nodes"}, seconds{"Time to 1e-8", "seconds, operator and solve", {}, "nodes"};
-    for (const Method& m : methods()) {
+    for (const SolveMethod& m : methods()) {
         WorkPrecisionLine of_iterations{m.name, {}, {}}, of_seconds{m.name, {}, {}};
         for (const Point& p : points) {
             if (p.setting.against != "nodes" || p.method != m.name || !p.failure.empty()) continue;
@@ -179,9 +179,9 @@ void draw(const fs::path& path, const std::vector<Point>& points) {
 int bench_convergence(const ConvergenceArguments& a) {
     const WorkFolder folder(a.folder);
     Beams beams(folder);
-    std::vector<std::pair<Setting, Method>> all;
+    std::vector<std::pair<Setting, SolveMethod>> all;
     for (double nodes = a.least_nodes; nodes < 1.01 * a.most_nodes; nodes *= std::sqrt(10)) {
-        for (const Method& m : methods()) {
+        for (const SolveMethod& m : methods()) {
             if (nodes > m.most_nodes) continue;
             const int cuts = m.name.ends_with("nested") ? (nodes > 3e4 ? 2 : 1) : nodes > most_meshed_nodes ? 1 : 0;
             all.emplace_back(Setting{.against = "nodes", .value = std::round(nodes), .edge_m = std::pow(2, cuts) * edge_for(nodes), .refine = cuts}, m);

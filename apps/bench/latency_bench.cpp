@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/bench/distribution_table.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "apps/frame_loop.hpp"
 #include "apps/interruptible.hpp"
 #include "apps/phantom.hpp"
-#include "apps/bench/realtime_cases.hpp"
 #include "apps/tracker_server.hpp"
 #include "apps/work_folder.hpp"
-#include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -33,7 +33,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double median_allowed_ms = 15, p99_allowed_ms = 25;
-constexpr double left_out_s = 3;  // sensors are placed, and buffers grow
+constexpr double settling_s = 3;  // sensors are placed, and buffers grow
 
 /// When each sample came.
 class ArrivalTimes {
@@ -116,14 +116,6 @@ Scene published_scene(double budget_ms) {
     return scene;
 }
 
-std::string row(const std::string& name, const Distribution& d) {
-    return fmt::format("{:<44} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f}\n", name, d.median, d.p95, d.p99, d.worst);
-}
-
-json json_of(const Distribution& d) {
-    return {{"median", d.median}, {"p95", d.p95}, {"p99", d.p99}, {"worst", d.worst}, {"count", d.count}};
-}
-
 }  // namespace
 
 int bench_latency(const LatencyArguments& arguments) {
@@ -160,7 +152,7 @@ int bench_latency(const LatencyArguments& arguments) {
         FrameReader reader(announcer.port());
         const Interruptible interruptible;
         const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
-                             .seconds = arguments.seconds + left_out_s,
+                             .seconds = arguments.seconds + settling_s,
                              .clock = SampleClock::arrival};
         run_frames(scene, source, model, &recorder, announcer, nullptr, plan, counts);
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -170,7 +162,7 @@ int bench_latency(const LatencyArguments& arguments) {
     std::vector<double> whole, computed, told;
     const double first = seen.empty() ? 0 : seen.front().seen_s;
     for (const SeenFrame& frame : seen) {
-        if (frame.seen_s - first < left_out_s) continue;
+        if (frame.seen_s - first < settling_s) continue;
         const double ms = 1e3 * (frame.seen_s - came.of(frame.sample));
         whole.push_back(ms);
         computed.push_back(frame.computed_ms);
@@ -181,9 +173,8 @@ int bench_latency(const LatencyArguments& arguments) {
     fmt::print("{} tets, a tracker of {:g} Hz, budget {:g} ms, every frame published: {} of {} samples computed, {} frames seen "
                "by a client\n\n",
                body.mesh().tets.size(), arguments.rate_Hz, arguments.budget_ms, counts.frames, counts.samples, seen.size());
-    fmt::print("{:<44} {:>8} {:>8} {:>8} {:>8}\n", "ms", "median", "95 %", "99 %", "worst");
-    fmt::print("{}{}{}", row("from a message's arrival to the client", all), row("  until the frame is computed", compute),
-               row("  surface, tools, status: built, sent, read", tell));
+    fmt::print("{}{}{}{}", distribution_heads("ms"), distribution_row("from a message's arrival to the client", all), distribution_row("  until the frame is computed", compute),
+               distribution_row("  surface, tools, status: built, sent, read", tell));
     const bool held = all.median < median_allowed_ms && all.p99 < p99_allowed_ms;
     fmt::print("\nasked for: median under {:g} ms, 99 % under {:g} ms: {}\n", median_allowed_ms, p99_allowed_ms,
                held ? "held" : "MISSED");

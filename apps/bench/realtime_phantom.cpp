@@ -154,7 +154,7 @@ json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double r
     return {{"error", errors}, {"finite", finite}};
 }
 
-struct Method {
+struct FrameMethod {
     std::string name;
     SolverOptions solver;
     std::vector<int> iterations;  ///< a point for each
@@ -227,7 +227,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
     WorkPrecisionChart chart{fmt::format("{}: {} tets, static, nu = 0.45, {:.0f} Hz", size.name,
                                          hierarchy.levels.front().tets.size(), rate),
                              "mean error of a frame, % of the largest displacement", {}};
-    const std::vector<Method> methods = {
+    const std::vector<FrameMethod> methods = {
         {"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
         {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
         {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
@@ -262,7 +262,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
         }
     }
     double done = 0;
-    for (const Method& method : methods) {
+    for (const FrameMethod& method : methods) {
         WorkPrecisionLine line{method.name, {}, {}};
         const bool makes_hierarchies = method.solver.kind == SolverKind::gamg || method.solver.kind == SolverKind::boomeramg;
         const std::size_t last = makes_hierarchies ? pressed + every : samples.size() - 1;  // anew in every frame: seconds each

@@ -4,12 +4,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/distribution_table.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/interruptible.hpp"
 #include "apps/phantom.hpp"
 #include "apps/view/live.hpp"
 #include "apps/work_folder.hpp"
-#include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double pictures_asked = 25;  // a second
-constexpr double left_out_s = 4;       // the sensor is placed, the window opens
+constexpr double opening_s = 4;       // the sensor is placed, the window opens
 
 /// Passes frames on to a window in every other stretch of time, and times all of them.
 class ByTurns : public FrameGuest {
@@ -39,7 +39,7 @@ class ByTurns : public FrameGuest {
     void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override {
         const double now = steady_seconds();
         if (first_s_ == 0) first_s_ = now;
-        const int stretch = now - first_s_ < left_out_s ? 0 : 1 + static_cast<int>((now - first_s_ - left_out_s) / stretch_s_);
+        const int stretch = now - first_s_ < opening_s ? 0 : 1 + static_cast<int>((now - first_s_ - opening_s) / stretch_s_);
         const bool with = stretch % 2 == 0;  // the one that is left out, too
         if (stretch != stretch_) {
             if (stretch_ > 0 && stretch_ % 2 == 0)
@@ -68,14 +68,6 @@ class ByTurns : public FrameGuest {
     std::size_t pictures_ = 0;
 };
 
-std::string row(const std::string& name, const Distribution& d) {
-    return fmt::format("{:<34} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f}\n", name, d.median, d.p95, d.p99, d.worst);
-}
-
-json json_of(const Distribution& d) {
-    return {{"median", d.median}, {"p95", d.p95}, {"p99", d.p99}, {"worst", d.worst}, {"count", d.count}};
-}
-
 }  // namespace
 
 int bench_view(const ViewBenchArguments& arguments) {
@@ -87,7 +79,7 @@ int bench_view(const ViewBenchArguments& arguments) {
         return mesh_phantom(images, {"", arguments.tets, 0, 0, 0}, progress.callback());
     }();
     SimulatedTrackerOptions tracker = phantom_tracker({.rate_Hz = arguments.rate_Hz});
-    const double whole_s = left_out_s + 2 * arguments.stretches * arguments.seconds + 2;
+    const double whole_s = opening_s + 2 * arguments.stretches * arguments.seconds + 2;
     tracker.presses = 1 + static_cast<int>(whole_s / 3);
     Scene scene = phantom_scene(TimeScheme::newmark);
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
@@ -122,8 +114,8 @@ int bench_view(const ViewBenchArguments& arguments) {
     const double least = *std::min_element(turns.pictures_a_second.begin(), turns.pictures_a_second.end());
     fmt::print("{} tets, {} triangles drawn, three slices, 1280 x 800; a tracker of {:g} Hz, a budget of {:g} ms, {} of {} samples computed\n\n",
                body.mesh().tets.size(), triangles, arguments.rate_Hz, arguments.budget_ms, counts.frames, counts.samples);
-    fmt::print("{:<34} {:>8} {:>8} {:>8} {:>8}\n{}{}{}", "ms", "median", "95 %", "99 %", "worst", row("a picture", picture),
-               row("a frame of the simulation, window", with), row("  without", without));
+    fmt::print("{}{}{}{}", distribution_heads("ms"), distribution_row("a picture", picture),
+               distribution_row("a frame of the simulation, window", with), distribution_row("  without", without));
     fmt::print("\n{:.1f} pictures a second in the median of {} stretches of {:g} s, {:.1f} in the worst; the window costs the "
                "simulation {:+.2f} ms a frame in the median\n",
                pictures.median, pictures.count, arguments.seconds, least, with.median - without.median);

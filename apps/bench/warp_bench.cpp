@@ -35,14 +35,14 @@ namespace {
 constexpr double allowed_s = 1;
 
 /// The phantom's mesh, pressed, and a grey image about it.
-struct Case {
+struct WarpCase {
     TetMesh mesh;
     std::vector<Vector3> u;
     GreyImage image;
 };
 
-Case make_case(const WarpBenchArguments& a, ProgressLine& progress) {
-    Case c;
+WarpCase make_case(const WarpBenchArguments& a, ProgressLine& progress) {
+    WarpCase c;
     c.mesh = mesh_phantom(make_phantom_images(0.0015, 1), {"", a.tets, 0, 0, 0}, progress.callback()).levels.front();
     const Vector3 at = phantom::sensor_place(), inwards = -phantom::organ_normal(at);
     for (const Vector3& x : c.mesh.nodes)
@@ -82,7 +82,7 @@ vtkSmartPointer<vtkImageData> vtk_image(const GreyImage& image) {
 
 /// The same by VTK: rest places, given at the nodes of the deformed tets, probed at the voxels; the image interpolated there.
 /// Uncovered voxels keep the image's value.
-std::vector<float> warp_by_vtk(const Case& c, ThreadTeam& team) {
+std::vector<float> warp_by_vtk(const WarpCase& c, ThreadTeam& team) {
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
     vtkNew<vtkDoubleArray> rest;
@@ -163,7 +163,7 @@ std::pair<double, std::size_t> compare(const GreyImage& rest, const std::vector<
 
 int bench_warp(const WarpBenchArguments& a) {
     ProgressLine progress("warp");
-    const Case c = make_case(a, progress);
+    const WarpCase c = make_case(a, progress);
     const ImageGrid grid = grid_of(c.image);
     const auto voxels = static_cast<double>(c.image.values.size());
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));

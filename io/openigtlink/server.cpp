@@ -19,7 +19,7 @@ namespace {
 using asio::ip::tcp;
 using Failure = std::error_code;
 
-constexpr std::size_t most_waiting = 64;     ///< messages of different types and devices for one client
+constexpr std::size_t most_messages_waiting = 64;     ///< messages of different types and devices for one client
 constexpr int most_publications = 16;        ///< handed over and not yet taken by the server's thread
 constexpr int socket_buffer_size = 1 << 18;  // what the system keeps for a slow client is old when it comes
 
@@ -185,7 +185,7 @@ class OpenIgtLinkServer::Listener {
         } else {
             client->waiting.push_back(message);
         }
-        if (client->waiting.size() > most_waiting) {
+        if (client->waiting.size() > most_messages_waiting) {
             client->waiting.pop_front();
             change([](auto& s) { ++s.dropped; });
         }

@@ -26,13 +26,13 @@ using test::Folder;
 using test::livetet;
 
 /// Fiducials round a block of 200 x 100 x 100 mm, touched with a normal error of `noise` metres an axis.
-struct Touched {
+struct TouchedFiducials {
     Folder folder;
     RigidTransform<Tracker, ImageFrame> tracker_from_image{rotation_of_vector({0.7, -0.4, 1.1}), {0.3, 0.1, -0.2}};
     std::vector<NamedPoint> image, tracker;
     std::mt19937_64 engine{5};
 
-    explicit Touched(double noise) {
+    explicit TouchedFiducials(double noise) {
         const Vector3 places[] = {{-0.02, 0, 0},      {0.22, 0.01, 0.03},  {0.1, 0.13, 0.02},
                                   {0.06, 0.05, 0.14}, {0.15, -0.03, 0.08}, {0.0, 0.11, 0.09}};
         for (int i = 0; i < 6; ++i) {
@@ -58,7 +58,7 @@ struct Touched {
 };
 
 TEST(Register, FindsTheOrderOfFiducialsTouchedInAnother) {
-    Touched t(0.0003);
+    TouchedFiducials t(0.0003);
     std::swap(t.tracker[0], t.tracker[4]);
     std::swap(t.tracker[2], t.tracker[3]);
     expect_refused(t.run(), {"tracker.mrk.json", "5, 2, 4, 3, 1, 6", "--any-order"});
@@ -70,7 +70,7 @@ TEST(Register, FindsTheOrderOfFiducialsTouchedInAnother) {
 }
 
 TEST(Register, RefusesAnOrderThatASymmetricLayoutDoesNotTell) {
-    Touched t(0);
+    TouchedFiducials t(0);
     t.image.resize(4);
     t.tracker.resize(4);
     const Vector3 square[] = {{0.05, 0, 0}, {0, 0.05, 0}, {-0.05, 0, 0}, {0, -0.05, 0}};
@@ -82,12 +82,12 @@ TEST(Register, RefusesAnOrderThatASymmetricLayoutDoesNotTell) {
     const auto outcome = t.run();
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("warning: the fiducials' layout is symmetric"), std::string::npos) << outcome.out;
-    Touched other(0.0003);
+    TouchedFiducials other(0.0003);
     EXPECT_EQ(other.run().out.find("warning"), std::string::npos);
 }
 
 TEST(Register, NamesTheOutlierAndLeavesItOutByItsWeight) {
-    Touched t(0.0003);
+    TouchedFiducials t(0.0003);
     t.tracker[2].position += Vector3(0, 0.008, 0);
     const auto outcome = t.run();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -106,13 +106,13 @@ TEST(Register, NamesTheOutlierAndLeavesItOutByItsWeight) {
 }
 
 TEST(Register, RefusesFiducialsOfAnotherUnit) {
-    Touched t(0.0003);
+    TouchedFiducials t(0.0003);
     for (NamedPoint& p : t.image) p.position *= 1e-3;
     expect_refused(t.run(), {"image.mrk.json", "0.001 times as far apart", "tracker.mrk.json", "--scale"});
 }
 
 TEST(Register, RefusesWeightsThatAreNone) {
-    Touched t(0.0003);
+    TouchedFiducials t(0.0003);
     expect_refused(t.run("--weight F9=1"), {"F9", "image.mrk.json"});
     for (const char* wrong : {"F1", "F1=", "F1=-1", "F1=nan", "F1=1e999"})
         expect_refused(t.run(fmt::format("--weight {}", wrong)), {wrong, "NAME=W"});
@@ -120,7 +120,7 @@ TEST(Register, RefusesWeightsThatAreNone) {
 }
 
 /// Points of the block's six sides, or of its top alone, as a tracker with `noise` sees them.
-std::vector<NamedPoint> on_the_block(Touched& t, bool top_only, double noise) {
+std::vector<NamedPoint> on_the_block(TouchedFiducials& t, bool top_only, double noise) {
     std::uniform_real_distribution<double> unit(0.05, 0.95);
     std::vector<NamedPoint> points;
     for (int i = 0; i < 300; ++i) {
@@ -132,12 +132,12 @@ std::vector<NamedPoint> on_the_block(Touched& t, bool top_only, double noise) {
     return points;
 }
 
-void write_block(const Touched& t) {
+void write_block(const TouchedFiducials& t) {
     write_hierarchy(t.folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1})}, "a block"));
 }
 
 TEST(Register, SurfacePointsRefineWhatBadFiducialsBegan) {
-    Touched t(0.004);
+    TouchedFiducials t(0.004);
     write_block(t);
     const Vector3 target(0.1, 0.05, 0.05);
     ASSERT_EQ(t.run().status, 0);
@@ -157,7 +157,7 @@ TEST(Register, SurfacePointsRefineWhatBadFiducialsBegan) {
 }
 
 TEST(Register, SaysWhatPointsOnOnePlaneDoNotHold) {
-    Touched t(0.001);
+    TouchedFiducials t(0.001);
     write_block(t);
     write_points_csv(t.folder / "points.csv", on_the_block(t, true, 0.0003));
     const auto outcome = t.run("--surface block.h5 --surface-points points.csv");
@@ -169,7 +169,7 @@ TEST(Register, SaysWhatPointsOnOnePlaneDoNotHold) {
 }
 
 TEST(Register, RefusesSurfacesWithoutPointsAndPointsWithoutASurface) {
-    Touched t(0.001);
+    TouchedFiducials t(0.001);
     write_block(t);
     expect_refused(t.run("--surface block.h5"), {"block.h5", "--surface-points", "--surface-frames"});
     expect_refused(t.run("--surface-points points.csv"), {"--surface FILE"});
@@ -184,7 +184,7 @@ TEST(Register, RefusesSurfacesWithoutPointsAndPointsWithoutASurface) {
 
 /// A stylus whose tip is led over the block's sides, or turned about its shaft, while the reference sensor moves.
 TEST(Register, LeadsATipOverTheSurfaceInARecording) {
-    Touched t(0.004);
+    TouchedFiducials t(0.004);
     write_block(t);
     const Vector3 tip(0.004, -0.002, 0.15);
     const RigidTransform<ImageFrame, Reference> image_from_reference{rotation_of_vector({0.1, 0.2, 0.3}), {0.1, 0, 0}};

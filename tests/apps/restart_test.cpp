@@ -26,7 +26,7 @@ time: {scheme: generalized_alpha, step_s: 0.01, duration_s: 0.4}
 solver: {newton_tolerance: 1e-9, relative_tolerance: 1e-4}
 )";
 
-void prepare(const Folder& folder) {
+void prepare_swing(const Folder& folder) {
     write_hierarchy(folder / "block.h5",
                     make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     write_text(folder / "whole.yaml", swing + "output: {file: whole.h5, every: 2, fields: [von_mises]}\n");
@@ -45,7 +45,7 @@ void kill_after_checkpoint(const Folder& folder, const std::string& before) {
 
 TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
     const Folder folder;
-    prepare(folder);
+    prepare_swing(folder);
     std::string longer = swing + "output: {file: swing.h5, every: 2, checkpoint_every: 5}\n";
     longer.replace(longer.find("duration_s: 0.4"), 15, "duration_s: 40");
     write_text(folder / "swing.yaml", longer);
@@ -60,7 +60,7 @@ TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
 
 TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
     const Folder folder;
-    prepare(folder);
+    prepare_swing(folder);
     ASSERT_EQ(livetet(folder, "solve whole.yaml").status, 0);
     const ResultReader whole(folder / "whole.h5");
     ASSERT_EQ(whole.frame_count(), 20u);
@@ -97,7 +97,7 @@ TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
 
 TEST(Restart, WhatCannotGoOnIsRefusedAndNothingIsLost) {
     const Folder folder;
-    prepare(folder);
+    prepare_swing(folder);
     expect_refused(livetet(folder, "solve swing.yaml --restart"), {"swing.h5.parts", "no checkpoint"});
     kill_after_checkpoint(folder, "");
     const auto checkpoint = folder / "swing.h5.parts/checkpoint.h5";

@@ -30,7 +30,7 @@ solver: {newton_tolerance: 1e-10, relative_tolerance: 1e-6}
 probes: {points: points.csv, displacements: moved.csv}
 )";
 
-void prepare(const Folder& folder) {
+void prepare_press(const Folder& folder) {
     write_hierarchy(folder / "block.h5",
                     make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
                                     test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
@@ -47,7 +47,7 @@ std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
 /// On other numbers of ranks, by another partitioner, the same; and of a refined mesh, with as many iterations.
 TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     for (const int refine : {0, 1}) {
         std::vector<Vector3> first;
         std::string probes;
@@ -87,7 +87,7 @@ TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
 
 TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const auto reference = last_displacement(folder / "result.h5");
     for (const char* solver :
@@ -119,7 +119,7 @@ std::size_t inside_out(const std::filesystem::path& path) {
 
 TEST(Solve, TetsInsideOutAreCountedAndTold) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml --json told.json").status, 0);
     EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], 0);
     std::string scene = press;
@@ -142,7 +142,7 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
 /// A small strain's trace says nothing of it: turned by 120 degrees it is -3, pressed through itself near nu = 1/2 about 0.
 TEST(Solve, TetsInsideOutAreCountedByTheirVolumeInSmallStrainToo) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const auto counted = [&](const std::string& drive) {
         write_text(folder / "scene.yaml",
                    fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 3000, poisson: 0.48}}]\n"
@@ -159,7 +159,7 @@ TEST(Solve, TetsInsideOutAreCountedByTheirVolumeInSmallStrainToo) {
 
 TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const auto iterations = [&](const std::string& options) {
         const auto outcome = livetet(folder, "solve scene.yaml --json told.json " + options);
         EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
@@ -174,7 +174,7 @@ TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
 
 TEST(Solve, MultigridOnOneLevelIsRefused) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_hierarchy(folder / "block.h5", make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     write_text(folder / "scene.yaml", press + "\n");
     EXPECT_EQ(livetet(folder, "solve scene.yaml").status, 0);
@@ -186,7 +186,7 @@ TEST(Solve, MultigridOnOneLevelIsRefused) {
 
 TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     std::string wrong = press;
     write_text(folder / "scene.yaml", wrong.replace(wrong.find("young_Pa"), 8, "yung_Pa"));
     for (const std::string command : {"solve scene.yaml", "solve none.yaml", "solve --whatever"}) {
@@ -199,7 +199,7 @@ TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
 
 TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "scene.yaml", press + "\n");
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const std::string before = text_of(folder / "result.h5");
@@ -223,7 +223,7 @@ TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
 
 TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const std::string before = text_of(folder / "result.h5");
     write_text(folder / "long.yaml", press + "time: {scheme: newmark, step_s: 0.001, duration_s: 100}\noutput: {every: 1000}\n");
@@ -259,7 +259,7 @@ TEST(Solve, WhatIsHeldByAPatchThatIsSmallOnTheCoarsestMeshIsSolved) {
 
 TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     std::string scene = press;
     scene.replace(scene.find("moved.csv"), 9, "none/moved.csv");
     write_text(folder / "scene.yaml", scene);
@@ -269,7 +269,7 @@ TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
 
 TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     expect_refused(livetet(folder, "solve scene.yaml -pc_type nonsense"), {"PETSc's options", "-pc_type nonsense"});
     for (const char* bad : {"-ksp_max_it -5", "-mg_levels_1_ksp_type nonsense", "-ksp_monitor ascii:/nonexist/f"})
         expect_refused(livetet(folder, std::string("solve scene.yaml ") + bad), {"PETSc cannot do this"});
@@ -291,7 +291,7 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
 
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "swing.yaml",
                "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
                "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
@@ -320,7 +320,7 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
 
 TEST(Solve, ARankThatFailsTakesTheOthersDownWithItsMessage) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "scene.yaml", press + "output: {file: nofolder/x.h5}\n");
     const auto outcome = livetet(folder, "solve scene.yaml", "timeout 60 mpirun --oversubscribe -n 2");
     EXPECT_EQ(outcome.status, 2) << outcome.err;
@@ -329,7 +329,7 @@ TEST(Solve, ARankThatFailsTakesTheOthersDownWithItsMessage) {
 
 TEST(Solve, ALinearSceneConvergesAtTheDefaults) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "linear.yaml",
                "mesh: {file: block.h5}\nstrain: linear\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
                "gravity_m_per_s2: [0, 0, -9.81]\n");
@@ -339,7 +339,7 @@ TEST(Solve, ALinearSceneConvergesAtTheDefaults) {
 
 TEST(Solve, NotConvergedIsSaidAndExitsWith3AndWithoutAnyStateAnOlderResultStays) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const std::string result = text_of(folder / "result.h5"), moved = text_of(folder / "moved.csv");
     std::string scene = press;
@@ -356,7 +356,7 @@ TEST(Solve, NotConvergedIsSaidAndExitsWith3AndWithoutAnyStateAnOlderResultStays)
 
 TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const auto outcome = livetet(folder, "explain scene.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     for (const char* part :
@@ -376,7 +376,7 @@ std::string press_with(const std::string& key, const std::string& line) {
 
 TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const std::string scene = press_with("materials", "materials: [{young_Pa: 5000, poisson: 0.4999}]") +
                               "elements: P2\noutput: {fields: [stress, von_mises, strain_energy, volume_change, reactions]}\n";
     write_text(folder / "scene.yaml", scene);
@@ -416,7 +416,7 @@ TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
 
 TEST(Solve, ASoftPatchPullsWithItsStiffnessAndATurnedOneTurns) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "scene.yaml",
                press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [5, 0, 0], "
                                    "stiffness_N_per_m: 30}]"));
@@ -444,7 +444,7 @@ TEST(Solve, ASoftPatchPullsWithItsStiffnessAndATurnedOneTurns) {
 
 TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const auto swing = [&](const std::string& time) {
         write_text(folder / "swing.yaml",
                    "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e4, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
@@ -477,7 +477,7 @@ TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
 
 TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     // Green's strain collapses in compression beyond 1 / sqrt 3.
     write_text(folder / "scene.yaml",
                press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [-190, 0, 0]}]") +
@@ -496,7 +496,7 @@ TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
 
 TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const std::string scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
                               "solver: {kind: direct}\n";
     write_text(folder / "steel.yaml", scene + "materials: [{young_Pa: 2.1e11, poisson: 0.3}]\n"
@@ -521,7 +521,7 @@ TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
 
 TEST(Solve, EachSetIsToldItsOwnForce) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     write_text(folder / "two.yaml",
                press_with("drive", "drive:\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [1, 0, 0], "
                                    "stiffness_N_per_m: 100}\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: "
@@ -542,7 +542,7 @@ std::vector<std::string> files_in(const Folder& folder) {
 
 TEST(Solve, WithoutAFileNothingIsWritten) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     std::string scene = press;
     scene.erase(scene.find("probes:"));
     write_text(folder / "scene.yaml", scene + "output: {file: none}\n");
@@ -558,7 +558,7 @@ TEST(Solve, WithoutAFileNothingIsWritten) {
 
 TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     const auto profile = [&](const std::string& keys) {
         std::map<std::string, nlohmann::json> parts;
         write_text(folder / "scene.yaml", press + keys);
@@ -589,7 +589,7 @@ TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
 /// A step that Newton's linearisations do not suffice for is taken in parts, and the run goes on from there.
 TEST(Solve, ADynamicStepThatDoesNotConvergeIsTakenInParts) {
     const Folder folder;
-    prepare(folder);
+    prepare_press(folder);
     std::string scene = press;
     scene.replace(scene.find("displacement_mm: [0, 2, -12]"), 28, "displacement_mm: [0, 5, -40], ramp_s: 0.2");
     scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 4, ");

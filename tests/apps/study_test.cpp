@@ -25,7 +25,7 @@ using test::livetet;
 using test::text_of;
 using test::write_text;
 
-const std::string press = R"(
+const std::string studied_press = R"(
 mesh: {file: block.h5}
 materials: [{young_Pa: 5000, poisson: 0.45}]
 fix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]
@@ -42,11 +42,11 @@ vary:
   - {key: "drive[0].displacement_mm[2]", values: [-4, -8]}
 )";
 
-void prepare(const Folder& folder, const std::string& study = grid) {
+void prepare_study(const Folder& folder, const std::string& study = grid) {
     write_hierarchy(folder / "block.h5",
                     make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
-    write_text(folder / "scene.yaml", press);
+    write_text(folder / "scene.yaml", studied_press);
     write_text(folder / "study.yaml", study);
 }
 
@@ -75,7 +75,7 @@ void expect_same(const StudyTable& a, const StudyTable& b, double relative = 0) 
 
 TEST(StudyDesign, AGridHasEveryValueWithEveryOther) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     const Study study = load_study(folder / "study.yaml");
     ASSERT_EQ(study.samples.size(), 6u);
     EXPECT_EQ(study.samples[0], (std::vector<std::string>{"2000", "-4"}));
@@ -91,7 +91,7 @@ TEST(StudyDesign, AGridHasEveryValueWithEveryOther) {
 
 TEST(StudyDesign, AListTakesThemTogetherAndAKeyThatTheSceneLeavesOutMayVary) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: strain, values: [linear, green]}\n"
+    prepare_study(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: strain, values: [linear, green]}\n"
                     "  - {key: \"drive[0].stiffness_N_per_m\", values: [10, 20]}\n");
     const Study study = load_study(folder / "study.yaml");
     ASSERT_EQ(study.samples.size(), 2u);
@@ -113,17 +113,17 @@ TEST(StudyDesign, ALatinHypercubeHasOnePointInEachStratumOfEachDimension) {
 
 TEST(StudyDesign, WholeNumbersStayWhole) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 100, count: 100}]\n");
+    prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 100, count: 100}]\n");
     const Study seeds = load_study(folder / "study.yaml");
     for (int k = 0; k < 100; ++k) EXPECT_EQ(seeds.samples[k][0], std::to_string(k + 1));
-    prepare(folder, "scene: scene.yaml\ndesign: latin-hypercube\nsamples: 7\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 1000, whole: true}]\n");
+    prepare_study(folder, "scene: scene.yaml\ndesign: latin-hypercube\nsamples: 7\nvary: [{key: \"drive[0].noise_seed\", from: 1, to: 1000, whole: true}]\n");
     for (const auto& sample : load_study(folder / "study.yaml").samples) EXPECT_EQ(sample[0].find('.'), std::string::npos) << sample[0];
 }
 
 TEST(StudyDesign, WhatIsWrongIsOneLineThatNamesIt) {
     const Folder folder;
     const auto refused = [&](const std::string& vary, std::initializer_list<std::string> parts) {
-        prepare(folder, "scene: scene.yaml\nvary:\n  - {" + vary + "}\n");
+        prepare_study(folder, "scene: scene.yaml\nvary:\n  - {" + vary + "}\n");
         expect_refused(livetet(folder, "study study.yaml"), parts);
     };
     refused("key: \"materials[0].yung_Pa\", values: [1]", {"materials[0].yung_Pa", "young_Pa"});
@@ -140,9 +140,9 @@ TEST(StudyDesign, WhatIsWrongIsOneLineThatNamesIt) {
     refused("key: \"materials[0].young_Pa\", kount: 3", {"kount", "count"});
     refused("key: output.file, values: [a.h5]", {"output.file"});
     refused("key: mesh.file, values: [none.h5]", {"none.h5", "no such file"});
-    prepare(folder, "scene: scene.yaml\n");
+    prepare_study(folder, "scene: scene.yaml\n");
     expect_refused(livetet(folder, "study study.yaml"), {"vary", "empty grid"});
-    prepare(folder, "scene: scene.yaml\ndesign: latin-hypercube\nvary: [{key: \"materials[0].poisson\", from: 0.3, to: 0.4}]\n");
+    prepare_study(folder, "scene: scene.yaml\ndesign: latin-hypercube\nvary: [{key: \"materials[0].poisson\", from: 0.3, to: 0.4}]\n");
     expect_refused(livetet(folder, "study study.yaml"), {"samples = 0"});
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5.parts"));
@@ -150,7 +150,7 @@ TEST(StudyDesign, WhatIsWrongIsOneLineThatNamesIt) {
 
 TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     const auto one = livetet(folder, "study study.yaml");
     ASSERT_EQ(one.status, 0) << one.err;
     const StudyTable table = read_study(folder / "study.h5");
@@ -190,7 +190,7 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
 
 TEST(Study, ASensorsNoiseVariesByItsSeed) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: \"drive[0].noise_seed\", values: [1, 2, 1]}\n"
+    prepare_study(folder, "scene: scene.yaml\ndesign: list\nvary:\n  - {key: \"drive[0].noise_seed\", values: [1, 2, 1]}\n"
                     "  - {key: \"drive[0].noise_mm\", values: [1.4, 1.4, 1.4]}\n");
     ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
     const StudyTable table = read_study(folder / "study.h5");
@@ -203,7 +203,7 @@ TEST(Study, ASensorsNoiseVariesByItsSeed) {
 
 TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].displacement_mm[2]\", values: [-4, -110]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].displacement_mm[2]\", values: [-4, -110]}]\n");
     std::string scene = press;
     scene.replace(scene.find("[1, 0, 0, 1, 0, 0]"), 18, "[0, 0, 1, 0, 0, 1]");  // held below
     write_text(folder / "scene.yaml", scene);
@@ -218,7 +218,7 @@ TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
 
 TEST(Study, AFailedSolveIsARowWithItsReason) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: \"drive[0].sphere_mm[2]\", values: [100, 500]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: \"drive[0].sphere_mm[2]\", values: [100, 500]}]\n");
     const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const StudyTable table = read_study(folder / "study.h5");
@@ -231,7 +231,7 @@ TEST(Study, AFailedSolveIsARowWithItsReason) {
 
 TEST(Study, TheSummaryIsOfTheSolvesThatConverged) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: solver.max_newton, values: [1, 50]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: solver.max_newton, values: [1, 50]}]\n");
     const auto outcome = livetet(folder, "study study.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const StudyTable table = read_study(folder / "study.h5");
@@ -252,7 +252,7 @@ TEST(Study, TheSummaryIsOfTheSolvesThatConverged) {
 /// A region that no material is for is found by every rank, not by the one whose tets are of it: none waits for the others.
 TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nranks_per_solve: 2\nvary: [{key: \"materials[0].region\", values: [0, 1]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nranks_per_solve: 2\nvary: [{key: \"materials[0].region\", values: [0, 1]}]\n");
     MeshHierarchy hierarchy = read_hierarchy(folder / "block.h5");
     for (TetMesh& level : hierarchy.levels)
         for (const Tet& t : level.tets) level.regions.push_back(level.nodes[t[0]].x() < 0.05 ? 2 : 1);
@@ -266,7 +266,7 @@ TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
 
 TEST(Study, ASolveThatEndedTheStudyTwiceIsNotTriedAgain) {
     const Folder folder;
-    prepare(folder, grid + "ranks_per_solve: 2\n");
+    prepare_study(folder, grid + "ranks_per_solve: 2\n");
     const Study study = load_study(folder / "study.yaml");
     {
         StudyStore store(study);
@@ -285,7 +285,7 @@ TEST(Study, ASolveThatEndedTheStudyTwiceIsNotTriedAgain) {
 
 TEST(Study, AFileThatChangesWhileItRunsIsSaid) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     const Study study = load_study(folder / "study.yaml");
     const StudyStore store(study);
     EXPECT_EQ(store.checked_fingerprint(), store.checked_fingerprint());
@@ -312,7 +312,7 @@ TEST(Study, VoxelsThatLieBesideTheirHeaderAreLookedAt) {
 
 TEST(Study, WithoutASolveThatConvergedItsStatusIsThatOfOneThatDidNot) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: solver.max_newton, values: [1]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nkeep_displacements: false\nvary: [{key: solver.max_newton, values: [1]}]\n");
     const auto outcome = livetet(folder, "study study.yaml");
     EXPECT_EQ(outcome.status, 3) << outcome.out << outcome.err;
     EXPECT_EQ(read_study(folder / "study.h5").failures.size(), 1u);
@@ -320,7 +320,7 @@ TEST(Study, WithoutASolveThatConvergedItsStatusIsThatOfOneThatDidNot) {
 
 TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
     const std::string bytes = text_of(folder / "study.h5");
     const auto again = livetet(folder, "study study.yaml", mpirun(2));
@@ -340,7 +340,7 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     write_text(folder / "study.yaml", grid);
     write_text(folder / "scene.yaml", press + "gravity_m_per_s2: [0, 0, -1]\n");
     expect_refused(livetet(folder, "study study.yaml"), {"changed", "gravity"});
-    write_text(folder / "scene.yaml", press);
+    write_text(folder / "scene.yaml", studied_press);
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
     expect_refused(livetet(folder, "study study.yaml"), {"changed", "points.csv"});
     EXPECT_TRUE(text_of(folder / "study.h5") == bytes);
@@ -348,7 +348,7 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
 
 TEST(Study, MoreRanksThanCanBeUsedAndMeshesOfAnotherVersionAreRefused) {
     const Folder folder;
-    prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3]}]\n");
+    prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3]}]\n");
     const auto many = livetet(folder, "study study.yaml", mpirun(2));
     EXPECT_EQ(many.status, 2);
     EXPECT_NE(many.err.find("more ranks than can be used"), std::string::npos) << many.err;
@@ -357,7 +357,7 @@ TEST(Study, MoreRanksThanCanBeUsedAndMeshesOfAnotherVersionAreRefused) {
     EXPECT_EQ(odd.status, 2);
     EXPECT_NE(odd.err.find("ranks_per_solve"), std::string::npos) << odd.err;
 
-    prepare(folder);
+    prepare_study(folder);
     {
         hdf5::File file = hdf5::File::create(folder / "block.h5", "block.h5");
         hdf5::write_format(file, "livetet hierarchy", 99);
@@ -394,7 +394,7 @@ std::size_t rows_in(const Folder& folder) {
 /// is to be that of an uninterrupted run on `whole_by`, to the bit.
 void kill_and_go_on(const std::string& study, int ranks, int times, const std::string& whole_by) {
     const Folder folder;
-    prepare(folder, study);
+    prepare_study(folder, study);
     ASSERT_EQ(livetet(folder, "study study.yaml", whole_by).status, 0);
     const StudyTable whole = read_study(folder / "study.h5");
     const std::string csv = without_times(text_of(folder / "study.csv"));
@@ -470,7 +470,7 @@ std::string words_of(const std::function<void()>& work) {
 /// A study of two solves whose rows can be kept, and a row.
 struct TwoSolves {
     Folder folder;
-    Study study = (prepare(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n"), load_study(folder / "study.yaml"));
+    Study study = (prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3, 0.4]}]\n"), load_study(folder / "study.yaml"));
     StudyStore store{study};
     StudyRow row;
     TwoSolves() {
@@ -534,7 +534,7 @@ TEST(Study, ADamagedRowIsNamedAndRemovedSolvedAgain) {
 
 TEST(Study, RowsThatAreNotOfTheirSolveAreSolvedAgainAndThoseOfAnUnknownStudyRefused) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     const Study study = load_study(folder / "study.yaml");
     StudyRow row;
     row.converged = true;
@@ -558,7 +558,7 @@ TEST(Study, RowsThatAreNotOfTheirSolveAreSolvedAgainAndThoseOfAnUnknownStudyRefu
 
 TEST(Study, ARowThatDidNotReachTheDiskIsSolvedAgainAndASecondRunIsRefused) {
     const Folder folder;
-    prepare(folder);
+    prepare_study(folder);
     const Study study = load_study(folder / "study.yaml");
     StudyRow row;
     row.converged = true;

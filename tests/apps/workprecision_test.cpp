@@ -20,7 +20,7 @@ using test::livetet;
 using test::text_of;
 using test::write_text;
 
-void prepare(const Folder& folder, const std::string& time = "") {
+void prepare_load(const Folder& folder, const std::string& time = "") {
     write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
     write_text(folder / "scene.yaml", R"(
@@ -66,7 +66,7 @@ TEST(Samples, DifferencesAreWeighedByVolumeAndTakenAtTimesThatBothHave) {
 
 TEST(WorkPrecision, FinerMeshesAndTighterSolvesAreNearerAndThePartsSayWhy) {
     const Folder folder;
-    prepare(folder);
+    prepare_load(folder);
     const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --json w.json --csv w.csv --folder kept");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     auto all = choices_of(folder);
@@ -97,7 +97,7 @@ TEST(WorkPrecision, FinerMeshesAndTighterSolvesAreNearerAndThePartsSayWhy) {
 
 TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {
     const Folder folder;
-    prepare(folder, "time: {scheme: euler, step_s: 0.02, duration_s: 0.16, rayleigh_beta: 0.01}\n");
+    prepare_load(folder, "time: {scheme: euler, step_s: 0.02, duration_s: 0.16, rayleigh_beta: 0.01}\n");
     const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --only Euler --json w.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     auto all = choices_of(folder);
@@ -109,7 +109,7 @@ TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {
 
 TEST(WorkPrecision, WhatIsWrongIsOneLine) {
     const Folder folder;
-    prepare(folder);
+    prepare_load(folder);
     expect_refused(livetet(folder, "bench workprecision scene.yaml --only nonsense"), {"--only nonsense", "no choice"});
     expect_refused(livetet(folder, "tune scene.yaml --error 0.5"), {"--error 0.5", "0.5mm"});
     expect_refused(livetet(folder, "tune scene.yaml --error 1mm --budget 12"), {"--budget 12", "12ms"});
@@ -140,9 +140,9 @@ TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
 
 TEST(Tune, WritesTheChoiceAsASceneThatSolvesAndSaysSoWhereNoneIsGoodEnough) {
     const Folder folder;
-    prepare(folder);
+    prepare_load(folder);
     const Folder other("other");
-    prepare(other);
+    prepare_load(other);
     auto none = std::async(std::launch::async, [&] { return livetet(other, "tune scene.yaml --error 0.000001mm --repeats 1 -o none.yaml"); });
     const auto outcome = livetet(folder, "tune scene.yaml --error 1.5mm --repeats 1 -o cheap.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -44,10 +44,10 @@ std::string with(std::string text, const std::string& from, const std::string& t
     return text.replace(at, from.size(), to);
 }
 
-TetMesh read_text(const std::string& text) { return read_gmsh(write_bytes(fresh_folder() / "m.msh", text), 1e-3); }
+TetMesh read_gmsh_text(const std::string& text) { return read_gmsh(write_bytes(fresh_folder() / "m.msh", text), 1e-3); }
 
 TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {
-    const TetMesh mesh = read_text(small);
+    const TetMesh mesh = read_gmsh_text(small);
     ASSERT_EQ(mesh.nodes.size(), 4u);
     ASSERT_EQ(mesh.tets.size(), 1u);
     EXPECT_NEAR(volume(mesh), 1e-6 / 6, 1e-18);
@@ -58,7 +58,7 @@ TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {
 }
 
 TEST(GmshFile, PhysicalSurfacesAreWoundOutwards) {
-    const TetMesh mesh = read_text(small);  // the file's triangle is seen from within
+    const TetMesh mesh = read_gmsh_text(small);  // the file's triangle is seen from within
     const Triangle t = mesh.triangle_sets.at("surface_3").at(0);
     const Vector3 normal = (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
     EXPECT_LT(normal.z(), 0);
@@ -83,7 +83,7 @@ TEST(GmshFile, WhatIsWrittenIsReadBack) {
 
 TEST(GmshFile, MalformedMeshesAreRefused) {
     const auto refuses = [](const std::string& text, std::initializer_list<const char*> words) {
-        EXPECT_TRUE(says(error_of([&] { read_text(text); }), words)) << text;
+        EXPECT_TRUE(says(error_of([&] { read_gmsh_text(text); }), words)) << text;
     };
     refuses("", {"m.msh:1", "expected $MeshFormat"});
     refuses("SystemCall \"true\";\nPoint(1) = {0,0,0};\n", {"m.msh:1", "SystemCall", "expected $MeshFormat"});
@@ -101,12 +101,12 @@ TEST(GmshFile, MalformedMeshesAreRefused) {
 TEST(GmshFile, WhatGmshsReaderDoesNotSurviveIsAnError) {
     // Seven partitions are announced and two follow.
     const std::string partitioned = with(small, "2 4 2 6 1 3 1000 40 70", "2 4 5 6 1 7 4 2 3 1000 40 70");
-    EXPECT_TRUE(says(error_of([&] { read_text(partitioned); }), {"m.msh", "Gmsh crashed"}));
+    EXPECT_TRUE(says(error_of([&] { read_gmsh_text(partitioned); }), {"m.msh", "Gmsh crashed"}));
 }
 
 TEST(GmshFile, TruncationIsAnError) {
     for (std::size_t n = 0; n + 2 < small.size(); n += 5)
-        EXPECT_TRUE(says(error_of([&] { read_text(small.substr(0, n)); }), {"m.msh"})) << n;
+        EXPECT_TRUE(says(error_of([&] { read_gmsh_text(small.substr(0, n)); }), {"m.msh"})) << n;
 }
 
 TEST(GmshFile, WrongNamesAreErrors) {
@@ -127,7 +127,7 @@ TEST(GmshFile, RealMeshesOfBothVersionsAreTheSameBody) {
 
 TEST(GmshFile, Msh41WithNamedGroupsIsRead) {
     // A tet of unit edges: volume 1 in group 4, its face z = 0 in the group "wall".
-    const TetMesh mesh = read_text(
+    const TetMesh mesh = read_gmsh_text(
         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 2 \"wall\"\n3 4 \"body\"\n$EndPhysicalNames\n"
         "$Entities\n0 0 1 1\n5 0 0 0 1 1 0 1 2 0\n1 0 0 0 1 1 1 1 4 1 5\n$EndEntities\n"
         "$Nodes\n1 4 10 13\n3 1 0 4\n10\n11\n12\n13\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n"
@@ -142,7 +142,7 @@ TEST(GmshFile, ATruncatedRealBinaryMeshIsAnError) {
     LIVETET_DATA_OR_SKIP(data);
     const std::string whole = read_text_file(data / "meshes" / "mfem_piece.bin.v22.msh");
     for (const double part : {0.01, 0.2, 0.6, 0.99})
-        EXPECT_FALSE(error_of([&] { read_text(whole.substr(0, whole.size() * part)); }).empty()) << part;
+        EXPECT_FALSE(error_of([&] { read_gmsh_text(whole.substr(0, whole.size() * part)); }).empty()) << part;
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ LabelImage oblique(int handed, int largest) {
     return image;
 }
 
-void expect_same(const LabelImage& a, const LabelImage& b) {
+void expect_same_image(const LabelImage& a, const LabelImage& b) {
     EXPECT_EQ(a.size, b.size);
     EXPECT_EQ(a.values, b.values);
     EXPECT_LT((a.ras_from_voxel - b.ras_from_voxel).cwiseAbs().maxCoeff(), 1e-8);  // float, in mm
@@ -46,7 +46,7 @@ TEST(ImageFile, LabelsComeBackAtTheirPlaceInSpace) {
     for (const int handed : {1, -1})
         for (const char* name : {"a.nii", "a.nii.gz"}) {
             write_image(folder / name, oblique(handed, 7));
-            expect_same(read_label_image(folder / name), oblique(handed, 7));
+            expect_same_image(read_label_image(folder / name), oblique(handed, 7));
         }
 }
 
@@ -55,7 +55,7 @@ TEST(ImageFile, LabelsAreStoredInTheSmallestTypeThatFits) {
     for (const auto& [largest, bytes] : std::map<int, int>{{255, 1}, {256, 2}, {-1, 2}, {70000, 4}}) {
         write_image(folder / "a.nii", oblique(1, largest));
         EXPECT_EQ(std::filesystem::file_size(folder / "a.nii"), 352u + 60 * bytes) << largest;
-        expect_same(read_label_image(folder / "a.nii"), oblique(1, largest));
+        expect_same_image(read_label_image(folder / "a.nii"), oblique(1, largest));
     }
 }
 
@@ -64,7 +64,7 @@ TEST(ImageFile, TheQformSaysTheSameAsTheSform) {
     for (const int handed : {1, -1}) {
         write_image(path, oblique(handed, 7));
         patch<std::int16_t>(path, 254, 0);  // no sform
-        expect_same(read_label_image(path), oblique(handed, 7));
+        expect_same_image(read_label_image(path), oblique(handed, 7));
     }
 }
 

@@ -22,10 +22,10 @@ std::string frame(int k, const std::string& matrix, const std::string& time, con
            "\n" + name + "Timestamp = " + time + "\n" + name + "FrameNumber = 7\n";
 }
 
-Recording read_text(const std::string& text) { return read_sequence(write_bytes(fresh_folder() / "a.igs.mha", text)); }
+Recording read_sequence_text(const std::string& text) { return read_sequence(write_bytes(fresh_folder() / "a.igs.mha", text)); }
 
 TEST(SequenceFile, MillimetresBecomeMetresAndRowsStayRows) {
-    const Recording r = read_text(with_frames(frame(0, "0 -1 0 10 1 0 0 -20 0 0 1 30.5 0 0 0 1", "1.5"), 1));
+    const Recording r = read_sequence_text(with_frames(frame(0, "0 -1 0 10 1 0 0 -20 0 0 1 30.5 0 0 0 1", "1.5"), 1));
     ASSERT_EQ(r.tools, std::vector<std::string>{"Stylus"});
     ASSERT_EQ(r.samples.size(), 1u);
     EXPECT_EQ(r.samples[0].time_s, 1.5);
@@ -63,7 +63,7 @@ TEST(SequenceFile, WhatIsWrittenIsReadBack) {
 }
 
 TEST(SequenceFile, RotationsAreMadeOrthonormal) {
-    const Recording r = read_text(with_frames(frame(0, "1.0005 0.0003 0 0 0 0.9996 0 0 0 0 1 0 -0 0 0 1", "0"), 1));
+    const Recording r = read_sequence_text(with_frames(frame(0, "1.0005 0.0003 0 0 0 0.9996 0 0 0 0 1 0 -0 0 0 1", "0"), 1));
     const Eigen::Matrix3d& m = r.samples[0].poses[0].rotation;
     EXPECT_EQ(r.samples[0].poses[0].status, PoseStatus::ok);
     EXPECT_LT((m.transpose() * m - Eigen::Matrix3d::Identity()).norm(), 1e-14);
@@ -74,7 +74,7 @@ TEST(SequenceFile, MatricesThatAreNoPoseAreBroken) {
          {"nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "1 0 0 1e999 0 1 0 0 0 0 1 0 0 0 0 1",
           "-1.#IND 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
           "2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 5 1", "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0"}) {
-        const TrackedPose pose = read_text(with_frames(frame(0, matrix, "0"), 1)).samples[0].poses[0];
+        const TrackedPose pose = read_sequence_text(with_frames(frame(0, matrix, "0"), 1)).samples[0].poses[0];
         EXPECT_EQ(pose.status, PoseStatus::broken) << matrix;
         EXPECT_TRUE(pose.translation.allFinite() && pose.rotation.allFinite()) << matrix;
     }
@@ -86,7 +86,7 @@ TEST(SequenceFile, StatusesAreMapped) {
         {"UNKNOWN", PoseStatus::invalid},  {"OUT_OF_VIEW", PoseStatus::missing}, {"OUT_OF_VOLUME", PoseStatus::out_of_volume},
         {"whatever", PoseStatus::invalid}, {"REQ_TIMEOUT", PoseStatus::stale}};
     for (const auto& [word, status] : cases)
-        EXPECT_EQ(read_text(with_frames(frame(0, identity, "0", word), 1)).samples[0].poses[0].status, status) << word;
+        EXPECT_EQ(read_sequence_text(with_frames(frame(0, identity, "0", word), 1)).samples[0].poses[0].status, status) << word;
 }
 
 TEST(SequenceFile, OtherTransformsAreSkippedAndAnAbsentToolIsMissing) {
@@ -94,7 +94,7 @@ TEST(SequenceFile, OtherTransformsAreSkippedAndAnAbsentToolIsMissing) {
         "Seq_Frame0001_ProbeToReferenceTransform = not even numbers\n"
         "Seq_Frame0001_NeedleToTrackerTransform = " +
         identity + "\n";
-    const Recording r = read_text(with_frames(frame(0, identity, "0") + frame(1, identity, "0") + more, 2));
+    const Recording r = read_sequence_text(with_frames(frame(0, identity, "0") + frame(1, identity, "0") + more, 2));
     ASSERT_EQ(r.tools, (std::vector<std::string>{"Stylus", "Needle"}));
     EXPECT_EQ(r.samples[0].poses[1].status, PoseStatus::missing);
     EXPECT_EQ(r.samples[1].poses[1].status, PoseStatus::ok);
@@ -102,35 +102,35 @@ TEST(SequenceFile, OtherTransformsAreSkippedAndAnAbsentToolIsMissing) {
 
 TEST(SequenceFile, TimeDoesNotGoBackwards) {
     const std::string text = with_frames(frame(0, identity, "1") + frame(1, identity, "0.5"), 2);
-    EXPECT_TRUE(says(error_of([&] { read_text(text); }), {"a.igs.mha", "frame 1", "Timestamp", "0.5", "backwards"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(text); }), {"a.igs.mha", "frame 1", "Timestamp", "0.5", "backwards"}));
 }
 
 TEST(SequenceFile, MalformedFieldsAreNamed) {
     const std::string short_row = with_frames(frame(0, "1 0 0", "1"), 1);
     EXPECT_TRUE(
-        says(error_of([&] { read_text(short_row); }), {"frame 0", "StylusToTrackerTransform", "found 3", "16"}));
+        says(error_of([&] { read_sequence_text(short_row); }), {"frame 0", "StylusToTrackerTransform", "found 3", "16"}));
     const std::string word = with_frames(frame(0, "1 0 0 0 0 one 0 0 0 0 1 0 0 0 0 1", "1"), 1);
-    EXPECT_TRUE(says(error_of([&] { read_text(word); }), {"frame 0", "StylusToTrackerTransform", "'one'"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(word); }), {"frame 0", "StylusToTrackerTransform", "'one'"}));
     const std::string time = with_frames(frame(0, identity, "inf"), 1);
-    EXPECT_TRUE(says(error_of([&] { read_text(time); }), {"frame 0", "Timestamp", "inf"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(time); }), {"frame 0", "Timestamp", "inf"}));
     const std::string index = with_frames("Seq_Framexx_Timestamp = 1\n", 1);
-    EXPECT_TRUE(says(error_of([&] { read_text(index); }), {"a.igs.mha:5", "Seq_Framexx_Timestamp"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(index); }), {"a.igs.mha:5", "Seq_Framexx_Timestamp"}));
     const std::string twice = with_frames(frame(0, identity, "1") + frame(0, identity, "1"), 1);
-    EXPECT_TRUE(says(error_of([&] { read_text(twice); }), {"frame 0", "twice"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(twice); }), {"frame 0", "twice"}));
     const std::string no_matrix = with_frames(
         frame(0, identity, "1") + "Seq_Frame0001_StylusToTrackerTransformStatus = OK\nSeq_Frame0001_Timestamp = 2\n",
         2);
-    EXPECT_TRUE(says(error_of([&] { read_text(no_matrix); }), {"frame 1", "Status = OK", "16 numbers"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(no_matrix); }), {"frame 1", "Status = OK", "16 numbers"}));
 }
 
 TEST(SequenceFile, FramesMustBeAllThere) {
     const std::string one = frame(0, identity, "1");
-    EXPECT_TRUE(says(error_of([&] { read_text(with_frames(one, 3)); }), {"frame 1 is missing", "3"}));
-    EXPECT_TRUE(says(error_of([&] { read_text(with_frames(one + frame(7, identity, "2"), 1)); }), {"found frame 7"}));
-    EXPECT_TRUE(says(error_of([&] { read_text(with_frames("", 3)); }), {"no tool", "no transforms"}));
-    EXPECT_TRUE(says(error_of([&] { read_text(""); }), {"expected ObjectType"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(with_frames(one, 3)); }), {"frame 1 is missing", "3"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(with_frames(one + frame(7, identity, "2"), 1)); }), {"found frame 7"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(with_frames("", 3)); }), {"no tool", "no transforms"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(""); }), {"expected ObjectType"}));
     const std::string none = with_frames("Seq_Frame0000_ProbeToReferenceTransform = " + identity + "\n", 1);
-    EXPECT_TRUE(says(error_of([&] { read_text(none); }), {"only ProbeToReference"}));
+    EXPECT_TRUE(says(error_of([&] { read_sequence_text(none); }), {"only ProbeToReference"}));
 }
 
 TEST(SequenceFile, EveryTruncationIsAnError) {

@@ -12,13 +12,12 @@ namespace {
 using test::block;
 using test::nodes_where;
 
-const Vector3 size(0.2, 0.1, 0.1);
 const std::vector<Material> soft{{.young_Pa = 5000, .poisson = 0.4, .density_kg_per_m3 = 1000}};
 
 MeshHierarchy beam(int levels) {
     std::vector<TetMesh> meshes;
     const std::array<int, 3> cells[] = {{12, 6, 6}, {7, 4, 4}, {4, 2, 2}};
-    for (int l = 0; l < levels; ++l) meshes.push_back(block(cells[l], size));
+    for (int l = 0; l < levels; ++l) meshes.push_back(block(cells[l], test::beam_size));
     return make_hierarchy(std::move(meshes), "a block");
 }
 
@@ -119,7 +118,7 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
 
 /// The operator, in each layout, tangent and strain model, against differences of the forces.
 TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
-    const MeshHierarchy linear = make_hierarchy({block({3, 2, 2}, size)}, "a block");
+    const MeshHierarchy linear = make_hierarchy({block({3, 2, 2}, test::beam_size)}, "a block");
     const MeshHierarchy quadratic = with_quadratic_level(linear);
     const auto parts = partitions(linear).front();
     for (const bool is_quadratic : {false, true})
@@ -278,7 +277,7 @@ TEST(DeformableBody, NewmarkKeepsTheEnergyOfASwingingBeamAndEulerLosesIt) {
 TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     // nu = 0, clamped-free, first axial mode: f = sqrt(E / rho) / (4 L), exact in 3-D.
     const std::vector<Material> cork{{.young_Pa = 1e5, .poisson = 0, .density_kg_per_m3 = 1000}};
-    const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, size)}, "bar");
+    const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, test::beam_size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
     DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear}, {.scheme = TimeScheme::newmark},
@@ -287,9 +286,9 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
     body.set_constraints(constraints);
     std::vector<Vector3> velocity;
-    for (const Vector3& x : mesh.nodes) velocity.push_back({1e-3 * std::sin(M_PI * x.x() / (2 * size.x())), 0, 0});
+    for (const Vector3& x : mesh.nodes) velocity.push_back({1e-3 * std::sin(M_PI * x.x() / (2 * test::beam_size.x())), 0, 0});
     body.set_velocity(velocity);
-    const double period = 4 * size.x() / std::sqrt(1e5 / 1000.0), dt = period / 200;
+    const double period = 4 * test::beam_size.x() / std::sqrt(1e5 / 1000.0), dt = period / 200;
     // A quarter period after the start the tip turns back; half a period after, it is back where it began.
     const std::int32_t tip = nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; }).front();
     double before = 0, crossing = 0;

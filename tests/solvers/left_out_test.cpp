@@ -9,7 +9,6 @@
 namespace livetet {
 namespace {
 
-const Vector3 size(0.2, 0.1, 0.1);
 const Material tissue{.young_Pa = 3000, .poisson = 0.4, .density_kg_per_m3 = 1000};
 constexpr StepEffort to_the_end{.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-10};
 
@@ -35,7 +34,7 @@ class LeftOut : public testing::Test {
                               share * Vector3(0, 0.002, -0.01));
         return constraints;
     }
-    const MeshHierarchy hierarchy = make_hierarchy({test::block({8, 4, 4}, size), test::block({4, 2, 2}, size)}, "a block");
+    const MeshHierarchy hierarchy = make_hierarchy({test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)}, "a block");
     const MeshHierarchy one_level = make_hierarchy({hierarchy.levels.front()}, "a block");
 };
 

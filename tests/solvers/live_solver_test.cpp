@@ -10,10 +10,9 @@
 namespace livetet {
 namespace {
 
-const Vector3 size(0.2, 0.1, 0.1);
 
 MeshHierarchy beam() {
-    return make_hierarchy({test::block({16, 8, 8}, size), test::block({8, 4, 4}, size), test::block({4, 2, 2}, size)}, "a beam");
+    return make_hierarchy({test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)}, "a beam");
 }
 
 /// Two regions whose moduli are a factor of 300 apart, nearly incompressible.
@@ -127,7 +126,7 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
 TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     const TetMesh& mesh = hierarchy.levels.front();
     const auto ends = test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9 || x.x() > 0.1999; });
-    const Vector3 centre = size / 2;
+    const Vector3 centre = test::beam_size / 2;
     const auto turn_of = [](int k) -> Eigen::Matrix3d {
         return Eigen::AngleAxisd(k * 25 * M_PI / 180, Vector3::UnitZ()).toRotationMatrix() - Eigen::Matrix3d::Identity();
     };

@@ -12,12 +12,11 @@
 namespace livetet {
 namespace {
 
-const Vector3 size(0.2, 0.1, 0.1);
 
 double total(const std::vector<double>& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
 
 TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
-    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, size), test::block({8, 4, 4}, size)}, "");
+    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
     const auto carried = carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
     const auto own = tet_volumes(h.levels[1]);
     EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
@@ -26,19 +25,19 @@ TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
 
 /// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what lies outside.
 TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
-    const TetMesh fine = test::block({16, 8, 8}, size);
-    TetMesh coarse = test::block({8, 4, 4}, 0.8 * size);
-    for (Vector3& x : coarse.nodes) x += 0.1 * size;
+    const TetMesh fine = test::block({16, 8, 8}, test::beam_size);
+    TetMesh coarse = test::block({8, 4, 4}, 0.8 * test::beam_size);
+    for (Vector3& x : coarse.nodes) x += 0.1 * test::beam_size;
     const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
     const auto own = tet_volumes(coarse);
     const auto carried = carried_volumes(fine, tet_volumes(fine), h.transfers[0], coarse);
-    EXPECT_LT(total(own), 0.52 * size.prod());
-    EXPECT_NEAR(total(carried), size.prod(), 0.15 * size.prod());
+    EXPECT_LT(total(own), 0.52 * test::beam_size.prod());
+    EXPECT_NEAR(total(carried), test::beam_size.prod(), 0.15 * test::beam_size.prod());
     double inside = 0, outside = 0;  // ratios, of the tet in the middle and of one at a corner
     for (std::size_t e = 0; e < own.size(); ++e) {
         Vector3 x = Vector3::Zero();
         for (const std::int32_t n : coarse.tets[e]) x += coarse.nodes[n] / 4;
-        const double from_middle = (x - size / 2).cwiseQuotient(0.4 * size).lpNorm<Eigen::Infinity>();
+        const double from_middle = (x - test::beam_size / 2).cwiseQuotient(0.4 * test::beam_size).lpNorm<Eigen::Infinity>();
         if (from_middle < 0.3) inside = std::max(inside, carried[e] / own[e]);
         if (from_middle > 0.7) outside = std::max(outside, carried[e] / own[e]);
     }
@@ -49,7 +48,7 @@ TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
 /// On every number of ranks, between levels that were meshed each on its own and between one and what it was cut from.
 TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
     const MeshHierarchy h = with_refined_levels(
-        make_hierarchy({test::block({8, 4, 4}, size), test::block({5, 3, 3}, size)}, ""), 1);
+        make_hierarchy({test::block({8, 4, 4}, test::beam_size), test::block({5, 3, 3}, test::beam_size)}, ""), 1);
     const auto parts = partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis);
     std::vector<MeshShare> shares;
     for (std::size_t l = 0; l < h.levels.size(); ++l) shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
@@ -74,7 +73,7 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
 /// Two blocks apart from each other, one held at a face, the other by a patch that is small on the coarse mesh.
 TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
     const auto two_blocks = [](std::array<int, 3> cells) {
-        TetMesh mesh = test::block(cells, size);
+        TetMesh mesh = test::block(cells, test::beam_size);
         const TetMesh other = mesh;
         const auto count = static_cast<std::int32_t>(mesh.nodes.size());
         for (const Vector3& x : other.nodes) mesh.nodes.push_back(x + Vector3(0.5, 0, 0));

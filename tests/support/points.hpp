@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <string>
@@ -16,6 +17,8 @@ namespace livetet::test {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
+
+inline constexpr double degree = std::numbers::pi / 180;  ///< rad
 
 struct Truth {
     double scale;

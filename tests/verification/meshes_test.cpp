@@ -12,8 +12,6 @@
 namespace livetet::verification {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
 Vector3 area_vector(const TetMesh& mesh, const Triangle& t) {
     return (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]) / 2;
 }
@@ -91,10 +89,10 @@ TEST(VerificationMeshes, SphereOctantConverges) {
     for (int axis = 0; axis < 3; ++axis) expect_flat(mesh(5), std::array{"x0", "y0", "z0"}[axis], axis, 0, -1);
     const TetMesh five = mesh(5);
     for (const std::int32_t n : five.node_sets.at("outer")) EXPECT_NEAR(five.nodes[n].norm(), 2, 1e-15);
-    expect_second_order([&](int n) { return volume(mesh(n)); }, pi / 6 * 7);
-    expect_second_order([&](int n) { return area(mesh(n), "inner"); }, pi / 2);
-    expect_second_order([&](int n) { return area(mesh(n), "outer"); }, 2 * pi);
-    expect_second_order([&](int n) { return area(mesh(n), "y0"); }, pi / 4 * 3);
+    expect_second_order([&](int n) { return volume(mesh(n)); }, std::numbers::pi / 6 * 7);
+    expect_second_order([&](int n) { return area(mesh(n), "inner"); }, std::numbers::pi / 2);
+    expect_second_order([&](int n) { return area(mesh(n), "outer"); }, 2 * std::numbers::pi);
+    expect_second_order([&](int n) { return area(mesh(n), "y0"); }, std::numbers::pi / 4 * 3);
 }
 
 TEST(VerificationMeshes, SphereOctantHasTrianglesOfLikeSize) {
@@ -114,9 +112,9 @@ TEST(VerificationMeshes, CylinderQuarterConverges) {
     expect_flat(mesh(5), "y0", 1, 0, -1);
     expect_flat(mesh(5), "z0", 2, 0, -1);
     expect_flat(mesh(5), "z1", 2, 0.5, 1);
-    expect_second_order([&](int n) { return volume(mesh(n)); }, pi / 4 * 3 * 0.5);
-    expect_second_order([&](int n) { return area(mesh(n), "inner"); }, pi / 2 * 0.5);
-    expect_second_order([&](int n) { return area(mesh(n), "z1"); }, pi / 4 * 3);
+    expect_second_order([&](int n) { return volume(mesh(n)); }, std::numbers::pi / 4 * 3 * 0.5);
+    expect_second_order([&](int n) { return area(mesh(n), "inner"); }, std::numbers::pi / 2 * 0.5);
+    expect_second_order([&](int n) { return area(mesh(n), "z1"); }, std::numbers::pi / 4 * 3);
     EXPECT_NEAR(area(mesh(4), "x0"), 0.5, 1e-12);
 }
 
@@ -141,7 +139,7 @@ TEST(VerificationMeshes, LE10PlateConvergesAndHasItsMiddleLine) {
     expect_flat(mesh(6), "y0", 1, 0, -1);
     expect_flat(mesh(6), "top", 2, 0.3, 1);
     expect_flat(mesh(6), "bottom", 2, -0.3, -1);
-    const double quarter_ring = pi / 4 * (3.25 * 2.75 - 2 * 1);
+    const double quarter_ring = std::numbers::pi / 4 * (3.25 * 2.75 - 2 * 1);
     expect_second_order([&](int n) { return volume(mesh(n)); }, 0.6 * quarter_ring);
     expect_second_order([&](int n) { return area(mesh(n), "top"); }, quarter_ring);
     const TetMesh fine = le10_plate(3, 6, 4);

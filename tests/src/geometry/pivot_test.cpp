@@ -6,10 +6,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
+
+#include "support/points.hpp"
 
 namespace livetet {
 namespace {
@@ -18,14 +19,13 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 using Pose = RigidTransform<Tracker, Tool>;
 
-constexpr double degree = std::numbers::pi / 180;
 const Vector3d tip(0.01, -0.02, 0.15), pivot(0.3, -0.1, 0.4);
 
 // Poses that hold the tip in the pivot, tilted by up to `cone_deg` towards all sides.
 std::vector<Pose> cone(int count, double cone_deg) {
     std::vector<Pose> poses;
     for (int i = 0; i < count; ++i) {
-        const double around = 2.4 * i, tilt = cone_deg * degree * std::sqrt((i + 0.5) / count);
+        const double around = 2.4 * i, tilt = cone_deg * test::degree * std::sqrt((i + 0.5) / count);
         Pose pose;
         pose.rotation = AngleAxisd(tilt, Vector3d(std::cos(around), std::sin(around), 0)).toRotationMatrix() *
                         AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
@@ -35,7 +35,7 @@ std::vector<Pose> cone(int count, double cone_deg) {
     return poses;
 }
 
-std::string message_of(const std::vector<Pose>& poses) {
+std::string pivot_error(const std::vector<Pose>& poses) {
     try {
         (void)calibrate_pivot(poses);
     } catch (const Error& error) {
@@ -76,33 +76,33 @@ TEST(Pivot, LeavesOutlyingPosesOut) {
 
 TEST(Pivot, RefusesPosesThatTurnTooLittle) {
     for (const double half_angle : {0.0, 1.0, 5.0, 7.0})
-        EXPECT_NE(message_of(cone(100, half_angle)).find("expected at least 15.0"), std::string::npos) << half_angle;
-    EXPECT_EQ(message_of(cone(100, 9)), "no error");
+        EXPECT_NE(pivot_error(cone(100, half_angle)).find("expected at least 15.0"), std::string::npos) << half_angle;
+    EXPECT_EQ(pivot_error(cone(100, 9)), "no error");
 }
 
 TEST(Pivot, RefusesATurnAboutOneAxisEvenWithNoise) {
     std::mt19937_64 engine(5);
-    std::normal_distribution<double> noise(0, 0.5 * degree / std::sqrt(3));
+    std::normal_distribution<double> noise(0, 0.5 * test::degree / std::sqrt(3));
     for (const double scale : {0.0, 1.0}) {
         std::vector<Pose> poses;
         for (int i = 0; i < 200; ++i) {
             const Vector3d turn = scale * Vector3d(noise(engine), noise(engine), noise(engine));
             Pose pose;
-            pose.rotation = AngleAxisd(i * degree, Vector3d::UnitZ()).toRotationMatrix() *
+            pose.rotation = AngleAxisd(i * test::degree, Vector3d::UnitZ()).toRotationMatrix() *
                             AngleAxisd(turn.norm(), (turn + Vector3d(0, 0, 1e-30)).normalized()).toRotationMatrix();
             pose.translation = pivot - pose.rotation * tip;
             poses.push_back(pose);
         }
-        EXPECT_NE(message_of(poses).find("more than one axis"), std::string::npos) << message_of(poses);
+        EXPECT_NE(pivot_error(poses).find("more than one axis"), std::string::npos) << pivot_error(poses);
     }
 }
 
 TEST(Pivot, RefusesTooFewAndNotFinitePoses) {
-    EXPECT_NE(message_of({}).find("0 poses to use, expected at least 10"), std::string::npos);
-    EXPECT_NE(message_of(cone(9, 30)).find("9 poses"), std::string::npos);
+    EXPECT_NE(pivot_error({}).find("0 poses to use, expected at least 10"), std::string::npos);
+    EXPECT_NE(pivot_error(cone(9, 30)).find("9 poses"), std::string::npos);
     std::vector<Pose> poses = cone(20, 30);
     poses[4].translation.y() = std::nan("");
-    EXPECT_NE(message_of(poses).find("pose 5 of 20 is not finite"), std::string::npos);
+    EXPECT_NE(pivot_error(poses).find("pose 5 of 20 is not finite"), std::string::npos);
 }
 
 // The file: for each pose a line `# stamp`, then a 4 x 4 matrix in millimetres.

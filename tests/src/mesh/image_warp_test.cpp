@@ -66,12 +66,12 @@ double deformed_volume(const TetMesh& mesh, const std::vector<Vector3>& u) {
     return volume(deformed);
 }
 
-WarpCounts counts;
+WarpCounts last_warp;
 
 template <class T>
 Image<T> warped(const Image<T>& image, const BodyMotion& motion, Interpolation how, T empty = 0) {
     ThreadTeam team(2);
-    return warp_image(image, grid_of(image), motion, how, empty, team, counts);
+    return warp_image(image, grid_of(image), motion, how, empty, team, last_warp);
 }
 
 TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
@@ -103,8 +103,8 @@ TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
                     }
                 }
         EXPECT_GT(inside, 3000u);
-        EXPECT_EQ(counts.inverted, 0u);
-        EXPECT_EQ(counts.beyond_image, 0u);
+        EXPECT_EQ(last_warp.inverted, 0u);
+        EXPECT_EQ(last_warp.beyond_image, 0u);
     }
 }
 
@@ -136,7 +136,7 @@ TEST(ImageWarp, WithoutMotionTheImageIsTheSameWhateverTheRind) {
     for (const double rind : {0.0, 0.003}) {
         const BodyMotion motion = body_motion(mesh, std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()), rind);
         EXPECT_EQ(warped(labels, motion, Interpolation::nearest).values, labels.values);
-        EXPECT_EQ(counts.left_empty, 0u);
+        EXPECT_EQ(last_warp.left_empty, 0u);
     }
 }
 
@@ -150,7 +150,7 @@ TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
     });
     warped(labels, body_motion(mesh, u, 0), Interpolation::nearest);
     const double expected = deformed_volume(mesh, u);
-    EXPECT_NEAR(static_cast<double>(counts.carried) * voxel_volume(grid), expected, 2e-3 * expected);
+    EXPECT_NEAR(static_cast<double>(last_warp.carried) * voxel_volume(grid), expected, 2e-3 * expected);
 
     // A label that fills the mesh fills the deformed mesh, its rind with it; what was there and is not is empty.
     const LabelImage exact = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0397 ? 3 : 0; });
@@ -203,7 +203,7 @@ TEST(ImageWarp, OnAnotherGridTakesTheSameValues) {
     const Vector3 shift(0.004, 0, 0.002);
     const BodyMotion motion = body_motion(mesh, displaced(mesh, [&](const Vector3& x) { return x + shift; }), 0);
     ThreadTeam team(1);
-    const GreyImage out = warp_image(image, other, motion, Interpolation::linear, -1e6F, team, counts);
+    const GreyImage out = warp_image(image, other, motion, Interpolation::linear, -1e6F, team, last_warp);
     EXPECT_EQ(out.size, other.size);
     for (int n = 0; n < 25; ++n) {
         const Vector3 x = place_of(other, n, 12, 12);
@@ -222,16 +222,16 @@ TEST(ImageWarp, WhatComesFromBeyondTheImageIsEmptyAndCounted) {
     const TetMesh mesh = test::block({2, 2, 2}, {0.09, 0.09, 0.09});  // corner to corner of the outermost centres
     const BodyMotion motion = body_motion(mesh, displaced(mesh, [](const Vector3& x) { return Vector3(x + Vector3(0.02, 0, 0)); }), 0);
     const GreyImage out = warped(image, motion, Interpolation::linear, -1.0F);
-    EXPECT_EQ(counts.beyond_image, 0u);
-    EXPECT_EQ(counts.left_empty, 200u);  // two layers
+    EXPECT_EQ(last_warp.beyond_image, 0u);
+    EXPECT_EQ(last_warp.left_empty, 200u);  // two layers
     EXPECT_EQ(out.at(1, 5, 5), -1);
     EXPECT_FLOAT_EQ(out.at(2, 5, 5), 5);
     const GreyImage narrow{{5, 10, 10}, grid.ras_from_voxel, std::vector<float>(500, 5.0F)};
     ThreadTeam team(1);
-    const GreyImage wide = warp_image(narrow, grid, motion, Interpolation::linear, -1.0F, team, counts);
+    const GreyImage wide = warp_image(narrow, grid, motion, Interpolation::linear, -1.0F, team, last_warp);
     EXPECT_FLOAT_EQ(wide.at(6, 5, 5), 5);
     EXPECT_EQ(wide.at(7, 5, 5), -1);
-    EXPECT_EQ(counts.beyond_image, 300u);  // i = 7, 8, 9 came from 5, 6, 7
+    EXPECT_EQ(last_warp.beyond_image, 300u);  // i = 7, 8, 9 came from 5, 6, 7
 }
 
 /// Two tets apart that come to lie over each other.
@@ -270,12 +270,12 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
     o.u[2] = o.mesh.nodes[1] - o.mesh.nodes[2];
     const LabelImage out = warped(labels, body_motion(o.mesh, o.u, 0), Interpolation::nearest);
     EXPECT_EQ(out.at(1, 1, 1), 2);
-    EXPECT_EQ(counts.inverted, 0u);
+    EXPECT_EQ(last_warp.inverted, 0u);
     o.mesh.tets.erase(o.mesh.tets.begin());
     const LabelImage alone = warped(labels, body_motion(o.mesh, o.u, 0), Interpolation::nearest);
     EXPECT_EQ(alone.at(1, 2, 3), 1);
-    EXPECT_GT(counts.inverted, 0u);
-    EXPECT_EQ(counts.inverted, counts.carried);
+    EXPECT_GT(last_warp.inverted, 0u);
+    EXPECT_EQ(last_warp.inverted, last_warp.carried);
 }
 
 TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {

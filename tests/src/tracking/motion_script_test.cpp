@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -16,7 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double degree = std::numbers::pi / 180;
 
 DelayedRecording simulated(const std::string& text) { return simulate(parse_motion_script(text, "script.yaml")); }
 
@@ -39,7 +37,7 @@ TEST(MotionScript, AToolOnTheOrganGoesWhereTheOrganGoes) {
     EXPECT_LT((pose_at(r, 1).translation - Vector3d(0.1, 0.02, 0.05)).norm(), 1e-12);
     EXPECT_LT((pose_at(r, 3).translation - Vector3d(0.08, 0, 0)).norm(), 1e-12) << "turned by 90 degrees more";
     EXPECT_EQ(pose_at(r, 3).translation, pose_at(r, 4).translation) << "it stays";
-    const Eigen::Matrix3d turned = rotation_of_vector(Vector3d(0, 0, 180 * degree));
+    const Eigen::Matrix3d turned = rotation_of_vector(Vector3d(0, 0, 180 * test::degree));
     EXPECT_LT((pose_at(r, 4).rotation - turned).norm(), 1e-12);
     for (const TrackerSample& sample : r.recording.samples)
         EXPECT_LT((sample.poses[1].translation - Vector3d(0.001, 0.002, 0.003)).norm(), 1e-15);
@@ -91,7 +89,7 @@ TEST(MotionScript, NoiseDropoutsAndLatencyAreAsLargeAsStatedAndTheSeedsOwn) {
     }
     EXPECT_NEAR(missing / n, 0.2, 0.02);
     EXPECT_NEAR(std::sqrt(position / (n - missing)), 2e-3, 0.05e-3);
-    EXPECT_NEAR(std::sqrt(angle / (n - missing)), degree, 0.03 * degree);
+    EXPECT_NEAR(std::sqrt(angle / (n - missing)), test::degree, 0.03 * test::degree);
     EXPECT_NEAR(mean, 0.04, 0.5e-3);
     EXPECT_NEAR(std::sqrt(deviation), 5e-3, 0.3e-3);
 }

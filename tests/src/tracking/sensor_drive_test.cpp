@@ -14,17 +14,17 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
-using Pose = RigidTransform<ImageFrame, Sensor>;
+using SensorPose = RigidTransform<ImageFrame, Sensor>;
 
 const Vector3d placed(0.1, 0.05, 0.02), node(0.11, 0.05, 0.02);
 
-Pose at(const Vector3d& offset, double turn = 0) {
+SensorPose moved_by(const Vector3d& offset, double turn = 0) {
     return {AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix(), placed + offset};
 }
 
 SensorDrive placed_drive(SensorDriveOptions options = {}) {
     SensorDrive drive(options);
-    for (int i = 0; i <= 10; ++i) drive.update(0.05 * i, at(Vector3d::Zero()));
+    for (int i = 0; i <= 10; ++i) drive.update(0.05 * i, moved_by(Vector3d::Zero()));
     return drive;  // following since 0.5 s
 }
 
@@ -32,11 +32,11 @@ TEST(SensorDrive, BaseIsTheMeanOverItsWindow) {
     SensorDrive drive;
     EXPECT_EQ(drive.update(0, std::nullopt), DriveStatus::placing);
     for (int i = 0; i <= 9; ++i)
-        EXPECT_EQ(drive.update(1 + 0.05 * i, at(Vector3d(i % 2 ? 0.001 : -0.001, 0, 0), i % 2 ? 0.01 : -0.01)),
+        EXPECT_EQ(drive.update(1 + 0.05 * i, moved_by(Vector3d(i % 2 ? 0.001 : -0.001, 0, 0), i % 2 ? 0.01 : -0.01)),
                   DriveStatus::placing);
     EXPECT_EQ(drive.displacement(node), Vector3d::Zero());
     EXPECT_FALSE(drive.base());
-    EXPECT_EQ(drive.update(1.5, at(Vector3d::Zero())), DriveStatus::following);
+    EXPECT_EQ(drive.update(1.5, moved_by(Vector3d::Zero())), DriveStatus::following);
     EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
     EXPECT_LT((drive.base()->rotation - Eigen::Matrix3d::Identity()).norm(), 1e-12);
 }
@@ -46,18 +46,18 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
     options.base_window_s = 1;
     const Vector3d elsewhere(0.03, 0, 0);
     SensorDrive drive(options);
-    drive.update(0, at(elsewhere));  // in the hand, then lost for ten seconds
+    drive.update(0, moved_by(elsewhere));  // in the hand, then lost for ten seconds
     for (double t = 0.05; t < 10; t += 0.05) drive.update(t, std::nullopt);
     const auto rest = [&](double from_s, const Vector3d& place) {
-        for (int i = 0; i <= 21; ++i) drive.update(from_s + 0.05 * i, at(place));
+        for (int i = 0; i <= 21; ++i) drive.update(from_s + 0.05 * i, moved_by(place));
     };
-    EXPECT_EQ(drive.update(10, at({0.004, 0, 0})), DriveStatus::placing) << "one pose of the new place is no mean";
+    EXPECT_EQ(drive.update(10, moved_by({0.004, 0, 0})), DriveStatus::placing) << "one pose of the new place is no mean";
     rest(10, {0.004, 0, 0});
     ASSERT_TRUE(drive.base());
     EXPECT_LT((drive.base()->translation - placed - Vector3d(0.004, 0, 0)).norm(), 1e-12);
 
     drive.reset();
-    for (int i = 0; i < 10; ++i) drive.update(0.05 * i, at(elsewhere));
+    for (int i = 0; i < 10; ++i) drive.update(0.05 * i, moved_by(elsewhere));
     rest(0.5, Vector3d::Zero());  // moved before the window was over, in sight
     ASSERT_TRUE(drive.base());
     EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
@@ -65,14 +65,14 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
 
 TEST(SensorDrive, TranslationIgnoresTurnsAndRigidMotionFollowsThem) {
     SensorDrive drive = placed_drive();
-    drive.update(0.55, at({0, 0, -0.015}, 0.3));
+    drive.update(0.55, moved_by({0, 0, -0.015}, 0.3));
     EXPECT_LT((drive.displacement(node) - Vector3d(0, 0, -0.015)).norm(), 1e-15);
     SensorDriveOptions options;
     options.motion = DriveMotion::rigid;
     SensorDrive rigid = placed_drive(options);
-    const Pose now = at({0, 0, -0.015}, 0.3);
+    const SensorPose now = moved_by({0, 0, -0.015}, 0.3);
     rigid.update(0.55, now);
-    const Vector3d moved = now * (at(Vector3d::Zero()).inverse() * node);
+    const Vector3d moved = now * (moved_by(Vector3d::Zero()).inverse() * node);
     EXPECT_LT((rigid.displacement(node) - (moved - node)).norm(), 1e-14);
     EXPECT_GT((rigid.displacement(node) - drive.displacement(node)).norm(), 0.002);
 }
@@ -99,8 +99,8 @@ TEST(SensorDrive, MovingTheOrganAsAWholeDeformsNothing) {
 TEST(SensorDrive, LostSensorHoldsThenItsPatchIsLetGoLittleByLittle) {
     SensorDrive drive = placed_drive();
     const Vector3d pressed(0, 0, -0.015);
-    drive.update(0.6, at(pressed));
-    const Pose broken{Eigen::Matrix3d::Identity(), {std::nan(""), 0, 0}};
+    drive.update(0.6, moved_by(pressed));
+    const SensorPose broken{Eigen::Matrix3d::Identity(), {std::nan(""), 0, 0}};
     EXPECT_EQ(drive.update(0.7, broken), DriveStatus::holding);
     EXPECT_EQ(drive.update(1.09, std::nullopt), DriveStatus::holding);
     EXPECT_EQ(drive.grip(), 1);
@@ -120,13 +120,13 @@ TEST(SensorDrive, APoseFartherThanTheOrganCouldGoCountsAsMissing) {
     options.max_displacement = 0.05;
     SensorDrive drive = placed_drive(options);
     const Vector3d pressed(0, 0, -0.015);
-    drive.update(0.6, at(pressed));
-    EXPECT_EQ(drive.update(0.65, at({0.051, 0, 0})), DriveStatus::holding);
+    drive.update(0.6, moved_by(pressed));
+    EXPECT_EQ(drive.update(0.65, moved_by({0.051, 0, 0})), DriveStatus::holding);
     EXPECT_LT((drive.displacement(node) - pressed).norm(), 1e-15);
     EXPECT_TRUE(drive.is_too_far());
-    EXPECT_EQ(drive.update(1.6, at({0.051, 0, 0})), DriveStatus::releasing);
-    EXPECT_EQ(drive.update(1.61, at(pressed)), DriveStatus::returning);
-    for (int i = 1; i <= 40; ++i) drive.update(1.61 + 0.05 * i, at(pressed));
+    EXPECT_EQ(drive.update(1.6, moved_by({0.051, 0, 0})), DriveStatus::releasing);
+    EXPECT_EQ(drive.update(1.61, moved_by(pressed)), DriveStatus::returning);
+    for (int i = 1; i <= 40; ++i) drive.update(1.61 + 0.05 * i, moved_by(pressed));
     EXPECT_EQ(drive.status(), DriveStatus::following);
     EXPECT_EQ(drive.grip(), 1);
 }
@@ -134,13 +134,13 @@ TEST(SensorDrive, APoseFartherThanTheOrganCouldGoCountsAsMissing) {
 TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
     for (const double away : {0.2, 0.9, 3.0}) {
         SensorDrive drive = placed_drive();
-        drive.update(0.6, at({0, 0, 0.002}));
+        drive.update(0.6, moved_by({0, 0, 0.002}));
         double t = 0.6;
         for (; t < 0.6 + away; t += 0.02) drive.update(t, std::nullopt);
         Vector3d last = drive.displacement(node);
         DriveStatus status = drive.status();
         for (int i = 0; i < 20; ++i, t += 0.02) {
-            status = drive.update(t, at({0, 0, -0.02}));
+            status = drive.update(t, moved_by({0, 0, -0.02}));
             EXPECT_LE((drive.displacement(node) - last).norm(), 0.1 * 0.02 + 1e-12);
             last = drive.displacement(node);
             if (i == 0) {
@@ -154,10 +154,10 @@ TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
 
 TEST(SensorDrive, TimesThatStandStillOrGoBackDoNoHarm) {
     SensorDrive drive = placed_drive();
-    drive.update(0.6, at({0, 0, -0.01}));
+    drive.update(0.6, moved_by({0, 0, -0.01}));
     drive.update(0.2, std::nullopt);
     EXPECT_EQ(drive.status(), DriveStatus::holding);
-    drive.update(0.6, at({0, 0, -0.01}));
+    drive.update(0.6, moved_by({0, 0, -0.01}));
     EXPECT_LT((drive.displacement(node) - Vector3d(0, 0, -0.01)).norm(), 1e-15);
     drive.reset();
     EXPECT_EQ(drive.status(), DriveStatus::placing);

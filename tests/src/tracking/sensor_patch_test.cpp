@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-TrackedPose at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
+TrackedPose seen_at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
     return {Eigen::Matrix3d::Identity(), place, status};
 }
 
@@ -20,31 +20,31 @@ TrackedPose at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
 struct Followed {
     SensorPatch patch{{.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
     double time_s = 0;
-    SensorTrouble follow(const TrackedPose& sensor, const OutlierGate::Result& reference = {at({0, 0, 0})}) {
+    SensorTrouble follow(const TrackedPose& sensor, const OutlierGate::Result& reference = {seen_at({0, 0, 0})}) {
         patch.follow(time_s += 0.02, sensor, reference, {});
         return patch.trouble();
     }
     Followed() {
-        for (int i = 0; i < 10; ++i) follow(at({0.1, 0, 0}));
+        for (int i = 0; i < 10; ++i) follow(seen_at({0.1, 0, 0}));
     }
 };
 
 TEST(SensorPatch, SaysWhyItDoesNotFollow) {
     Followed f;
-    EXPECT_EQ(f.follow(at({0.1, 0, 0})), SensorTrouble::none);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
     for (const auto& [status, trouble] : std::initializer_list<std::pair<PoseStatus, SensorTrouble>>{
              {PoseStatus::missing, SensorTrouble::lost},
              {PoseStatus::invalid, SensorTrouble::invalid},
              {PoseStatus::out_of_volume, SensorTrouble::out_of_volume},
              {PoseStatus::stale, SensorTrouble::stale},
              {PoseStatus::broken, SensorTrouble::broken}})
-        EXPECT_EQ(f.follow(at({0.1, 0, 0}, status)), trouble);
-    EXPECT_EQ(f.follow(at({std::nan(""), 0, 0})), SensorTrouble::broken);
-    EXPECT_EQ(f.follow(at({0.1, 0, 0}), {at({0, 0, 0}), GateVerdict::held}), SensorTrouble::no_reference);
-    EXPECT_EQ(f.follow(at({0.1, 0, 0})), SensorTrouble::none);
-    EXPECT_EQ(f.follow(at({0.9, 0, 0})), SensorTrouble::jumped);
+        EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}, status)), trouble);
+    EXPECT_EQ(f.follow(seen_at({std::nan(""), 0, 0})), SensorTrouble::broken);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}), {seen_at({0, 0, 0}), GateVerdict::held}), SensorTrouble::no_reference);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
+    EXPECT_EQ(f.follow(seen_at({0.9, 0, 0})), SensorTrouble::jumped);
     SensorTrouble last = SensorTrouble::none;
-    for (int i = 0; i < 10; ++i) last = f.follow(at({0.9, 0, 0}));
+    for (int i = 0; i < 10; ++i) last = f.follow(seen_at({0.9, 0, 0}));
     EXPECT_EQ(last, SensorTrouble::too_far) << "believed, and farther than the organ could be moved";
 }
 
@@ -59,7 +59,7 @@ TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
     EXPECT_NEAR(f.patch.place(block, surface, lifted, 0.02), 0.03, 1e-12);
     EXPECT_FALSE(f.patch.is_to_be_placed());
     EXPECT_TRUE(f.patch.nodes().empty());
-    for (int i = 0; i < 10; ++i) f.follow(at(nearest));
+    for (int i = 0; i < 10; ++i) f.follow(seen_at(nearest));
     ASSERT_TRUE(f.patch.is_to_be_placed());
     EXPECT_NEAR(f.patch.place(block, surface, rest, 0.02), 0, 1e-12);
     EXPECT_FALSE(f.patch.nodes().empty());

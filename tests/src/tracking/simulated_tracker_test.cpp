@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "geometry/pivot.hpp"
+#include "support/points.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double degree = std::numbers::pi / 180;
 
 SimulatedTrackerOptions noiseless() {
     SimulatedTrackerOptions options;
@@ -24,7 +23,7 @@ SimulatedTrackerOptions noiseless() {
 double angle_of(const Eigen::Matrix3d& rotation) { return Eigen::AngleAxisd(rotation).angle(); }
 
 TEST(SimulatedTracker, NoiseHasTheStatedSize) {
-    TrackerNoise noise(1.4e-3, 0.5 * degree, 7);
+    TrackerNoise noise(1.4e-3, 0.5 * test::degree, 7);
     double position = 0, angle = 0;
     Vector3d mean = Vector3d::Zero();
     constexpr int count = 20000;
@@ -36,7 +35,7 @@ TEST(SimulatedTracker, NoiseHasTheStatedSize) {
         ASSERT_LT((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
     }
     EXPECT_NEAR(std::sqrt(position), 1.4e-3, 0.02 * 1.4e-3);
-    EXPECT_NEAR(std::sqrt(angle), 0.5 * degree, 0.02 * 0.5 * degree);
+    EXPECT_NEAR(std::sqrt(angle), 0.5 * test::degree, 0.02 * 0.5 * test::degree);
     EXPECT_LT(mean.norm(), 4 * 1.4e-3 / std::sqrt(count));
 }
 
@@ -90,7 +89,7 @@ TEST(SimulatedTracker, OrganMovesFarBeforeItIsPressed) {
     for (double t = 0; t < press_duration_s(options); t += 0.02) {
         const auto now = true_tracker_from_image(options, t);
         way = std::max(way, (now.translation - start.translation).norm());
-        turn = std::max(turn, angle_of(now.rotation * start.rotation.transpose()) / degree);
+        turn = std::max(turn, angle_of(now.rotation * start.rotation.transpose()) / test::degree);
         if (t < options.rest_s) rest_way = way, rest_turn = turn;
         const auto next = true_tracker_from_image(options, t + 0.02);
         EXPECT_LT((next.translation - now.translation).norm(), 0.3 * 0.02) << "too fast at " << t << " s";
