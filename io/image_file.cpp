@@ -110,6 +110,17 @@ std::optional<std::string> content_digest(const fs::path& path) {
     return of_file;
 }
 
+std::optional<fs::path> named_voxel_file(const fs::path& path) {
+#ifdef LIVETET_IMAGES
+    if (is_image_name(path) && !is_nifti(path)) try {
+            const std::optional<fs::path> voxels = itk_voxel_file(path);
+            if (voxels && *voxels != path) return voxels;
+        } catch (const Error&) {  // its reader says what is wrong with it
+        }
+#endif
+    return {};
+}
+
 Volume read_volume(const fs::path& path) {
 #ifdef LIVETET_IMAGES
     if (!is_nifti(path)) return read_itk_volume(path);

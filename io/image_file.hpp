@@ -23,6 +23,10 @@ bool is_image_name(const std::filesystem::path& path);
 /// None where they lie in several. Throws Error as a reader of the header would.
 std::optional<std::string> content_digest(const std::filesystem::path& path);
 
+/// The file that an image's header names for its voxels; none where they lie in itself or in several, and where the header
+/// is none that its reader would take.
+std::optional<std::filesystem::path> named_voxel_file(const std::filesystem::path& path);
+
 /// Reads an image; millimetres (or the unit that the file states) become metres, its world RAS.
 ///   NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling: the affine is the sform,
 ///     else the qform, else the spacing alone.

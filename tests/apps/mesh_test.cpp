@@ -202,6 +202,10 @@ TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
     EXPECT_GT(fixed[1], fixed[0]);
     const auto kept = livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5");
     EXPECT_NE(kept.out.find("unchanged"), std::string::npos) << "the same voxels: " << kept.out;
+
+    const std::string voxels = text_of(folder / "mask.raw");
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5 --json mask.raw"), {"--json", "mask.raw", "is read"});
+    EXPECT_EQ(text_of(folder / "mask.raw"), voxels);
 }
 
 TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {
