@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
+#include "solvers/petsc_session.hpp"
 
 namespace livetet {
 
@@ -83,6 +84,7 @@ StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress
         row.failure = e.what();
     } catch (const PetscFailure& e) {
         if (ranks > 1) throw;  // the others wait for this one
+        if (PetscSession::any_options() && e.may_be_an_option()) throw;  // no solve of the study would do
         row.failure = e.what();
     }
     if (row.outputs.empty()) row.converged = false;

@@ -30,10 +30,11 @@ class PetscFailure : public std::runtime_error {
 };
 
 [[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call, const char* file, int line) {
-    const char* text = nullptr;
-    PetscErrorMessage(code, &text, nullptr);
-    throw PetscFailure(code, fmt::format("PETSc: {} failed with code {} ({}) at {}:{}", call, static_cast<int>(code),
-                                   text ? text : "no text", file, line));
+    const char* kind = nullptr;
+    char* words = nullptr;  // of the place in PETSc that found the fault; of an earlier one where this has none
+    PetscErrorMessage(code, &kind, &words);
+    throw PetscFailure(code, fmt::format("PETSc: {}{}{} ({} failed with code {} at {}:{})", kind ? kind : "", kind && words && *words ? ": " : "",
+                                         words ? words : "", call, static_cast<int>(code), file, line));
 }
 
 /// Calls PETSc and throws PetscFailure where it returns an error.

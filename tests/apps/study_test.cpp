@@ -346,6 +346,14 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     EXPECT_TRUE(text_of(folder / "study.h5") == bytes);
 }
 
+TEST(Study, APetscOptionThatNoSolveCouldTakeIsRefusedAndTheCorrectedOneIsNot) {
+    const Folder folder;
+    prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3]}]\n");
+    expect_refused(livetet(folder, "study study.yaml -ksp_rtol banana"), {"PETSc", "banana"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
+    EXPECT_EQ(livetet(folder, "study study.yaml -ksp_rtol 1e-4").status, 0);
+}
+
 TEST(Study, MoreRanksThanCanBeUsedAndMeshesOfAnotherVersionAreRefused) {
     const Folder folder;
     prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"materials[0].poisson\", values: [0.3]}]\n");

@@ -97,7 +97,7 @@ TEST(AccuracyTables, AVerdictNamesEachLostCellWhereThePressIsLargerThanTheNoise)
     EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).mean, 4);
     EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).sd, std::sqrt(2.0));
     const AccuracyTable table{{1.4, 0.5}, {1, 5, 10}, {0.4, 2, 4}, {series}};
-    const Verdict verdict = judge({table});
+    const AccuracyVerdict verdict = judge({table});
     EXPECT_EQ(verdict.cells, 2);
     ASSERT_EQ(verdict.lost.size(), 1u);
     EXPECT_NE(verdict.lost.front().find("5 mm"), std::string::npos) << verdict.lost.front();

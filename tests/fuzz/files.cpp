@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "apps/checkpoint.hpp"
 #include "apps/recorder.hpp"
@@ -48,11 +46,6 @@ const fs::path& folder() {
         ~Folder() { fs::remove_all(path); }
     } own;
     return own.path;
-}
-
-Bytes bytes_of(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 Bytes bytes_of_text(std::string_view text) { return {text.begin(), text.end()}; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -17,6 +18,8 @@ struct Target {
     std::function<void(ByteView)> run;
     std::function<std::vector<Bytes>()> seeds;  ///< good inputs, to be changed
 };
+
+Bytes bytes_of(const std::filesystem::path& path);
 
 /// Those of one program; defined beside them.
 std::vector<Target> targets();

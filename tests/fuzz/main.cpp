@@ -23,6 +23,12 @@
 #endif
 
 namespace livetet::fuzz {
+
+Bytes bytes_of(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
 namespace {
 
 constexpr unsigned longest_s = 30;
@@ -80,11 +86,6 @@ bool refused(const Target& target, ByteView input) {
     }
     ::alarm(0);
     return is_error;
-}
-
-Bytes bytes_of(const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 void run(const Target& target, const Arguments& arguments) {

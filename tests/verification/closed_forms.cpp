@@ -11,7 +11,7 @@
 namespace livetet::verification {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A rod's state at the distance s from its tip: angle, its slope, and the way from the tip along x and w.
 using RodState = Eigen::Vector4d;

@@ -13,7 +13,7 @@
 namespace livetet::verification {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 using Field = std::function<FieldPoint(const Vector3&)>;
 
 /// (i, j): the derivative of f_i along x_j, by central differences.
