@@ -112,11 +112,11 @@ std::optional<std::string> content_digest(const fs::path& path) {
 
 std::optional<fs::path> named_voxel_file(const fs::path& path) {
 #ifdef LIVETET_IMAGES
-    if (is_image_name(path) && !is_nifti(path)) try {
-            const std::optional<fs::path> voxels = itk_voxel_file(path);
-            if (voxels && *voxels != path) return voxels;
-        } catch (const Error&) {  // its reader says what is wrong with it
-        }
+    try {
+        const std::optional<fs::path> voxels = is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
+        if (voxels && *voxels != path) return voxels;
+    } catch (const Error&) {  // its reader says what is wrong with it
+    }
 #endif
     return {};
 }

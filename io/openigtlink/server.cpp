@@ -14,15 +14,6 @@
 
 namespace livetet {
 
-namespace {
-
-using asio::ip::tcp;
-using Failure = std::error_code;
-
-constexpr std::size_t most_messages_waiting = 64;     ///< messages of different types and devices for one client
-constexpr int most_publications = 16;        ///< handed over and not yet taken by the server's thread
-constexpr int socket_buffer_size = 1 << 18;  // what the system keeps for a slow client is old when it comes
-
 /// A message, encoded once for each version that some client speaks.
 class Outgoing {
   public:
@@ -46,6 +37,15 @@ class Outgoing {
     std::array<igtl::Bytes, 2> encoded_;
 };
 using OutgoingPointer = std::shared_ptr<Outgoing>;
+
+namespace {
+
+using asio::ip::tcp;
+using Failure = std::error_code;
+
+constexpr std::size_t most_messages_waiting = 64;  ///< messages of different types and devices for one client
+constexpr int most_publications = 16;              ///< handed over and not yet taken by the server's thread
+constexpr int socket_buffer_size = 1 << 18;        // what the system keeps for a slow client is old when it comes
 
 tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& options) {
     Failure failure;

@@ -1,11 +1,13 @@
 // fuzz_... [TARGET ...] [--seconds N] [--seed S] [--inputs FOLDER] [--replay FILE]
 // Feeds changed inputs to each target (all of the program's, where none is named) for N seconds each, the same ones for
 // the same seed; the files of FOLDER join the good inputs. Whatever ends a reader other than by a livetet::Error, runs
-// for more than 30 s, or takes too much memory ends the program with status 1 and leaves the input as fuzz_TARGET.bin.
+// for more than 30 s of processor time or 3 minutes of any, or takes too much memory ends the program with status 1 and
+// leaves the input as fuzz_TARGET.bin.
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,7 +33,8 @@ Bytes bytes_of(const std::filesystem::path& path) {
 
 namespace {
 
-constexpr unsigned longest_s = 30;
+constexpr unsigned longest_s = 180;  // a busy machine may leave a reader little of it
+constexpr ::itimerval longest_of_processor{{}, {30, 0}}, no_limit{};
 
 struct Arguments {
     std::vector<std::string> names;
@@ -53,7 +56,7 @@ void leave_input(const char* what) {
 }
 
 extern "C" void on_signal(int signal) {
-    leave_input(signal == SIGALRM ? "runs for more than 30 s" : ::strsignal(signal));
+    leave_input(signal == SIGALRM ? "runs for more than 3 minutes" : signal == SIGPROF ? "takes more than 30 s of processor time" : ::strsignal(signal));
     ::_exit(1);
 }
 
@@ -68,13 +71,14 @@ void watch_for_faults(const std::string& target) {
 #else
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) ::signal(signal, on_signal);
 #endif
-    for (const int signal : {SIGABRT, SIGALRM}) ::signal(signal, on_signal);
+    for (const int signal : {SIGABRT, SIGALRM, SIGPROF}) ::signal(signal, on_signal);
 }
 
 /// Whether the reader refused the input; throws what is no Error.
 bool refused(const Target& target, ByteView input) {
     under_way = input;
     ::alarm(longest_s);
+    ::setitimer(ITIMER_PROF, &longest_of_processor, nullptr);
     bool is_error = false;
     try {
         target.run(input);
@@ -85,6 +89,7 @@ bool refused(const Target& target, ByteView input) {
         throw;
     }
     ::alarm(0);
+    ::setitimer(ITIMER_PROF, &no_limit, nullptr);
     return is_error;
 }
 
