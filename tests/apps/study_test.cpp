@@ -204,7 +204,7 @@ TEST(Study, ASensorsNoiseVariesByItsSeed) {
 TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
     const Folder folder;
     prepare_study(folder, "scene: scene.yaml\nvary: [{key: \"drive[0].displacement_mm[2]\", values: [-4, -110]}]\n");
-    std::string scene = press;
+    std::string scene = studied_press;
     scene.replace(scene.find("[1, 0, 0, 1, 0, 0]"), 18, "[0, 0, 1, 0, 0, 1]");  // held below
     write_text(folder / "scene.yaml", scene);
     const auto outcome = livetet(folder, "study study.yaml");
@@ -338,7 +338,7 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     write_text(folder / "study.yaml", other);
     expect_refused(livetet(folder, "study study.yaml"), {"study.yaml", "changed", "-8", "-9"});
     write_text(folder / "study.yaml", grid);
-    write_text(folder / "scene.yaml", press + "gravity_m_per_s2: [0, 0, -1]\n");
+    write_text(folder / "scene.yaml", studied_press + "gravity_m_per_s2: [0, 0, -1]\n");
     expect_refused(livetet(folder, "study study.yaml"), {"changed", "gravity"});
     write_text(folder / "scene.yaml", studied_press);
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
