@@ -96,14 +96,18 @@ void StudyStore::open() {
     if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
     lock_ = Lock(folder_ / "lock");
     const fs::path fingerprint = folder_ / fingerprint_file;
-    if (fs::exists(fingerprint)) {
-        if (const std::string was = read_text_file(fingerprint); was != fingerprint_) refuse_other(study_, folder_, was, fingerprint_);
-    } else {
-        if (count_done() > 0) fail("{}: holds solves, but not the {} that says of what; remove it, or name another output", folder_.string(), fingerprint_file);
-        write_text_file(fingerprint, fingerprint_);
+    const std::string was = fs::exists(fingerprint) ? read_text_file(fingerprint) : "";
+    const bool is_other = was != fingerprint_;
+    if (is_other && count_done() > 0) {
+        if (was.empty()) fail("{}: holds solves, but not the {} that says of what; remove it, or name another output", folder_.string(), fingerprint_file);
+        refuse_other(study_, folder_, was, fingerprint_);
     }
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
-        if (entry.path().extension() == ".claim" || entry.path().filename().string().starts_with(".")) fs::remove(entry.path());
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
+        const fs::path& path = entry.path();
+        const bool is_of_the_other = is_other && path.extension() == ".failed";
+        if (path.extension() == ".claim" || is_of_the_other || path.filename().string().starts_with(".")) fs::remove(path);
+    }
+    if (is_other) write_text_file(fingerprint, fingerprint_);
     const std::vector<bool> there = done();
     std::vector<fs::path> kept;
     for (std::size_t k = 0; k < there.size(); ++k)

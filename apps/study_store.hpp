@@ -21,7 +21,8 @@ class StudyStore {
     /// Whether the output is there and whole, of this very study. Throws Error where it holds something else.
     bool is_complete() const;
     /// The first rank, before the others begin: makes the folder, or takes up the one that an earlier run left. Throws
-    /// Error where that run's study was another, or still runs. Its claims are gone; rows that cannot be read, too.
+    /// Error where that run's study was another of which solves are kept, or still runs. Its claims are gone; rows that
+    /// cannot be read, too.
     void open();
 
     /// Which rows are there.
