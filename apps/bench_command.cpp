@@ -214,6 +214,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     convergence->add_option("--least-nodes", converged->least_nodes, "of the smallest mesh")->capture_default_str()->check(CLI::Range(300., 1e9));
     convergence->add_option("--most-nodes", converged->most_nodes, "of the largest mesh")->capture_default_str()->check(CLI::Range(1e3, 1e9));
     convergence->add_option("--nodes", converged->nodes, "of the mesh on which all but its size is varied")->capture_default_str()->check(CLI::Range(300., 1e9));
+    convergence->add_option("--only", converged->only, "only solves with this in their name, as \"nodes\" or \"nu, multigrid\"");
     convergence->add_option("--folder", converged->folder, "keep meshes, scenes and logs here");
     convergence->add_option("--csv", converged->csv, "write every figure to this file");
     convergence->add_option("--json", converged->json, "the same as JSON");

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "io/text.hpp"
 #include "io/vector_table.hpp"
 
 namespace livetet {
@@ -67,8 +68,8 @@ std::pair<RunPlace, BodyState> CheckpointStore::read() const {
              (folder_ / state_file).string());
     const hdf5::File file = hdf5::File::open(folder_ / state_file);
     hdf5::check_format(file, state_format, checkpoint_version);
-    if (file.read_text("run") != about_)
-        fail("{}: is of another scene or mesh than this, expected the one that it was written by", file.shown());
+    if (const std::string was = file.read_text("run"); was != about_)
+        fail("{}: is of another scene or mesh than this ({}), expected the one that it was written by", file.shown(), first_difference(was, about_));
     BodyState state;
     const RunPlace place = read_about(file, [&](const json& about) {
         state.started = about.at("started");

@@ -4,6 +4,8 @@
 #include <vtkDoubleArray.h>
 #include <vtkTable.h>
 
+#include <algorithm>
+
 namespace livetet {
 
 namespace {
@@ -13,9 +15,10 @@ vtkSmartPointer<vtkTable> table_of(const ChartLine& line) {
     vtkNew<vtkDoubleArray> x, y;
     x->SetName("x");
     y->SetName(line.name.c_str());
-    for (std::size_t i = 0; i < line.x.size(); ++i) {
-        x->InsertNextValue(line.x[i]);
-        y->InsertNextValue(line.y[i]);
+    const std::size_t rows = line.x.size() == 1 ? 2 : line.x.size();  // VTK complains of a line of one point
+    for (std::size_t i = 0; i < rows; ++i) {
+        x->InsertNextValue(line.x[std::min(i, line.x.size() - 1)]);
+        y->InsertNextValue(line.y[std::min(i, line.x.size() - 1)]);
     }
     table->AddColumn(x);
     table->AddColumn(y);

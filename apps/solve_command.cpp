@@ -152,7 +152,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const bool keeps_going = dynamic && (scene.output.checkpoint_every > 0 || arguments.restart);
     if (keeps_going && !scene.output.has_file()) fail("output.file = none: checkpoints go into it in the end, expected a file");
     if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
-    std::string run = to_yaml(scene);
+    Scene of_results = scene;
+    of_results.output.checkpoint_every = 0;  // may be another when the run goes on
+    std::string run = to_yaml(of_results);
     if (keeps_going) {
         std::string stamps;
         on_first_rank(first, [&] { stamps = stamps_of(mesh_files(scene)); });

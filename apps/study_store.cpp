@@ -33,15 +33,6 @@ constexpr const char* fingerprint_file = "study.yaml";
 
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
 
-/// Where two texts part: the line of each.
-std::string first_difference(const std::string& was, const std::string& is) {
-    const auto a = split_lines(was), b = split_lines(is);
-    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i)
-        if (i >= a.size() || i >= b.size() || a[i] != b[i])
-            return fmt::format("was \"{}\", is \"{}\"", i < a.size() ? trim(a[i]) : "", i < b.size() ? trim(b[i]) : "");
-    return "the same";
-}
-
 /// The study, and the files that its solves read, as they are now.
 std::string whole_fingerprint(const Study& study) { return study.fingerprint() + "---\n" + stamps_of(study.files); }
 

@@ -1,5 +1,7 @@
 #include "io/text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -39,6 +41,17 @@ std::vector<std::string_view> split_lines(std::string_view text) {
         text.remove_prefix(std::min(end + 1, text.size()));
     }
     return lines;
+}
+
+std::string first_difference(std::string_view was, std::string_view is) {
+    const auto a = split_lines(was), b = split_lines(is);
+    std::size_t begin = 0, a_end = a.size(), b_end = b.size();
+    while (begin < a_end && begin < b_end && a[begin] == b[begin]) ++begin;
+    while (a_end > begin && b_end > begin && a[a_end - 1] == b[b_end - 1]) --a_end, --b_end;
+    const auto told = [&](const auto& lines, std::size_t end) {
+        return begin < end ? fmt::format("\"{}\"", trim(lines[begin])) : "nothing";
+    };
+    return fmt::format("was {}, is {}", told(a, a_end), told(b, b_end));
 }
 
 std::optional<double> parse_number(std::string_view text) {

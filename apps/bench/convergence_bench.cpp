@@ -60,6 +60,8 @@ struct Setting {
     int smoothing = 0;      ///< 0: the solver's own
 };
 
+std::string name_of(const Setting& s, const SolveMethod& m) { return s.against + ", " + m.name; }
+
 struct Point {
     Setting setting;
     std::string method;
@@ -205,6 +207,10 @@ int bench_convergence(const ConvergenceArguments& a) {
                 (s.against == "levels" ? s.levels : s.smoothing) = static_cast<int>(value);
                 all.emplace_back(s, methods()[m]);
             }
+    std::erase_if(all, [&](const auto& solve) { return name_of(solve.first, solve.second).find(a.only) == std::string::npos; });
+    if (all.empty()) fail("--only {}: no solve has this in its name", a.only);
+    if (!a.figure.empty() && std::none_of(all.begin(), all.end(), [](const auto& solve) { return solve.first.against == "nodes"; }))
+        fail("--only {}: leaves nothing for --figure, which shows what is against nodes", a.only);
     std::vector<Point> points;
     {
         ProgressLine progress("convergence");

@@ -138,6 +138,17 @@ TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     EXPECT_NE(text_of(folder / "c.csv").find("anisotropy,0.03"), std::string::npos);
 }
 
+TEST(Convergence, OnlyWhatIsAskedForIsSolved) {
+    const Folder folder;
+    const auto outcome = livetet(folder, "bench convergence --nodes 400 --only \"levels, multigrid, G\" --csv c.csv");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const std::string text = text_of(folder / "c.csv");
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 3) << text;
+    expect_refused(livetet(folder, "bench convergence --only lewels"), {"--only lewels"});
+    expect_refused(livetet(folder, "bench convergence --only levels --figure c.png"), {"--only levels", "--figure"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "c.png"));
+}
+
 TEST(Tune, WritesTheChoiceAsASceneThatSolvesAndSaysSoWhereNoneIsGoodEnough) {
     const Folder folder;
     prepare_load(folder);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "apps/checkpoint.hpp"
 #include "apps/recorder.hpp"
