@@ -98,7 +98,7 @@ std::optional<std::string> start_server(const std::string& name) {
     static const Descriptor cookie(::memfd_create("livetet display", MFD_CLOEXEC));  // a file would stay behind after Ctrl-C
     write_cookie(cookie.number);
     int ends[2] = {-1, -1};
-    (void)::pipe2(ends, O_CLOEXEC);
+    if (::pipe2(ends, O_CLOEXEC) != 0) fail("none can be started: {}", std::generic_category().message(errno));
     const Descriptor told(ends[0]);
     const pid_t self = ::getpid(), server = ::fork();
     if (server == 0) become_server(self, name, ends[1], cookie.number);

@@ -16,7 +16,9 @@ using namespace testing_meshes;
 MeshHierarchy example() {
     MeshHierarchy h;
     h.levels.push_back(cube());
-    h.levels.push_back({{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}, {{0, 1, 2, 3}}, {}, {}, {}});
+    TetMesh& coarse = h.levels.emplace_back();
+    coarse.nodes = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+    coarse.tets = {{0, 1, 2, 3}};
     BarycentricMap map;
     for (const Vector3& x : h.levels[0].nodes) {
         map.nodes.push_back({0, 1, 2, 3});
