@@ -104,8 +104,8 @@ TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     const auto meshed = livetet(folder, "mesh '" + data + "/surfaces/elephant.off' -o liver.h5 --tets 60000 --space ras");
     ASSERT_EQ(meshed.status, 0) << meshed.err;
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 35);
-    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 20);
-    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"), 15) << "for who counts iterations: it takes half as long again";
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 23);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"), 18) << "for who counts iterations: it takes half as long again";
 }
 
 const std::vector<int> touched_order{1, 2, 3, 4, 5, 6, 7, 8};
