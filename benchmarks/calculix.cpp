@@ -10,9 +10,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "solvers/petsc_session.hpp"
-#include "verification/meshes.hpp"
-#include "verification/problem.hpp"
+#include "solvers/parallel/petsc_session.hpp"
+#include "apps/verification/meshes.hpp"
+#include "apps/verification/problem.hpp"
 
 namespace livetet::verification {
 namespace {

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "mechanics/rotation.hpp"
-#include "solvers/deformable_body.hpp"
-#include "solvers/petsc_session.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 #include "support/p1_kernels.hpp"
 #include "support/shapes.hpp"
 

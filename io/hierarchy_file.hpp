@@ -6,7 +6,7 @@
 
 #include "io/hdf5.hpp"
 #include "mesh/hierarchy.hpp"
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 
 namespace livetet {
 

@@ -10,7 +10,7 @@
 #include "io/itk_volume.hpp"
 #include "io/nifti.hpp"
 #include "io/text.hpp"
-#include "mesh/label_map.hpp"
+#include "image/label_map.hpp"
 
 namespace livetet {
 

@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "io/volume.hpp"
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 
 namespace livetet {
 

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "io/volume.hpp"
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 
 /// A reader of our own, though ITK reads NIfTI too: ITK 5.2 refuses a sheared sform or takes the qform in its stead
 /// without a word, takes a qform of code 1 before a sform of code 2, and a build without images still reads masks.

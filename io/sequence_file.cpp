@@ -12,7 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "io/plus_pose.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 #include "io/text.hpp"
 
 namespace livetet {

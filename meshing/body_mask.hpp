@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {

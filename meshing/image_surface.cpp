@@ -15,7 +15,7 @@
 #include <limits>
 
 #include "base/error.hpp"
-#include "mesh/axis_filter.hpp"
+#include "image/axis_filter.hpp"
 #include "meshing/body_mask.hpp"
 #include "meshing/surface_check.hpp"
 

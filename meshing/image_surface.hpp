@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "meshing/options.hpp"
 #include "meshing/surface_distance.hpp"

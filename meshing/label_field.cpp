@@ -8,7 +8,7 @@
 #include <random>
 
 #include "base/error.hpp"
-#include "mesh/axis_filter.hpp"
+#include "image/axis_filter.hpp"
 #include "meshing/body_mask.hpp"
 
 namespace livetet {

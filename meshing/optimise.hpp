@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "mesh/nearest_triangle.hpp"
+#include "geometry/nearest_triangle.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {

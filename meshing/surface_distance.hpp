@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/nearest_triangle.hpp"
+#include "geometry/nearest_triangle.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {

@@ -11,7 +11,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
-#include "solvers/petsc_session.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
 

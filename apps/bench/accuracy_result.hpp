@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/bench/accuracy_run.hpp"
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 
 namespace livetet {
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/live_model.hpp"
-#include "apps/phantom.hpp"
-#include "apps/phantom_shape.hpp"
+#include "apps/live/tracked_body.hpp"
+#include "apps/phantom/phantom.hpp"
+#include "apps/phantom/phantom_shape.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "geometry/umeyama.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "apps/bench/accuracy_truth.hpp"
-#include "apps/scene_body.hpp"
+#include "apps/scene/body_factory.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "apps/phantom.hpp"
-#include "apps/phantom_shape.hpp"
-#include "apps/phantom_truth.hpp"
+#include "apps/phantom/phantom.hpp"
+#include "apps/phantom/phantom_shape.hpp"
+#include "apps/phantom/phantom_truth.hpp"
 #include "geometry/umeyama.hpp"
 #include "mesh/quadratic.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "apps/phantom_images.hpp"
-#include "apps/truth_file.hpp"
+#include "apps/phantom/phantom_images.hpp"
+#include "apps/phantom/truth_file.hpp"
 #include "base/progress.hpp"
 #include "tracking/sensor_drive.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "meshing/gmsh_volume.hpp"
-#include "verification/meshes.hpp"
+#include "apps/verification/meshes.hpp"
 
 namespace livetet {
 

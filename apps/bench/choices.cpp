@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "apps/scene_body.hpp"
+#include "apps/scene/body_factory.hpp"
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
 

@@ -8,14 +8,14 @@
 
 #include "apps/bench/beam_mesh.hpp"
 #include "apps/bench/solve_run.hpp"
-#include "apps/work_folder.hpp"
+#include "base/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
 #include "io/hierarchy_file.hpp"
 #include "meshing/refine.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 #endif
 
 namespace livetet {

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "apps/allocation_count.hpp"
+#include "apps/bench/allocation_count.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/stopwatch.hpp"
 

@@ -9,7 +9,7 @@
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "solvers/petsc_session.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "apps/phantom_images.hpp"
-#include "apps/pictures.hpp"
+#include "apps/phantom/phantom_images.hpp"
+#include "apps/plots/pictures.hpp"
 #include "apps/bench/realtime_bench.hpp"
 #include "apps/bench/realtime_result.hpp"
-#include "apps/scene.hpp"
+#include "apps/scene/scene.hpp"
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"
 

@@ -2,10 +2,10 @@
 
 #include <numbers>
 
-#include "apps/allocation_count.hpp"
-#include "apps/live_model.hpp"
-#include "apps/phantom.hpp"
-#include "apps/phantom_shape.hpp"
+#include "apps/bench/allocation_count.hpp"
+#include "apps/live/tracked_body.hpp"
+#include "apps/phantom/phantom.hpp"
+#include "apps/phantom/phantom_shape.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/node_selection.hpp"

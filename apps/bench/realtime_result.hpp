@@ -6,7 +6,7 @@
 
 #include "base/distribution.hpp"
 #include "mesh/tet_mesh.hpp"
-#include "solvers/deformable_body.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
 
 namespace livetet {
 

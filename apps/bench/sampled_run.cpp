@@ -10,7 +10,7 @@
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
 #include "mesh/quadratic.hpp"
-#include "solvers/transfer.hpp"
+#include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 

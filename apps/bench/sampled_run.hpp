@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/bench/solve_run.hpp"
-#include "apps/scene.hpp"
+#include "apps/scene/scene.hpp"
 #include "io/points_csv.hpp"
 #include "mesh/tet_mesh.hpp"
 

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/solve_run.hpp"
-#include "apps/scene_body.hpp"
-#include "apps/work_folder.hpp"
+#include "apps/scene/body_factory.hpp"
+#include "base/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

@@ -12,13 +12,13 @@
 #include "apps/bench/memory_bandwidth.hpp"
 #include "apps/bench/scaling_model.hpp"
 #include "apps/bench/solve_run.hpp"
-#include "apps/work_folder.hpp"
+#include "base/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
 #include "io/hierarchy_file.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 #endif
 
 namespace livetet {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "solvers/partition.hpp"
+#include "solvers/parallel/partition.hpp"
 
 namespace livetet {
 

@@ -5,7 +5,7 @@
 
 #include "apps/bench/solve_run.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 #endif
 
 namespace livetet {

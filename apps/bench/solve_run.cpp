@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/run_program.hpp"
+#include "base/run_program.hpp"
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

@@ -11,9 +11,9 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
-#include "solvers/petsc_session.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 #endif
 
 namespace livetet {

@@ -11,7 +11,7 @@
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "meshing/quality.hpp"
-#include "verification/meshes.hpp"
+#include "apps/verification/meshes.hpp"
 
 namespace livetet {
 

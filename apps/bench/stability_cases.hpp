@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/scene.hpp"
+#include "apps/scene/scene.hpp"
 #include "mesh/hierarchy.hpp"
 
 namespace livetet {

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "apps/scene_run.hpp"
+#include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "mechanics/rigid_motions.hpp"

@@ -20,13 +20,13 @@
 #include <thread>
 
 #include "apps/bench/realtime_cases.hpp"
-#include "apps/phantom_shape.hpp"
-#include "apps/work_folder.hpp"
+#include "apps/phantom/phantom_shape.hpp"
+#include "base/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"
 #include "io/image_file.hpp"
-#include "mesh/image_warp.hpp"
+#include "image/image_warp.hpp"
 
 namespace livetet {
 

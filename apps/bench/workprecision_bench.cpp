@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "apps/scene_body.hpp"
+#include "apps/scene/body_factory.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/workprecision_bench.hpp"
-#include "apps/work_folder.hpp"
+#include "base/work_folder.hpp"
 #include "base/file.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/pictures.hpp"
+#include "apps/plots/pictures.hpp"
 #endif
 
 namespace livetet {

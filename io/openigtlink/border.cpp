@@ -1,7 +1,7 @@
 #include "io/openigtlink/border.hpp"
 
 #include "io/openigtlink/codec.hpp"
-#include "io/plus_pose.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 
 namespace livetet::igtl {
 

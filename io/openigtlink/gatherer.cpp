@@ -5,7 +5,7 @@
 
 #include "io/openigtlink/border.hpp"
 #include "io/openigtlink/codec.hpp"
-#include "io/plus_pose.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 
 namespace livetet {
 

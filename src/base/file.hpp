@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/leftovers.hpp"
+#include "base/temporary_files.hpp"
 
 namespace livetet {
 

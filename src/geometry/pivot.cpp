@@ -1,5 +1,7 @@
 #include "geometry/pivot.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>

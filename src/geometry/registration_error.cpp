@@ -1,5 +1,7 @@
 #include "geometry/registration_error.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,10 +1,12 @@
 #include "geometry/surface_fit.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "mesh/nearest_triangle.hpp"
+#include "geometry/nearest_triangle.hpp"
 
 namespace livetet {
 

@@ -1,5 +1,7 @@
 #include "geometry/umeyama.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 

@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/thread_team.hpp"
-#include "mesh/nearest_triangle.hpp"
+#include "geometry/nearest_triangle.hpp"
 
 namespace livetet {
 

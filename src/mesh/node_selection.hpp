@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {

@@ -6,7 +6,7 @@
 #include <queue>
 #include <unordered_map>
 
-#include "mesh/nearest_triangle.hpp"
+#include "geometry/nearest_triangle.hpp"
 
 namespace livetet {
 

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/phantom_images.hpp"
-#include "apps/phantom_shape.hpp"
+#include "apps/phantom/phantom_images.hpp"
+#include "apps/phantom/phantom_shape.hpp"
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
-#include "mesh/image_markers.hpp"
+#include "image/image_markers.hpp"
 #include "support/program.hpp"
 
 namespace livetet {

@@ -1,5 +1,5 @@
 #ifdef LIVETET_IMAGES
-#include "apps/phantom.hpp"
+#include "apps/phantom/phantom.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,15 +9,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/phantom_shape.hpp"
-#include "apps/phantom_truth.hpp"
-#include "apps/scene.hpp"
+#include "apps/phantom/phantom_shape.hpp"
+#include "apps/phantom/phantom_truth.hpp"
+#include "apps/scene/scene.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "geometry/pivot.hpp"
 #include "io/image_file.hpp"
 #include "io/sequence_file.hpp"
-#include "solvers/petsc_session.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {

@@ -1,4 +1,4 @@
-#include "apps/recorder.hpp"
+#include "apps/live/recorder.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/report.hpp"
+#include "apps/report/report.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"

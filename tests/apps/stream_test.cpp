@@ -2,7 +2,7 @@
 
 #include <future>
 
-#include "apps/listening.hpp"
+#include "apps/live/tracker_recorder.hpp"
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"

@@ -1,4 +1,4 @@
-#include "apps/study.hpp"
+#include "apps/study/study.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,8 +9,8 @@
 #include <random>
 #include <sstream>
 
-#include "apps/scene_files.hpp"
-#include "apps/study_store.hpp"
+#include "apps/scene/scene_files.hpp"
+#include "apps/study/study_store.hpp"
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
 #include "support/program.hpp"

@@ -4,7 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "apps/bench/pareto.hpp"
+#include "apps/plots/pareto.hpp"
 #include "apps/bench/sampled_run.hpp"
 #include "io/hierarchy_file.hpp"
 #include "support/program.hpp"

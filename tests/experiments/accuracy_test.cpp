@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "apps/bench/accuracy_result.hpp"
-#include "apps/phantom_shape.hpp"
-#include "apps/phantom_truth.hpp"
-#include "solvers/petsc_session.hpp"
+#include "apps/phantom/phantom_shape.hpp"
+#include "apps/phantom/phantom_truth.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
 namespace {

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/checkpoint.hpp"
-#include "apps/recorder.hpp"
-#include "apps/run_result.hpp"
-#include "apps/scene.hpp"
-#include "apps/study.hpp"
-#include "apps/study_store.hpp"
-#include "apps/truth_file.hpp"
-#include "apps/view/script.hpp"
+#include "apps/simulation/checkpoint.hpp"
+#include "apps/live/recorder.hpp"
+#include "apps/live/run_result.hpp"
+#include "apps/scene/scene.hpp"
+#include "apps/study/study.hpp"
+#include "apps/study/study_store.hpp"
+#include "apps/phantom/truth_file.hpp"
+#include "apps/viewer/script.hpp"
 #include "base/file.hpp"
 #include "fuzz/fuzz.hpp"
 #include "io/fiducial_file.hpp"

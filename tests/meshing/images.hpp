@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "mesh/image.hpp"
+#include "image/image.hpp"
 
 /// Label images made in code, for tests.
 namespace livetet::shapes {

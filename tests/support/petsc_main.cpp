@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "solvers/petsc_session.hpp"
+#include "solvers/parallel/petsc_session.hpp"
 
 /// The same tests run on one rank and on several; only rank 0 reports, every rank's failures count.
 int main(int argc, char** argv) {

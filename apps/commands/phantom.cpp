@@ -1,0 +1,78 @@
+#include <fmt/format.h>
+
+#include "apps/commands/commands.hpp"
+#include "apps/phantom/phantom.hpp"
+#include "base/error.hpp"
+#include "solvers/parallel/petsc_session.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr const char* contents = R"(What it makes in DIR:
+  image.nii.gz               grey values as of an MR scanner, with shading and noise
+  labels.nii.gz              1 in the organ
+  fixed_mask.nii.gz          1 over its lower surface, which the scenes hold
+  image_fiducials.mrk.json   five fiducials on the container, balls of 10 mm in the image (3D Slicer's format)
+  pivot.igs.mha              tracker recording: the tool Stylus pivoting (PLUS's format)
+  fiducials.igs.mha          Stylus touching the five fiducials in order; Reference
+  press.igs.mha              Reference, and Sensor pressed in 15 mm three times while all moves and turns
+  scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
+  truth/truth.json           what a report measures errors against; nothing else reads it)";
+
+constexpr const char* next_commands = R"(
+next, in {0}:
+  livetet mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5
+  livetet calibrate pivot pivot.igs.mha --tool Stylus -o tip.json
+  livetet register --tracker fiducials.igs.mha --tip tip.json --reference Reference \
+      --image image_fiducials.mrk.json -o registration.json
+  livetet track scene.yaml
+  livetet report result.h5 --truth truth/truth.json -o report
+)";
+
+struct PhantomArguments {
+    std::filesystem::path output;
+    PhantomOptions options;
+};
+
+void run(const PhantomArguments& arguments) {
+    check_options(arguments.options);
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1) fail("phantom runs on one rank, found {}: start it without mpirun", session.ranks());
+    std::vector<std::filesystem::path> names;
+    {
+        ProgressLine progress("phantom");
+        names = write_phantom(arguments.output, arguments.options, progress.callback());
+    }
+    for (const auto& name : names) fmt::print("written      {}\n", (arguments.output / name).string());
+    fmt::print(next_commands, arguments.output.string());
+}
+
+}  // namespace
+
+void add_phantom_command(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "phantom", "Makes a synthetic liver phantom: image, labels, fiducials, tracker recordings, truth");
+    command->footer(contents);
+    auto a = std::make_shared<PhantomArguments>();
+    PhantomOptions& o = a->options;
+    command->add_option("-o,--output", a->output, "folder to write to; made if missing, its other files are left alone")
+        ->required()
+        ->type_name("DIR");
+    command->add_option("--seed", o.seed, "of all noise: the same seed gives the same images and recordings")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--spacing-mm", o.spacing_mm, "edge of the image's voxels")->capture_default_str();
+    command->add_option("--position-noise-mm", o.position_noise_mm, "RMS length of a tracked position's error")
+        ->capture_default_str();
+    command->add_option("--rotation-noise-deg", o.rotation_noise_deg, "RMS angle of a tracked rotation's error")
+        ->capture_default_str();
+    command->add_option("--rate-Hz", o.rate_Hz, "tracker samples in a second")->capture_default_str();
+    command
+        ->add_option("--truth-tets", o.truth_tets,
+                     "about how many tetrahedra the truth is solved on; should be finer than the mesh it judges")
+        ->capture_default_str();
+    command->callback([a] { run(*a); });
+}
+
+}  // namespace livetet

@@ -1,0 +1,98 @@
+#include "apps/live/frame_loop.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "base/interruptible.hpp"
+#include "base/error.hpp"
+#include "base/stopwatch.hpp"
+#include "config/yaml.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCounts& counts) {
+    try {
+        Scene next = with_changes(scene, change.scene);
+        model.change(std::move(change));
+        scene = std::move(next);
+        counts.events.push_back({counts.frames, to_yaml(scene)});
+        Announcer::note("the scene's changes are taken up");
+    } catch (const Error& error) {
+        Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));
+    }
+}
+
+/// Numbers and times of the samples that are taken, one after the other.
+class SampleCount {
+  public:
+    explicit SampleCount(SampleClock clock) : clock_(clock) {}
+
+    void take(const StreamSample& sample, FrameCounts& counts) {
+        const double now_s = clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        if (first_s_) {
+            const std::uint64_t steps = sample.number - number_;
+            counts.missed += steps - 1;
+            counts.samples += steps;
+            if (came && came_) {
+                counts.steps += steps;
+                counts.steps_s += now_s - now_s_;
+            }
+        } else {
+            first_s_ = now_s;
+            counts.samples = 1;
+        }
+        counts.came += came;
+        number_ = sample.number;
+        now_s_ = now_s;
+        came_ = came;
+    }
+    double seconds() const { return now_s_ - first_s_.value_or(now_s_); }
+
+  private:
+    SampleClock clock_;
+    std::optional<double> first_s_;
+    double now_s_ = 0;
+    std::uint64_t number_ = 0;
+    bool came_ = false;
+};
+
+}  // namespace
+
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder, Announcer& announcer,
+                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts) {
+    (void)source.take();  // what came before anyone kept it
+    SampleCount count(plan.clock);
+    while (!stop_asked) {
+        const StreamSample* sample = source.next();
+        if (!sample) break;
+        const auto start = Clock::now();
+        if (SceneChange* change = watch ? watch->take() : nullptr) take_changes(*change, scene, model, counts);
+        FrameLimits limits;
+        if (plan.budget_s)
+            limits.deadline =
+                start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
+        if (plan.guest) model.pull(plan.guest->pull());
+        const Frame& frame = model.advance(sample->sample, limits);
+        const double seconds = seconds_since(start);
+        count.take(*sample, counts);
+        if (recorder && counts.frames % scene.output.every == 0) {
+            bool kept = recorder->keep(frame, *sample, seconds);
+            while (!kept && plan.every_sample && !recorder->failed()) {  // nothing is real time: wait for the disk
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                kept = recorder->keep(frame, *sample, seconds);
+            }
+        }
+        counts.not_converged += !frame.step.converged;
+        ++counts.frames;
+        if (plan.guest) plan.guest->tell(frame, model, *sample);
+        announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
+        if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
+    }
+}
+
+}  // namespace livetet

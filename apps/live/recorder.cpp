@@ -1,0 +1,214 @@
+#include "apps/live/recorder.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "apps/live/frame_publisher.hpp"
+#include "base/error.hpp"
+#include "geometry/matrix_rows.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
+
+/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x 4 matrix by rows.
+constexpr std::size_t arrival_columns = 17;
+constexpr const char* arrival_table = "arrivals";
+
+/// A frame's HandPull: number (0: none), base, to.
+constexpr const char* pull_values = "pull";
+
+/// A number of a file that stands for a whole one up to `most`.
+std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
+    if (!(x >= 0 && x <= most && x == std::floor(x)))
+        fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, most);
+    return static_cast<std::uint64_t>(x);
+}
+
+constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
+
+std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k, const std::string& source) {
+    const std::vector<double> v = reader.values(pull_values, k, 7);
+    const auto number = whole_number(v[0], 1e9, "pull", source);
+    if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+        fail("{}: the pull of frame {} is not finite", source, k);
+    if (number == 0) return {};
+    return HandPull{static_cast<int>(number), {v[1], v[2], v[3]}, {v[4], v[5], v[6]}};
+}
+
+}  // namespace
+
+std::uint32_t checksum(std::span<const Vector3> displacement) {
+    return static_cast<std::uint32_t>(
+        ::crc32_z(0, reinterpret_cast<const Bytef*>(displacement.data()), displacement.size_bytes()));
+}
+
+ArrivalLog::ArrivalLog() : ring_(arrivals_waiting) {}
+
+void ArrivalLog::keep(const StreamSample& sample) {
+    if (!wanted_.load(std::memory_order_acquire)) return;
+    StreamSample* slot = ring_.free_slot();
+    if (!slot) {
+        ++not_kept_;
+        return;
+    }
+    *slot = sample;
+    ring_.push();
+}
+
+Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s)
+    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals), flush_s_(flush_s) {
+    arrivals_.wanted_.store(true, std::memory_order_release);
+    thread_ = std::thread([this] { run(); });
+}
+
+Recorder::~Recorder() {
+    if (thread_.joinable()) (void)close();
+}
+
+bool Recorder::keep(const Frame& frame, const StreamSample& sample, double seconds) {
+    KeptFrame* slot = failed() ? nullptr : ring_.free_slot();
+    if (!slot) return false;
+    slot->frame = frame;
+    slot->sample = sample.number;
+    slot->arrived_s = sample.arrived_s;
+    slot->done_s = steady_seconds();
+    slot->seconds = seconds;
+    slot->last = false;
+    ring_.push();
+    return true;
+}
+
+std::optional<std::string> Recorder::close() {
+    KeptFrame* slot = nullptr;
+    while (!(slot = ring_.free_slot())) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    slot->last = true;
+    ring_.push();
+    thread_.join();
+    return failure_;
+}
+
+void Recorder::run() {
+    flushed_s_ = steady_seconds();
+    for (;;) {
+        const KeptFrame* kept = ring_.oldest();
+        if (!kept) {
+            ring_.wait();
+            continue;
+        }
+        try {
+            if (!failure_) write_arrivals();
+            if (!failure_ && !kept->last) write(*kept);
+            if (!failure_) flush_in_time();
+        } catch (const std::exception& error) {
+            failure_ = error.what();
+            failed_.store(true, std::memory_order_release);
+            Announcer::note(*failure_ + ": nothing is recorded from here on; tracking goes on");
+        }
+        if (kept->last) return;
+        ring_.pop();
+    }
+}
+
+void Recorder::flush_in_time() {
+    if (steady_seconds() - flushed_s_ < flush_s_) return;
+    writer_.flush();
+    flushed_s_ = steady_seconds();
+}
+
+void Recorder::write_arrivals() {
+    while (const StreamSample* s = arrivals_.ring_.oldest()) {
+        for (std::size_t i = 0; i < s->sample.poses.size(); ++i) {
+            const TrackedPose& pose = s->sample.poses[i];
+            std::vector<double> row{static_cast<double>(s->number), s->sample.time_s, s->arrived_s, static_cast<double>(i),
+                                    static_cast<double>(pose.status)};
+            const auto matrix = matrix_rows(pose.rotation, pose.translation);
+            row.insert(row.end(), matrix.begin(), matrix.end());
+            writer_.append_row(arrival_table, row);
+        }
+        arrivals_.ring_.pop();
+    }
+}
+
+void Recorder::write(const KeptFrame& kept) {
+    const Frame& f = kept.frame;
+    writer_.append(f.time_s, f.displacement);
+    writer_.append_values("tracker_from_image",
+                          matrix_rows(f.tracker_from_image.rotation, f.tracker_from_image.translation));
+    const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
+    value("frame_ms", 1e3 * kept.seconds);
+    value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
+    value("sensor_ms", 1e3 * f.sensor_s);
+    value("forces_ms", 1e3 * f.step.forces_s);
+    value("operator_ms", 1e3 * f.step.operator_s);
+    value("solve_ms", 1e3 * f.step.solve_s);
+    value("finish_ms", 1e3 * f.step.finish_s);
+    value("output_ms", 1e3 * f.output_s);
+    value("iterations", f.step.iterations);
+    value("imbalance", f.step.imbalance);
+    value("residual", f.step.linear_residual);
+    if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
+    value("cut_short", f.step.cut_short && f.step.converged);  // else it failed, budget or not
+    value("press_mm", 1e3 * f.press);
+    value("registration_status", static_cast<double>(f.registration));
+    value("converged", f.step.converged);
+    // How many sensors are placing, following, returning, holding, releasing, released; and what a replay needs.
+    std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
+    for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
+    writer_.append_values("sensors", sensors);
+    value("sample", static_cast<double>(kept.sample));
+    std::vector<double> solves;
+    for (const SolveRecord& s : f.step.solves) {
+        solves.push_back(s.iterations);
+        solves.push_back(s.half_renewed);
+    }
+    writer_.append_values("solves", solves);
+    value("checksum", checksum(f.displacement));
+    const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
+    writer_.append_values(pull_values, {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(), pull.base.z(), pull.to.x(),
+                                         pull.to.y(), pull.to.z()}});
+}
+
+RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {
+    RecordedRun run;
+    const std::vector<double> rows = reader.rows(arrival_table, arrival_columns);
+    for (const double* row = rows.data(); row < rows.data() + rows.size(); row += arrival_columns) {
+        const std::uint64_t number = whole_number(row[0], most_samples, "sample", source);
+        if (run.samples.empty() || run.samples.back().number != number) {
+            if (!run.samples.empty() && number < run.samples.back().number)
+                fail("{}: sample {} comes after sample {}, expected them in order", source, number,
+                     run.samples.back().number);
+            run.samples.push_back({});
+            run.samples.back().number = number;
+            run.samples.back().sample.time_s = row[1];
+            run.samples.back().arrived_s = row[2];
+        }
+        std::vector<TrackedPose>& poses = run.samples.back().sample.poses;
+        const auto status = whole_number(row[4], static_cast<double>(PoseStatus::broken), "status", source);
+        if (row[3] != static_cast<double>(poses.size()))
+            fail("{}: sample {} holds tool {}, expected tool {}", source, number, row[3], poses.size());
+        const auto pose = transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
+        poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
+    }
+    const std::vector<std::string> names = reader.value_names();
+    const bool has_pulls = std::find(names.begin(), names.end(), pull_values) != names.end();
+    for (std::size_t k = 0; k < reader.frame_count(); ++k) {
+        RecordedRun::FrameRecord& frame = run.frames.emplace_back();
+        frame.sample = whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
+        frame.checksum =
+            static_cast<std::uint32_t>(whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
+        if (has_pulls) frame.pull = read_pull(reader, k, source);
+        const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
+        for (int i = 0; i < most_recorded_solves; ++i)
+            frame.solves[i] = {static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
+                               solves[2 * i + 1] != 0};
+    }
+    return run;
+}
+
+}  // namespace livetet

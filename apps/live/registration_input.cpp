@@ -1,0 +1,189 @@
+#include "apps/live/registration_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/live/tracker_recorder.hpp"
+#include "apps/live/tracker_source.hpp"
+#include "base/error.hpp"
+#include "config/yaml.hpp"
+#include "io/fiducial_file.hpp"
+#include "io/hierarchy_file.hpp"
+#include "io/points_csv.hpp"
+#include "io/text.hpp"
+#include "io/tip_file.hpp"
+#include "tracking/dwell.hpp"
+
+namespace livetet {
+
+namespace {
+
+bool is_list(const std::filesystem::path& path) {
+    const std::string end = ending(path);
+    return end == ".json" || end == ".fcsv" || end == ".csv";
+}
+
+std::vector<NamedPoint> read_list(const std::filesystem::path& path) {
+    return ending(path) == ".csv" ? read_points_csv(path) : read_fiducials(path);
+}
+
+/// "80:150,175:245": windows of frames, half-open.
+std::vector<FrameWindow> parse_windows(const std::string& text, const char* option) {
+    std::vector<FrameWindow> windows;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string part = text.substr(begin, end - begin);
+        const std::size_t colon = std::min(part.find(':'), part.size());
+        const auto first = parse_index(part.substr(0, colon));
+        const auto last = colon < part.size() ? parse_index(part.substr(colon + 1)) : std::nullopt;
+        if (!first || !last || *last <= *first)
+            fail("{}: \"{}\" is not a window of frames, expected FIRST:END with FIRST < END", option, part);
+        windows.push_back({*first, *last});
+        begin = end + 1;
+    }
+    return windows;
+}
+
+RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::string& source) {
+    if (a.tip.empty() == a.tip_mm.empty())
+        fail(
+            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet calibrate pivot`) or "
+            "--tip-mm X Y Z",
+            source);
+    if (!a.tip.empty()) return read_tip(a.tip, a.tool).tool_from_tip();
+    return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
+}
+
+DwellOptions dwell_options(const RegisterArguments& a) {
+    DwellOptions options;
+    options.tool = a.tool;
+    if (!a.reference.empty()) options.reference = a.reference;
+    return options;
+}
+
+/// The poses of the tool and the reference sensor, recorded or as they come.
+Recording read_poses(const RegisterArguments& a, const std::string& source, const char* title) {
+    std::vector<std::string> tools{a.tool};
+    if (!a.reference.empty()) tools.push_back(a.reference);
+    return read_source(source, {std::move(tools), is_stream(source) ? a.seconds : 0, title});
+}
+
+std::vector<Dwell> collect_dwells(const RegisterArguments& a, std::size_t expected) {
+    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, a.tracker);
+    std::vector<FrameWindow> windows;
+    if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
+    const Recording recording = read_poses(a, a.tracker, "fiducials");
+    const std::vector<Dwell> dwells = naming(a.tracker, [&] {
+        return windows.empty() ? find_dwells(recording, tool_from_tip, dwell_options(a))
+                               : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
+    });
+    if (dwells.size() == expected) return dwells;
+    std::string found;
+    for (const Dwell& d : dwells) found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
+    fail("{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with --dwells",
+         a.tracker, dwells.size(), found.empty() ? "never" : found, expected);
+}
+
+void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
+    std::vector<std::string> names;
+    for (const RegisteredFiducial& f : r.fiducials) names.push_back(f.name);
+    for (const std::string& text : a.weights) {
+        const std::size_t equals = std::min(text.rfind('='), text.size());
+        const auto weight = equals < text.size() ? parse_number(text.substr(equals + 1)) : std::nullopt;
+        if (!weight || !std::isfinite(*weight) || *weight < 0)
+            fail("--weight: found \"{}\", expected NAME=W with W a number that is not negative", text);
+        const std::string name = text.substr(0, equals);
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found == names.end()) {
+            const std::string nearest = nearest_name(name, names);
+            fail("--weight {}: {} has no fiducial \"{}\"{}", text, a.image.string(), name,
+                 nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest));
+        }
+        r.fiducials[static_cast<std::size_t>(found - names.begin())].weight = *weight;
+    }
+}
+
+}  // namespace
+
+FiducialRegistration collect_fiducials(const RegisterArguments& a) {
+    FiducialRegistration r;
+    r.reference_tool = a.reference;
+    const std::vector<NamedPoint> in_image = read_list(a.image);
+    for (const NamedPoint& p : in_image) r.fiducials.push_back({.name = p.name, .in_image = p.position});
+    set_weights(a, r);
+    if (is_list(a.tracker)) {
+        if (!a.reference.empty()) fail("--reference needs a recording, {} holds points only", a.tracker);
+        const std::vector<NamedPoint> touched = read_list(a.tracker);
+        if (touched.size() != in_image.size())
+            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker, touched.size(),
+                 a.image.string(), in_image.size());
+        for (std::size_t i = 0; i < touched.size(); ++i) r.fiducials[i].in_tracker = touched[i].position;
+        return r;
+    }
+    const std::vector<Dwell> dwells = collect_dwells(a, in_image.size());
+    for (std::size_t i = 0; i < dwells.size(); ++i) {
+        r.fiducials[i].in_tracker = dwells[i].tip_in_tracker;
+        if (dwells[i].tip_in_reference) r.fiducials[i].in_reference = *dwells[i].tip_in_reference;
+    }
+    return r;
+}
+
+std::vector<Eigen::Vector3d> places_in_image(const FiducialRegistration& r) {
+    std::vector<Eigen::Vector3d> places;
+    for (const RegisteredFiducial& f : r.fiducials) places.push_back(f.in_image);
+    return places;
+}
+
+std::vector<Eigen::Vector3d> places_in_base(const FiducialRegistration& r) {
+    std::vector<Eigen::Vector3d> places;
+    for (const RegisteredFiducial& f : r.fiducials)
+        places.push_back(r.reference_tool.empty() ? f.in_tracker : f.in_reference);
+    return places;
+}
+
+std::vector<double> weights_of(const FiducialRegistration& r) {
+    std::vector<double> weights;
+    for (const RegisteredFiducial& f : r.fiducials) weights.push_back(f.weight);
+    const bool equal = std::all_of(weights.begin(), weights.end(), [](double w) { return w == 1; });
+    return equal ? std::vector<double>{} : weights;
+}
+
+void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& order) {
+    const std::vector<RegisteredFiducial> before = r.fiducials;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        r.fiducials[i].in_tracker = before[order[i]].in_tracker;
+        r.fiducials[i].in_reference = before[order[i]].in_reference;
+    }
+}
+
+std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) {
+    const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
+    if (a.surface_points.empty() && a.surface_frames.empty())
+        fail("--surface {}: no points on it, expected --surface-points FILE, or --surface-frames FIRST:END of {}",
+             a.surface.string(), source);
+    if (is_list(source)) {
+        if (!a.surface_frames.empty())
+            fail("{}: holds points, expected a recording for --surface-frames {}", source, a.surface_frames);
+        return positions_of(read_list(source));
+    }
+    std::vector<FrameWindow> windows;
+    if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
+    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
+    const Recording recording = read_poses(a, source, "surface");
+    return naming(source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
+}
+
+TriangleMesh read_organ_surface(const RegisterArguments& a) {
+    if (ending(a.surface) == ".h5") {
+        MeshHierarchy hierarchy = read_hierarchy(a.surface);
+        TetMesh& finest = hierarchy.levels.front();
+        return {std::move(finest.nodes), boundary_triangles(finest.tets)};
+    }
+#ifdef LIVETET_IMAGES
+    return read_surface(a.surface, a.space);
+#else
+    fail("{}: surfaces are not in this build, expected a mesh hierarchy (.h5)", a.surface.string());
+#endif
+}
+
+}  // namespace livetet

@@ -1,0 +1,37 @@
+#include "apps/live/tracked_body.hpp"
+
+namespace livetet {
+
+void LiveModel::pull(const std::optional<HandPull>& pull) {
+    frame_.pull = pull;
+    bool is_new = pull.has_value();
+    for (Sensor& s : sensors_) {
+        if (!s.by_hand) continue;
+        if (pull && s.by_hand == pull->number)
+            is_new = false;
+        else
+            s.leaving = true;
+    }
+    if (!is_new || pull->number == hand_) return;
+    hand_ = pull->number;
+    SensorOptions of_no_tool;
+    of_no_tool.tool.clear();
+    SensorPatchOptions options = sensor_patch_options(scene_, of_no_tool);
+    options.filter.enabled = false;
+    options.drive.base_window_s = 0;
+    sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
+}
+
+/// The image is the tracker here, and the reference rests in it.
+void LiveModel::follow_hand(Sensor& sensor) {
+    const OutlierGate::Result rests{{.status = PoseStatus::ok}, GateVerdict::accepted};
+    TrackedPose hand;
+    if (!sensor.leaving) {
+        hand.translation = sensor.patch.drive().base() ? frame_.pull->to : frame_.pull->base;
+        hand.status = PoseStatus::ok;
+    }
+    sensor.patch.follow(frame_.time_s, hand, rests, {});
+    frame_.press = std::max(frame_.press, sensor.patch.press());
+}
+
+}  // namespace livetet

@@ -1,0 +1,211 @@
+#include "apps/live/tracker_recorder.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "base/interruptible.hpp"
+#include "apps/live/tracker_source.hpp"
+#include "base/error.hpp"
+#include "base/progress.hpp"
+#include "io/sequence_file.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::string_view to_tracker = "ToTracker";
+
+/// Samples as they come, from the source's thread to the one that asks.
+class SampleLog {
+  public:
+    void keep(const StreamSample& sample) {
+        const std::lock_guard lock(mutex_);
+        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        if (!came && samples_.empty()) return;
+        if (samples_.empty()) first_s_ = sample.arrived_s;
+        samples_.push_back(sample.sample);
+    }
+    std::size_t size() const {
+        const std::lock_guard lock(mutex_);
+        return samples_.size();
+    }
+    /// When the first came, steady clock.
+    std::optional<double> first_s() const {
+        const std::lock_guard lock(mutex_);
+        return samples_.empty() ? std::nullopt : std::optional(first_s_);
+    }
+    /// All of them so far, each with a pose for each of `tools`, to the last in which one came.
+    Recording recording(std::vector<std::string> tools) const {
+        Recording recording{std::move(tools), {}};
+        auto& samples = recording.samples;
+        {
+            const std::lock_guard lock(mutex_);
+            samples = samples_;
+        }
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come)) samples.pop_back();
+        for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
+        return recording;
+    }
+
+  private:
+    mutable std::mutex mutex_;
+    std::vector<TrackerSample> samples_;
+    double first_s_ = 0;
+};
+
+/// Whether the name is that of a transform, `StylusToReference`, and not of a tool.
+bool is_transform(std::string_view name) {
+    for (std::size_t i = name.find("To", 1); i != std::string_view::npos; i = name.find("To", i + 1))
+        if (i + 2 < name.size() && name[i + 2] >= 'A' && name[i + 2] <= 'Z') return true;
+    return false;
+}
+
+/// The tool that a name on the wire stands for: Stylus for StylusToTracker (PLUS) and for Stylus.
+std::optional<std::string> tool_of(std::string_view name) {
+    if (name.ends_with(to_tracker))
+        name.remove_suffix(to_tracker.size());
+    else if (is_transform(name))
+        return std::nullopt;
+    return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
+}
+
+/// Whether the source tells this tool from all others.
+bool is_followed(TrackerSource& source, const std::string& tool) {
+    try {
+        (void)source.index_of(tool);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+/// Follows what has come since the last time; returns what is no tool.
+std::vector<std::string> follow_all(TrackerSource& source) {
+    std::vector<std::string> others;
+    for (const auto& [name, count] : source.status().names) {
+        const auto tool = tool_of(name);
+        if (!tool || !is_followed(source, *tool)) others.push_back(name);
+    }
+    return others;
+}
+
+/// "20.0 Hz, 134 samples: StylusToTracker", or why nothing comes.
+std::string status_text(const SourceStatus& status, std::size_t samples, double rate_Hz) {
+    const std::string names = names_text(status);
+    std::string text = fmt::format("{:.1f} Hz, {} samples", rate_Hz, samples);
+    if (!names.empty()) text += fmt::format("; what comes: {}", names);
+    if (status.state != "receiving") text += fmt::format("; {}", status.state);
+    if (status.state != "receiving" && !status.problem.empty()) text += fmt::format(" ({})", status.problem);
+    if (!names.empty() && !status.never_came.empty())
+        text += fmt::format("; no {} yet", fmt::join(status.never_came, ", "));
+    return text;
+}
+
+/// What is kept in memory is saved in time: the program or the machine may not live until its end.
+class Saving {
+  public:
+    explicit Saving(const ListenOptions& options) : options_(options) {}
+    void in_time(const TrackerSource& source, const SampleLog& log) {
+        const double now_s = steady_seconds();
+        if (!options_.save || now_s < due_s_ || log.size() == 0) return;
+        try {
+            options_.save(log.recording(source.tools()));
+        } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
+            std::fputs(fmt::format("{}; recording goes on\n", error.what()).c_str(), stderr);
+        }
+        due_s_ = steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));
+    }
+
+  private:
+    const ListenOptions& options_;
+    double due_s_ = steady_seconds() + options_.save_every_s;
+};
+
+/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is asked for; returns what
+/// is no tool.
+std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log, const ListenOptions& options) {
+    const double began_s = steady_seconds();
+    ProgressLine line(options.title);
+    Rate rate;
+    Saving saving(options);
+    std::vector<std::string> others;
+    while (!stop_asked) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        if (options.tools.empty()) others = follow_all(source);
+        const double seconds = steady_seconds() - log.first_s().value_or(began_s);
+        const std::size_t samples = log.size();
+        const std::string text = status_text(source.status(), samples, rate(samples));
+        if (options.seconds > 0)
+            line.update(std::min(1.0, seconds / options.seconds), text);
+        else
+            line.say(text + " (Ctrl-C ends it)");
+        if (options.seconds > 0 && seconds >= options.seconds) break;
+        saving.in_time(source, log);
+    }
+    return others;
+}
+
+[[noreturn]] void refuse_nothing(const std::string& source, const std::vector<std::string>& tools,
+                                 const SourceStatus& status) {
+    const std::string names = names_text(status);
+    if (names.empty())
+        fail("{}: nothing came, expected a tracker server that sends ({})", source,
+             status.problem.empty() ? status.state : status.problem);
+    fail("{}: no {} came; what comes: {}", source,
+         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")), names);
+}
+
+Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
+    SampleLog log;
+    const OpenSource open = open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
+    Heard heard;
+    heard.left_out = wait_for_end(*open.source, log, options);
+    const SourceStatus status = open.source->status();
+    heard.recording = log.recording(open.source->tools());
+    if (heard.recording.samples.empty()) refuse_nothing(name, options.tools, status);
+    if (!options.tools.empty()) heard.never_came = status.never_came;
+    return heard;
+}
+
+/// Of a file: the tools asked for, for so long.
+Recording part_of(Recording whole, const ListenOptions& options) {
+    std::vector<std::size_t> places;
+    for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
+    Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
+    for (TrackerSample& sample : whole.samples) {
+        if (options.seconds > 0 && sample.time_s - whole.samples.front().time_s > options.seconds) break;
+        TrackerSample& kept = part.samples.emplace_back();
+        kept.time_s = sample.time_s;
+        if (options.tools.empty()) kept.poses = std::move(sample.poses);
+        for (const std::size_t i : places) kept.poses.push_back(sample.poses[i]);
+    }
+    return part;
+}
+
+}  // namespace
+
+Heard listen(const std::string& source, const ListenOptions& options) {
+    if (is_stream(source)) return listen_to_stream(source, options);
+    Recording recording = read_stored(source).recording;
+    return {naming(source, [&] { return part_of(std::move(recording), options); })};
+}
+
+Recording read_source(const std::string& source, const ListenOptions& options) {
+    const Interruptible interruptible;
+    Heard heard = listen(source, options);
+    if (!heard.never_came.empty())
+        fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),
+             fmt::join(options.tools, ", "));
+    return std::move(heard.recording);
+}
+
+}  // namespace livetet

@@ -1,0 +1,185 @@
+#include "apps/phantom/phantom.hpp"
+
+#include <unistd.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <system_error>
+
+#include "apps/phantom/phantom_shape.hpp"
+#include "apps/phantom/phantom_truth.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/temporary_files.hpp"
+#include "io/fiducial_file.hpp"
+#include "io/image_file.hpp"
+#include "io/sequence_file.hpp"
+
+namespace livetet {
+
+namespace fs = std::filesystem;
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+namespace {
+
+template <class To, class From>
+RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vector3d& translation) {
+    return {AngleAxisd(degrees * M_PI / 180, axis.normalized()).toRotationMatrix(), translation};
+}
+
+/// A folder under way, in its place or, where there is none yet, beside it: its files are moved there one by one once all are written. Destroyed without
+/// `commit` it leaves nothing behind, nor ended by a signal before.
+class PendingFolder {
+  public:
+    explicit PendingFolder(fs::path target) : target_(std::move(target)) {
+        if (!target_.has_filename()) target_ = target_.parent_path();
+        std::error_code error;
+        if (fs::exists(target_, error) && !fs::is_directory(target_, error))
+            fail("{}: is a file, expected a folder", target_.string());
+        const fs::path place = fs::exists(target_, error) ? target_ : fs::absolute(target_).parent_path();
+        fs::create_directories(place, error);
+        if (error) fail("{}: cannot be made: {}", place.string(), error.message());
+        temporary_ = place / fmt::format(".phantom.part{}", ::getpid());
+        if (!fs::create_directory(temporary_, error) && error)
+            fail("{}: cannot be written to: {}", place.string(), error.message());
+        leftover_.emplace(temporary_);
+    }
+    ~PendingFolder() {
+        std::error_code ignored;
+        fs::remove_all(temporary_, ignored);
+    }
+    PendingFolder(const PendingFolder&) = delete;
+    PendingFolder& operator=(const PendingFolder&) = delete;
+
+    /// Where to write the file that is to be `name`.
+    fs::path add(const fs::path& name) {
+        const fs::path path = temporary_ / name;
+        fs::create_directories(path.parent_path());
+        names_.push_back(name);
+        return path;
+    }
+    std::vector<fs::path> commit() {
+        for (const fs::path& name : names_) {
+            std::error_code error;
+            fs::create_directories((target_ / name).parent_path(), error);
+            fs::rename(temporary_ / name, target_ / name, error);
+            if (error) fail("{}: cannot be written: {}", (target_ / name).string(), error.message());
+        }
+        return names_;
+    }
+
+  private:
+    fs::path target_, temporary_;
+    std::optional<Leftover> leftover_;
+    std::vector<fs::path> names_;
+};
+
+/// A part of the whole's progress.
+ProgressCallback part_of(const ProgressCallback& progress, double from, double to, const std::string& what) {
+    if (!progress) return {};
+    return [=](double fraction, std::string_view words) {
+        progress(from + (to - from) * fraction, fmt::format("{}: {}", what, words));
+    };
+}
+
+}  // namespace
+
+void check_options(const PhantomOptions& o) {
+    const auto within = [](const char* name, double value, double low, double high) {
+        if (!(value >= low && value <= high)) fail("phantom: {} = {} must be from {} to {}", name, value, low, high);
+    };
+    within("spacing-mm", o.spacing_mm, 0.5, 4);
+    within("position-noise-mm", o.position_noise_mm, 0, 50);
+    within("rotation-noise-deg", o.rotation_noise_deg, 0, 30);
+    within("rate-Hz", o.rate_Hz, 5, 200);
+    within("truth-tets", o.truth_tets, 2000, 5'000'000);
+}
+
+SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
+    SimulatedTrackerOptions t;
+    t.rate_Hz = options.rate_Hz;
+    t.position_rms_mm = options.position_noise_mm;
+    t.rotation_rms_deg = options.rotation_noise_deg;
+    t.seed = options.seed;
+    t.tool_from_tip.translation = {0.0042, -0.0017, 0.1513};
+    t.pivot_in_tracker = {0.210, -0.080, -0.130};
+    t.tracker_from_image_at_start = turned<Tracker, ImageFrame>(118, {0.35, -0.2, 1}, {0.260, -0.040, -0.150});
+    t.turn_centre_in_image = phantom::organ_centre();
+    t.organ_travel = 0.028;
+    t.organ_turn_deg = 24;
+    t.image_from_reference = turned<ImageFrame, Reference>(155, {1, 0.3, -0.4}, phantom::reference_place());
+    t.image_from_sensor_at_rest = turned<ImageFrame, Sensor>(40, {0.2, -1, 0.6}, phantom::sensor_place());
+    t.press_direction = -phantom::organ_normal(phantom::sensor_place());
+    t.press_depth = 0.015;
+    t.presses = 3;
+    t.ramp_s = 1.2;
+    return t;
+}
+
+PhantomRecordings record_phantom(const PhantomOptions& options, const std::vector<NamedPoint>& fiducials) {
+    const std::vector<Vector3d> places = positions_of(fiducials);
+    // Each recording has errors of its own, which no other phantom's recordings share.
+    SimulatedTrackerOptions tracker = phantom_tracker(options);
+    tracker.seed = 4 * options.seed;
+    PhantomRecordings recordings;
+    ++tracker.seed;
+    recordings.pivot = simulate_pivoting(tracker);
+    ++tracker.seed;
+    recordings.fiducials = simulate_touching(tracker, places);
+    ++tracker.seed;
+    recordings.press = simulate_press(tracker);
+    return recordings;
+}
+
+Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press) {
+    Truth truth;
+    truth.tip_in_tool = tracker.tool_from_tip.translation;
+    truth.pivot_in_tracker = tracker.pivot_in_tracker;
+    truth.sensor_rest = tracker.image_from_sensor_at_rest.translation;
+    truth.reference_rest = tracker.image_from_reference.translation;
+    truth.position_noise = tracker.position_rms_mm / 1e3;
+    truth.rotation_noise = tracker.rotation_rms_deg * std::numbers::pi / 180;
+    truth.press_direction = tracker.press_direction.normalized();
+    constexpr int steps = 5;
+    for (int k = 1; k <= steps; ++k) truth.depths.push_back(tracker.press_depth * k / steps);
+    for (const TrackerSample& s : press.samples)
+        truth.samples.push_back(
+            {s.time_s, true_press_depth(tracker, s.time_s), true_tracker_from_image(tracker, s.time_s)});
+    return truth;
+}
+
+std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions& options,
+                                    const ProgressCallback& progress) {
+    check_options(options);
+    PendingFolder pending(folder);
+    if (progress) progress(0, "images");
+    const PhantomImages images = make_phantom_images(options.spacing_mm / 1e3, options.seed);
+    write_image(pending.add("image.nii.gz"), images.image);
+    write_image(pending.add("labels.nii.gz"), images.labels);
+    write_image(pending.add("fixed_mask.nii.gz"), images.fixed_mask);
+
+    if (progress) progress(0.05, "recordings");
+    const std::vector<NamedPoint> fiducials = phantom::fiducials();
+    const PhantomRecordings recordings = record_phantom(options, fiducials);
+    write_fiducials(pending.add("image_fiducials.mrk.json"), fiducials);
+    write_sequence(pending.add("pivot.igs.mha"), recordings.pivot);
+    write_sequence(pending.add("fiducials.igs.mha"), recordings.fiducials);
+    write_sequence(pending.add("press.igs.mha"), recordings.press);
+
+    Truth truth = true_motion(phantom_tracker(options), recordings.press);
+    solve_truth(mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
+                               part_of(progress, 0.06, 0.4, "mesh of the truth")),
+                phantom::targets(), truth, part_of(progress, 0.4, 0.99, "truth"));
+    write_truth(pending.add("truth/truth.json"), truth);
+    write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));
+    write_text_file(pending.add("solve.yaml"), phantom_solve_scene(truth));
+    const auto names = pending.commit();
+    if (progress) progress(1, "done");
+    return names;
+}
+
+}  // namespace livetet

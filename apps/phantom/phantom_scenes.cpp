@@ -1,0 +1,79 @@
+#include "apps/phantom/phantom.hpp"
+#include "base/error.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr const char* body_text = R"(mesh:
+  file: liver.h5             # what `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5` wrote
+image: image.nii.gz          # the grey image, for `livetet view` and `livetet warp`
+
+materials:                   # one for each region of the mesh; a liver is one region
+  - young_Pa: 3000           # Young's modulus: soft tissue is 1 to 10 kPa
+    poisson: 0.45            # nearly incompressible
+    density_kg_per_m3: 1060
+
+strain: corotated            # each element's frame turns with it: right for large rotations
+
+fix:
+  - group: fixed             # the nodes under fixed_mask.nii.gz: the lower surface stays where it is
+)";
+
+}  // namespace
+
+std::string phantom_track_scene(const Truth& truth) {
+    return fmt::format(R"(# The liver phantom, followed in real time:   livetet track scene.yaml
+# `livetet scene` lists every key, its unit and its default; paths are relative to this file.
+{}
+time:
+  scheme: newmark            # each step lasts from one tracker sample to the next
+  rayleigh_alpha: 10         # damping C = alpha M + beta K: the organ comes to rest, as tissue does
+  rayleigh_beta: 0.01
+
+solver:
+  kind: live                 # conjugate gradients over the mesh hierarchy, in single precision, on two cores or more
+  relative_tolerance: 1e-2   # of each frame's linear solve: far below the tracker's noise
+
+track:
+  source: press.igs.mha      # PLUS's sequence format; openigtlink://localhost:18944 is a running PLUS server
+  registration: registration.json   # what `livetet register` wrote
+  reference_tool: Reference  # on the organ: the registration follows it
+  sensors:
+    - tool: Sensor           # rests on the organ, then is pressed in
+      patch_radius_mm: {:<6.4g}# the surface this near to the sensor moves with it
+  base_window_s: 1           # the sensor's place at rest is the mean over this first time
+  budget: 30 ms              # what a frame may take: on a busy machine accuracy gives way, and the report says how often
+
+output:
+  file: result.h5            # with result.xdmf beside it, for ParaView
+)",
+                       body_text, 1e3 * truth.patch_radius);
+}
+
+std::string phantom_solve_scene(const Truth& truth) {
+    const Eigen::Vector3d place = 1e3 * truth.sensor_rest, way = 1e3 * truth.depths.back() * truth.press_direction;
+    return fmt::format(R"(# The liver phantom pressed once, without a tracker:   livetet solve solve.yaml
+# `livetet scene` lists every key, its unit and its default; paths are relative to this file.
+{}
+drive:
+  - sphere_mm: [{:.2f}, {:.2f}, {:.2f}, {:.4g}]   # centre (RAS) and radius: about the sensor's place
+    where: surface
+    displacement_mm: [{:.3f}, {:.3f}, {:.3f}]     # {:.0f} mm inwards
+
+time:
+  scheme: static             # equilibrium: no mass, no velocities
+  load_steps: 3              # the press is applied in thirds, so that Newton's method keeps up
+
+solver:
+  kind: multigrid
+  newton_tolerance: 1.0e-6   # force out of balance, relative to the forces at work
+
+output:
+  file: solved.h5            # with solved.xdmf beside it, for ParaView
+)",
+                       body_text, place.x(), place.y(), place.z(), 1e3 * truth.patch_radius, way.x(), way.y(), way.z(),
+                       1e3 * truth.depths.back());
+}
+
+}  // namespace livetet

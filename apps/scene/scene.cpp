@@ -1,0 +1,155 @@
+#include "apps/scene/scene.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "apps/scene/scene_files.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "config/yaml.hpp"
+#include "io/text.hpp"
+
+namespace livetet {
+
+namespace {
+
+void check_selection(const SelectionOptions& s, const std::string& key, const std::string& file) {
+    const int given = s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() + s.sphere_mm.has_value() +
+                      s.half_space_mm.has_value() + s.nodes.has_value();
+    if (given != 1)
+        fail("{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly one ({})", key,
+             given, file);
+    const auto check_size = [&](const std::optional<std::vector<double>>& values, std::string_view name,
+                                std::size_t size) {
+        if (values && values->size() != size)
+            fail("{}.{} has {} numbers, expected {} ({})", key, name, values->size(), size, file);
+    };
+    check_size(s.box_mm, "box_mm", 6);
+    check_size(s.sphere_mm, "sphere_mm", 4);
+    check_size(s.half_space_mm, "half_space_mm", 6);
+}
+
+}  // namespace
+
+std::optional<double> seconds_of(const std::string& text) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    std::string_view unit(end, text.data() + text.size());
+    unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+    if (error != std::errc{} || !(number > 0) || !std::isfinite(number) || (unit != "ms" && unit != "s")) return {};
+    return unit == "ms" ? number / 1e3 : number;
+}
+
+std::optional<std::pair<double, double>> range_of(const std::string& text) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos || text.size() < 2) return {};
+    const std::string_view low = trim(std::string_view(text).substr(0, colon));
+    const std::string_view high = trim(std::string_view(text).substr(colon + 1));
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto from = low.empty() ? -infinity : parse_number(low);
+    const auto to = high.empty() ? infinity : parse_number(high);
+    if ((low.empty() && high.empty()) || !from || !to || !(*from <= *to)) return {};
+    return std::pair(*from, *to);
+}
+
+namespace {
+
+/// What a scene reads, it does not write.
+void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
+    std::set<std::filesystem::path> read = read_files(scene);
+    read.insert(file);
+    const auto written = written_files(scene);
+    for (const auto& [key, path] : written)
+        for (const std::filesystem::path& input : read)
+            if (same_file(path, input)) fail("{} = {}: is read, expected another file to write ({})", key, path.string(), file);
+    for (std::size_t i = 0; i < written.size(); ++i)
+        for (std::size_t j = i + 1; j < written.size(); ++j)
+            if (same_file(written[i].second, written[j].second))
+                fail("{} and {}: both name {}, expected two files ({})", written[i].first, written[j].first, written[i].second.string(), file);
+}
+
+}  // namespace
+
+void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
+    if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
+    if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
+    const auto check_all = [&](auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i) check_selection(list[i], fmt::format("{}[{}]", name, i), file);
+    };
+    if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
+        fail("time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least that ({})",
+             scene.time.beta, scene.time.gamma / 2, file);
+    const auto check_soft = [&](auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i)
+            if (list[i].stiffness_N_per_m && list[i].components.size() != 3)
+                fail("{}[{}].components = {} with a stiffness: springs pull along x, y and z, expected xyz ({})", name, i,
+                     list[i].components, file);
+    };
+    check_soft(scene.fix, "fix");
+    check_soft(scene.drive, "drive");
+    check_all(scene.fix, "fix");
+    check_all(scene.drive, "drive");
+    check_all(scene.loads, "loads");
+    if (scene.track && scene.track->source.empty())
+        fail("track.source is missing, expected openigtlink://host:port, a tracker recording, or a script ({})", file);
+    if (scene.track && scene.track->registration.empty())
+        fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
+    if (scene.track && scene.track->ahead_ms > 0 && scene.track->smoothing_Hz == 0)
+        fail("track.ahead_ms = {} with track.smoothing_Hz = 0: poses are carried on by the filter's speeds, expected a filter, or "
+             "ahead_ms: 0 ({})",
+             scene.track->ahead_ms, file);
+    if (scene.track) {
+        std::vector<std::string> names{scene.track->reference_tool};
+        for (const SensorOptions& sensor : scene.track->sensors) {
+            if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
+                fail("track.sensors: {} is named twice, expected each tool once, and not the reference ({})", sensor.tool,
+                     file);
+            names.push_back(sensor.tool);
+        }
+        for (const ToolOptions& tool : scene.track->tools) {
+            const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
+            if (std::find(names.begin(), names.end(), name) != names.end())
+                fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})", tool.tool, name, file);
+            names.push_back(name);
+        }
+    }
+    if (scene.probes && scene.probes->points.empty())
+        fail("probes.points is missing, expected a CSV of points ({})", file);
+
+    const auto resolve = [&](std::filesystem::path& p) {
+        if (!p.empty() && p.is_relative()) p = folder / p;
+    };
+    resolve(scene.mesh.file);
+    resolve(scene.image);
+    for (auto& f : scene.fix)
+        if (f.mask) resolve(*f.mask);
+    for (auto& d : scene.drive)
+        if (d.mask) resolve(*d.mask);
+    for (auto& l : scene.loads)
+        if (l.mask) resolve(*l.mask);
+    if (scene.track) {
+        if (scene.track->source.find("://") == std::string::npos) {
+            std::filesystem::path source = scene.track->source;
+            resolve(source);
+            scene.track->source = source.string();
+        }
+        resolve(scene.track->registration);
+        for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);
+    }
+    if (scene.probes) {
+        resolve(scene.probes->points);
+        resolve(scene.probes->displacements);
+    }
+    resolve(scene.output.file);
+    refuse_overwritten_inputs(scene, file);
+}
+
+Scene load_scene(const std::filesystem::path& path) {
+    Scene scene = read_yaml<Scene>(read_text_file(path), path.string());
+    finish_scene(scene, path.string(), path.parent_path());
+    return scene;
+}
+
+}  // namespace livetet

@@ -1,0 +1,59 @@
+#include "apps/scene/scene_files.hpp"
+
+#include <fmt/format.h>
+
+#include "base/error.hpp"
+#include "io/image_file.hpp"
+
+namespace livetet {
+
+std::set<std::filesystem::path> mesh_files(const Scene& scene) {
+    std::set<std::filesystem::path> files{scene.mesh.file};
+    const auto add_masks = [&](const auto& list) {
+        for (const SelectionOptions& s : list)
+            if (s.mask) files.insert(*s.mask);
+    };
+    add_masks(scene.fix);
+    add_masks(scene.drive);
+    add_masks(scene.loads);
+    return files;
+}
+
+std::set<std::filesystem::path> read_files(const Scene& scene) {
+    std::set<std::filesystem::path> files = mesh_files(scene);
+    files.insert(scene.image);
+    if (scene.track) {
+        files.insert({scene.track->source, scene.track->registration});
+        for (const ToolOptions& tool : scene.track->tools) files.insert(tool.tip);
+    }
+    if (scene.probes) files.insert(scene.probes->points);
+    return files;
+}
+
+std::string stamps_of(const std::set<std::filesystem::path>& files) {
+    std::string text;
+    for (const std::filesystem::path& path : files) {
+        std::error_code error;
+        const auto size = std::filesystem::file_size(path, error);
+        if (error) {
+            text += fmt::format("{}: missing\n", path.string());
+            continue;
+        }
+        const std::optional<std::string> contents = content_digest(path);
+        if (!contents) fail("{}: its voxels lie in several files, expected one, for which it can be told whether it changed", path.string());
+        text += fmt::format("{}: {} bytes, digest {}\n", path.string(), size, *contents);
+    }
+    return text;
+}
+
+std::vector<std::pair<const char*, std::filesystem::path>> written_files(const Scene& scene) {
+    std::vector<std::pair<const char*, std::filesystem::path>> files;
+    if (scene.output.has_file()) {
+        files.emplace_back("output.file", scene.output.file);
+        files.emplace_back("output.file's XDMF", std::filesystem::path(scene.output.file).replace_extension(".xdmf"));
+    }
+    if (scene.probes) files.emplace_back("probes.displacements", scene.probes->displacements);
+    return files;
+}
+
+}  // namespace livetet

@@ -1,0 +1,162 @@
+#include "apps/simulation/scene_run.hpp"
+
+#include <cmath>
+
+namespace livetet {
+
+namespace {
+
+std::string progress_text(const StepRecord& step, std::size_t count) {
+    return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}", count, step.time_s,
+                       step.report.linearisations, step.report.iterations, step.report.imbalance);
+}
+
+constexpr double least_part = 1.0 / 32;
+
+RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
+    DeformableBody& body = *scene_body.body;
+    const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
+    const auto load_to = [&](double share) {
+        constraints.move_to_share(share);
+        body.set_constraints(constraints.constraints());
+        body.set_springs(constraints.springs());
+        body.set_external_force(force, share);
+    };
+    double kept = 0;  // the load of the last frame; the body at rest is none
+    std::size_t frames = 0;
+    const auto keep = [&](double share) {
+        if (hooks.keep) hooks.keep(frames++, share);
+    };
+    const double whole = 1.0 / scene.time.load_steps;
+    RunHistory history;
+    history.share = 0;
+    for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
+        const double begin = history.share;
+        if (hooks.progress) hooks.progress(begin, fmt::format("load step {} of {}", planned, scene.time.load_steps));
+        const double reached = step_in_parts(
+            body, 0, batch_effort(scene), [&](double share) { load_to(begin + share * (planned * whole - begin)); },
+            [&](double share, double part, const StepReport& report) {
+                history.steps.push_back({begin + share * (planned * whole - begin), part * (planned * whole - begin), report, report.converged});
+                if (hooks.progress) hooks.progress(history.steps.back().time_s, progress_text(history.steps.back(), history.steps.size()));
+            });
+        history.share = begin + reached * (planned * whole - begin);
+        if (reached < 1) {
+            const StepRecord& last = history.steps.back();
+            history.converged = false;
+            history.failure = fmt::format(
+                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
+                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
+                history.share, last.time_s, last.report.imbalance, last.report.linearisations, scene.solver.newton_tolerance,
+                history.share > 0 ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share) : "nothing is kept");
+            load_to(history.share);
+            if (history.share > kept) keep(history.share);
+            return history;
+        }
+        if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(kept = history.share);
+    }
+    return history;
+}
+
+RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
+    DeformableBody& body = *scene_body.body;
+    body.set_external_force(scene_forces(scene, scene_body.mesh()));
+    body.set_springs(constraints.springs());
+    const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
+    const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
+    const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
+    RunPlace place = hooks.start;
+    RunHistory history;
+    history.failure = place.failure;
+    history.converged = history.failure.empty();
+    double& time = place.time_s;
+    double& dt = place.step_s;
+    if (dt == 0) dt = scene.time.step_s;
+    while (time < end * (1 - 1e-9)) {
+        // Without adaption, whole steps; with it, the last two share what is left.
+        const double left = end - time;
+        const double step = dt >= left * (1 - 1e-9) ? left
+                            : tolerance > 0         ? std::min(dt, std::max(left / 2, least))
+                                                    : dt;
+        const auto move = [&](double share) {
+            constraints.move_to_time(time + share * step);
+            body.set_constraints(constraints.constraints());
+            body.set_springs(constraints.springs());
+        };
+        const auto take = [&](double share, double part, const StepReport& report) {
+            history.steps.push_back({time + share * step, part * step, report, report.converged});
+        };
+        double reached = 0;
+        if (hooks.progress && place.steps == hooks.start.steps) hooks.progress(time / end, fmt::format("step to {:.4g} s", time + step));
+        if (tolerance > 0)
+            body.keep_state();
+        else
+            reached = step_in_parts(body, step, batch_effort(scene), move, take);
+        if (reached < 1) {
+            move(1);
+            take(1, 1 - reached, body.step((1 - reached) * step, batch_effort(scene)));
+            history.steps.back().kept = true;  // whatever it came to
+        }
+        const StepReport& report = history.steps.back().report;
+        if (tolerance > 0) {
+            const double factor = report.converged ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
+                                                   : 0.25;
+            if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
+                body.return_to_kept_state();
+                history.steps.back().kept = false;
+                dt = std::max(least, step * std::clamp(factor, 0.1, 0.7));
+                continue;
+            }
+            dt = std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
+        }
+        history.converged = history.converged && report.converged;
+        if (!report.converged && history.failure.empty())
+            history.failure = fmt::format("the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
+                                          time + step, report.imbalance, scene.solver.newton_tolerance);
+        if (report.kept_old) {
+            history.failure = fmt::format("the step to {:.4g} s came to no finite state; the run ends at {:.4g} s", time + step, time);
+            return history;
+        }
+        time += step;
+        ++place.steps;
+        if (hooks.progress) hooks.progress(std::min(1.0, time / end), progress_text(history.steps.back(), place.steps));
+        const bool last = time >= end * (1 - 1e-9);
+        if (place.steps % scene.output.every == 0 || last) {
+            if (hooks.keep) hooks.keep(place.frames, time);
+            ++place.frames;
+        }
+        if (!hooks.checkpoint || last || scene.output.checkpoint_every == 0 || place.steps % scene.output.checkpoint_every != 0) continue;
+        place.failure = history.failure;
+        hooks.checkpoint(place);
+    }
+    return history;
+}
+
+}  // namespace
+
+double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, const std::function<void(double share)>& move,
+                     const std::function<void(double share, double part, const StepReport&)>& record) {
+    body.keep_state();
+    double reached = 0;
+    for (double part = 1; reached < 1 - 1e-12;) {
+        const double share = std::min(1.0, reached + part);
+        move(share);
+        const StepReport report = body.step((share - reached) * dt, effort);
+        record(share, share - reached, report);
+        if (report.converged) {
+            reached = share;
+            body.keep_state();
+            continue;
+        }
+        body.return_to_kept_state();
+        part /= 2;
+        if (part < least_part) return reached;
+    }
+    return 1;
+}
+
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks) {
+    return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, hooks)
+                                                               : run_dynamic(scene, body, constraints, hooks);
+}
+
+}  // namespace livetet

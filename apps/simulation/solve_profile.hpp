@@ -1,0 +1,24 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "apps/scene/body_factory.hpp"
+
+namespace livetet {
+
+/// What one part of a run took: bytes of all ranks together, seconds of the slowest; nothing where it was left out.
+struct ProfileRow {
+    std::string part;
+    PartCost cost;
+    bool is_built = false;
+    std::string why;  ///< where it was left out
+};
+
+/// The parts of a run, set-up and steps. Collective.
+std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& body, double mesh_s, const PartCost& output);
+
+/// As a table.
+std::string profile_table(std::span<const ProfileRow> rows);
+nlohmann::json json_of(std::span<const ProfileRow> rows);
+
+}  // namespace livetet

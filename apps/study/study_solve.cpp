@@ -1,0 +1,94 @@
+#include "apps/study/study_solve.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/stopwatch.hpp"
+#include "config/yaml.hpp"
+#include "solvers/parallel/petsc_session.hpp"
+
+namespace livetet {
+
+namespace {
+
+void add_vector(StudyRow& row, const std::string& name, const char* unit, const Vector3& v) {
+    for (int c = 0; c < 3; ++c) row.outputs.emplace_back(fmt::format("{}_{}_{}", name, "xyz"[c], unit), v[c]);
+    row.outputs.emplace_back(fmt::format("{}_{}", name, unit), v.norm());
+}
+
+}  // namespace
+
+std::vector<double> history_values(const StudyRow& row) {
+    std::vector<double> values;
+    for (const StepRecord& s : row.steps)
+        for (const double x : {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0, static_cast<double>(s.report.linearisations),
+                               static_cast<double>(s.report.iterations), s.report.imbalance,
+                               s.report.seconds()})
+            values.push_back(x);
+    return values;
+}
+
+void StudySolver::take_mesh(const Scene& scene) {
+    if (mesh_key_ == to_yaml(scene.mesh)) return;
+    mesh_key_.clear();
+    hierarchy_ = load_mesh(scene.mesh, {});
+    mesh_key_ = to_yaml(scene.mesh);
+}
+
+void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback& progress) {
+    // 1. mesh, body
+    const auto start = std::chrono::steady_clock::now();
+    take_mesh(scene);
+    row.mesh_s = seconds_since(start);
+    std::vector<NamedPoint> probes;
+    if (scene.probes) probes = read_points_csv(scene.probes->points);
+    SceneBody body = make_body(group_, scene, hierarchy_);
+    const TetMesh& mesh = body.mesh();
+    SceneConstraints constraints(scene, mesh);
+    check_held(scene, mesh, constraints);
+    row.setup_s = seconds_since(start) - row.mesh_s;
+
+    // 2. the run
+    const RunHistory history = run_scene(scene, body, constraints, {.progress = progress});
+    row.converged = history.converged;
+    row.failure = history.failure;
+    row.steps = history.steps;
+    for (const StepRecord& s : history.steps) {
+        row.iterations += s.report.iterations;
+        row.linearisations += s.report.linearisations;
+        row.solve_s += s.report.seconds();
+    }
+
+    // 3. what it came to
+    row.displacement = body.body->displacement();
+    double largest = 0;
+    for (const Vector3& u : row.displacement) largest = std::max(largest, u.norm());
+    row.outputs.emplace_back("largest_displacement_mm", 1e3 * largest);
+    row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
+    row.outputs.emplace_back("largest_von_mises_Pa", body.body->largest_von_mises());
+    row.outputs.emplace_back(inverted_tets_output, static_cast<double>(body.body->inverted_tets()));
+    if (scene.time.scheme == TimeScheme::static_equilibrium) row.outputs.emplace_back("share_of_load", history.share);
+    for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
+        add_vector(row, key + "_force", "N", force);
+    const std::vector<Vector3> at_probes = PointSampler(mesh, positions_of(probes)).sample(row.displacement);
+    for (std::size_t i = 0; i < probes.size(); ++i) add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
+}
+
+StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress) {
+    int ranks = 1;
+    MPI_Comm_size(group_, &ranks);
+    StudyRow row;
+    try {
+        run(scene, row, progress);
+    } catch (const Error& e) {  // the same on every rank
+        row.failure = e.what();
+    } catch (const PetscFailure& e) {
+        if (ranks > 1) throw;  // the others wait for this one
+        if (PetscSession::any_options() && e.may_be_an_option()) throw;  // no solve of the study would do
+        row.failure = e.what();
+    }
+    if (row.outputs.empty()) row.converged = false;
+    return row;
+}
+
+}  // namespace livetet

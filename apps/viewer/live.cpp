@@ -1,0 +1,147 @@
+#include "apps/viewer/live.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "base/interruptible.hpp"
+#include "base/error.hpp"
+#include "tracking/poses.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double shortest_picture_s = 1.0 / 30;  // in the mean: more would only take from the simulation
+constexpr double longest_behind_s = 0.1;         // of late pictures that quick ones make up for
+constexpr double shortest_text_s = 0.25;         // and drawing letters takes a tenth of a picture's time
+
+/// This thread, and so those that a software renderer starts from it, runs where nobody else wants a core: pictures, unlike
+/// frames, may come late.
+void give_way() {
+    const sched_param none{};
+    (void)::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
+}
+
+}  // namespace
+
+LiveView::LiveView(ShownBody body, Options options)
+    : body_(std::move(body)), options_(std::move(options)) {
+    thread_ = std::thread([this] { run(); });
+}
+
+LiveView::~LiveView() {
+    abandoned_ = true;
+    if (thread_.joinable()) thread_.join();
+}
+
+std::optional<HandPull> LiveView::pull() {
+    if (pulls_.take()) pull_ = pulls_.incoming();
+    return pull_;
+}
+
+void LiveView::tell(const Frame& frame, const LiveModel& model, const StreamSample&) {
+    Seen& seen = frames_.outgoing();
+    seen.frame = frame;
+    seen.displacement = frame.displacement;
+    seen.tools = model.tools();
+    seen.driven = model.driven();
+    frames_.post();
+}
+
+void LiveView::finish() {
+    run_over_ = true;
+    thread_.join();
+    if (!failure_.empty()) fail("{}", failure_);
+}
+
+void LiveView::run() {
+    give_way();
+    try {
+        ViewWindow window(body_, options_.surface, options_.size);
+        window.set_slices_in_turns(true);
+        lead(window);
+        if (!options_.screenshot.empty() && !abandoned_) window.write_png(options_.screenshot);
+    } catch (const std::exception& error) {
+        failure_ = error.what();
+        Announcer::note(failure_);
+    }
+    if (!run_over_) stop_asked = true;
+}
+
+void LiveView::lead(ViewWindow& window) {
+    window.handlers.pull = [this](const std::optional<HandPull>& pull) {
+        pulls_.outgoing() = pull;
+        pulls_.post();
+    };
+    if (options_.script) {
+        const Stage stage{{}, {}, [&](double seconds) {
+                              const double end_s = steady_seconds() + seconds;
+                              bool open = true;
+                              while (open && steady_seconds() < end_s) open = advance(window);
+                              return open;
+                          }};
+        options_.script->run(window, stage);
+        return;
+    }
+    const bool has_user = options_.surface == Surface::on_screen;
+    while (advance(window) && !stop_asked && (has_user || !run_over_)) continue;
+}
+
+bool LiveView::advance(ViewWindow& window) {
+    const double start_s = steady_seconds();
+    const bool is_open = window.process_events();
+    if (frames_.take()) {
+        ShownMoment moment = moment_of(frames_.incoming());
+        std::string shown;
+        for (const ShownSensor& s : moment.sensors) shown += s.now ? s.name + '\n' : "";
+        for (const ShownTool& t : moment.tools) shown += t.name + '\n';
+        moment.keeps_numbers = shown == labels_ && start_s < renewed_s_ + shortest_text_s;
+        if (!moment.keeps_numbers) renewed_s_ = start_s, labels_ = std::move(shown);
+        window.show(std::move(moment));
+        window.grow_range();
+    } else if (start_s >= renewed_s_ + shortest_text_s) {
+        window.renew_texts();
+    }
+    const bool drawn = window.draw();
+    const double took_s = steady_seconds() - start_s;
+    if (drawn) {
+        ++pictures_;
+        picture_s_ = took_s;
+    }
+    double left_s = 0.002;
+    if (drawn) {
+        due_s_ = std::max(due_s_ + shortest_picture_s, start_s + took_s - longest_behind_s);
+        left_s = due_s_ - start_s - took_s;
+    }
+    if (left_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+    return is_open && !abandoned_;
+}
+
+ShownMoment LiveView::moment_of(const Seen& seen) const {
+    ShownMoment moment;
+    moment.time_s = seen.frame.time_s;
+    moment.displacement = seen.displacement;
+    moment.pull = seen.frame.pull;
+    // First the reference, then the sensors, then the tools of the scene.
+    for (std::size_t i = 0; i < seen.tools.size() && i < seen.frame.image_from_tool.size(); ++i) {
+        const TrackedPose& pose = seen.frame.image_from_tool[i];
+        const bool is_sensor = i > 0 && i <= seen.frame.sensors.size();
+        if (is_usable(pose) && !is_sensor) moment.tools.push_back({seen.tools[i].tool, seen.tools[i].has_tip, {pose.rotation, pose.translation}});
+        if (!is_sensor) continue;
+        ShownSensor& sensor = moment.sensors.emplace_back(ShownSensor{seen.tools[i].tool, {}, {}, {}});
+        if (const auto& base = seen.frame.sensors[i - 1].base) sensor.base = base->translation;
+        if (is_usable(pose)) sensor.now = pose.translation;
+    }
+    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches that are held
+    moment.text = fmt::format("live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
+                              1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
+                                     seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
+                              seen.frame.step.iterations);
+    return moment;
+}
+
+}  // namespace livetet

@@ -1,0 +1,151 @@
+#include "apps/viewer/marks.hpp"
+
+#include <vtkActor.h>
+#include <vtkCoordinate.h>
+#include <vtkGlyph3DMapper.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkSphereSource.h>
+#include <vtkTextProperty.h>
+
+#include "apps/viewer/colours.hpp"
+#include "apps/viewer/lines.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double shaft_mm = 80;
+
+/// Fills a polydata with points, as vertices.
+void put_points(vtkPolyData* data, const std::vector<Vector3>& places) {
+    vtkNew<vtkPoints> points;
+    vtkNew<vtkCellArray> vertices;
+    for (const Vector3& x : places) {
+        const Vector3 mm = 1e3 * x;
+        const vtkIdType id = points->InsertNextPoint(mm.data());
+        vertices->InsertNextCell(1, &id);
+    }
+    data->SetPoints(points);
+    data->SetVerts(vertices);
+}
+
+double size_of(const TetMesh& mesh) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : mesh.nodes) box.extend(x);
+    return 1e3 * box.diagonal().norm();
+}
+
+}  // namespace
+
+MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
+    : body_(body), renderer_(renderer), ball_mm_(0.012 * size_of(body.mesh)) {
+    fixed_ = add_dots(mark_colour::fixed, 4, false);
+    patches_ = add_dots(mark_colour::patch, 5, false);
+    bases_ = add_dots(mark_colour::base, ball_mm_, true);
+    sensors_ = add_dots(mark_colour::sensor, ball_mm_, true);
+    tips_ = add_dots(mark_colour::tool, 0.8 * ball_mm_, true);
+    touched_ = add_dots(mark_colour::touched, 0.6 * ball_mm_, true);
+    pulled_ = add_dots(mark_colour::pull, ball_mm_, true);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(lines_);
+    vtkNew<vtkActor> lines;
+    lines->SetMapper(mapper);
+    lines->GetProperty()->SetLineWidth(3);
+    lines->GetProperty()->LightingOff();
+    renderer->AddActor(lines);
+}
+
+/// Square dots of so many pixels, drawn over the surface that they lie on, or balls of a radius in mm.
+MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, bool as_balls) {
+    auto data = vtkSmartPointer<vtkPolyData>::New();
+    put_points(data, {});
+    auto actor = vtkSmartPointer<vtkActor>::New();
+    if (as_balls) {
+        vtkNew<vtkSphereSource> ball;
+        ball->SetRadius(size);
+        ball->SetThetaResolution(12);
+        ball->SetPhiResolution(12);
+        vtkNew<vtkGlyph3DMapper> mapper;
+        mapper->SetInputData(data);
+        mapper->SetSourceConnection(ball->GetOutputPort());
+        actor->SetMapper(mapper);
+        actor->GetProperty()->SetAmbient(0.3);
+    } else {
+        vtkNew<vtkPolyDataMapper> mapper;
+        mapper->SetInputData(data);
+        mapper->SetResolveCoincidentTopologyToPolygonOffset();
+        mapper->SetRelativeCoincidentTopologyPointOffsetParameter(-400);
+        actor->SetMapper(mapper);
+        actor->GetProperty()->SetPointSize(static_cast<float>(size));
+        actor->GetProperty()->LightingOff();
+    }
+    actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
+    renderer_->AddActor(actor);
+    return {data, actor};
+}
+
+void MarksView::label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour) {
+    while (labels_.size() <= which) {
+        // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a third of a picture's time.
+        auto actor = vtkSmartPointer<vtkTextActor>::New();
+        vtkNew<vtkCoordinate> marked;
+        marked->SetCoordinateSystemToWorld();
+        actor->GetPositionCoordinate()->SetCoordinateSystemToViewport();
+        actor->GetPositionCoordinate()->SetReferenceCoordinate(marked);
+        actor->SetPosition(10, 8);  // pixels: beside its ball, from wherever one looks
+        set_text(actor->GetTextProperty(), 13, true);
+        actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
+        actor->GetTextProperty()->SetBackgroundOpacity(0.6);
+        renderer_->AddActor(actor);
+        labels_.push_back(actor);
+    }
+    vtkTextActor* actor = labels_[which];
+    if (!actor->GetInput() || (!keeps_numbers_ && text != actor->GetInput())) actor->SetInput(text.c_str());
+    actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
+    actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+    actor->VisibilityOn();
+}
+
+void MarksView::show(const ShownMoment& moment) {
+    const auto moved = [&](std::int32_t n) -> Vector3 { return body_.mesh.nodes[n] + moment.displacement[n]; };
+    ColouredLines lines;
+    const auto line = [&](const Vector3& a, const Vector3& b, const look::Colour& c) { lines.add(1e3 * a, 1e3 * b, c); };
+    std::vector<Vector3> fixed, patches, bases, sensors, tips, touched, pulled;
+    std::size_t labels = 0;
+    keeps_numbers_ = moment.keeps_numbers;
+    for (const std::int32_t n : body_.fixed) fixed.push_back(moved(n));
+    for (const ShownSensor& s : moment.sensors) {
+        for (const std::int32_t n : s.patch) patches.push_back(moved(n));
+        if (s.base) bases.push_back(*s.base);
+        if (!s.now) continue;
+        sensors.push_back(*s.now);
+        label(labels++, *s.now, s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name, mark_colour::sensor);
+        if (s.base) line(*s.base, *s.now, mark_colour::sensor);
+    }
+    for (const ShownTool& t : moment.tools) {
+        const Vector3 tip = t.pose.translation;
+        tips.push_back(tip);
+        if (t.has_tip) line(tip, t.pose * Vector3(0, 0, -1e-3 * shaft_mm), mark_colour::tool);
+        label(labels++, tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
+    }
+    for (const ShownFiducial& f : body_.fiducials) {
+        lines.add_cross(1e3 * f.in_image, 2 * ball_mm_, 3, mark_colour::fiducial);
+        touched.push_back(f.from_tracker);
+        line(f.in_image, f.from_tracker, mark_colour::touched);
+        label(labels++, f.in_image, fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()), mark_colour::fiducial);
+    }
+    if (moment.pull) {
+        pulled = {moment.pull->base, moment.pull->to};
+        line(moment.pull->base, moment.pull->to, mark_colour::pull);
+    }
+    for (; labels < labels_.size(); ++labels) labels_[labels]->VisibilityOff();
+    for (const auto& [dots, places] : {std::pair(&fixed_, &fixed), {&patches_, &patches}, {&bases_, &bases}, {&sensors_, &sensors},
+                                       {&tips_, &tips}, {&touched_, &touched}, {&pulled_, &pulled}}) {
+        dots->actor->SetVisibility(!places->empty());  // an empty mapper costs a picture as much as a full one
+        if (!places->empty()) put_points(dots->places, *places);
+    }
+    lines.put_into(lines_);
+}
+
+}  // namespace livetet

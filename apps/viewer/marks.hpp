@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vtkTextActor.h>
+#include <vtkNew.h>
+#include <vtkActor.h>
+#include <vtkPolyData.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+
+#include "apps/plots/off_screen_window.hpp"
+#include "apps/viewer/body.hpp"
+
+namespace livetet {
+
+/// What is marked about the organ: fixed nodes, sensors with their patches, where they were placed and where they are, tools
+/// with their tips, fiducials of the image and of the tracker with the distance between them, the marker pulled by hand.
+class MarksView {
+  public:
+    /// `body` has to outlive it.
+    MarksView(const ShownBody& body, vtkRenderer* renderer);
+    void show(const ShownMoment& moment);
+
+  private:
+    struct Dots {
+        vtkSmartPointer<vtkPolyData> places;
+        vtkSmartPointer<vtkActor> actor;
+    };
+    Dots add_dots(const look::Colour& colour, double size, bool as_balls);
+    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour);
+
+    const ShownBody& body_;
+    vtkRenderer* renderer_;
+    double ball_mm_;
+    bool keeps_numbers_ = false;  ///< see ShownMoment
+    Dots fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
+    vtkNew<vtkPolyData> lines_;
+    std::vector<vtkSmartPointer<vtkTextActor>> labels_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,225 @@
+#include "apps/viewer/window.hpp"
+
+#include <vtkActor2D.h>
+#include <vtkCamera.h>
+#include <vtkCoordinate.h>
+#include <vtkLight.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkProperty2D.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/plots/off_screen_window.hpp"
+#include "apps/viewer/colours.hpp"
+#include "apps/viewer/lines.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr double organ_width = 0.66;
+constexpr int strip_pixels = 60;  ///< of two lines of text and the time line, whatever the window's height
+constexpr double line_height = 0.78;
+
+constexpr const char* help_text =
+    "space play   left/right step   c colour   d rest/deformed   v volume   r reset   s screenshot   x let go   q quit      "
+    "slices: left cross-hair, right window and level, wheel through, shift+left (or middle) pull";
+
+}  // namespace
+
+ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size) : body_(body) {
+    route_messages();
+    window_ = vtkSmartPointer<vtkRenderWindow>::New();
+    window_->SetOffScreenRendering(surface == Surface::off_screen);
+    window_->SetMultiSamples(0);
+    window_->SetSize(size[0], size[1]);
+    window_->SetWindowName("Livetet");
+    const bool has_slices = body.image.has_value();
+    organ_renderer_->SetBackground(look::paper.data());
+    window_->AddRenderer(organ_renderer_);
+    vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software renderer as much as all the rest
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(-0.5, 0.6, 1);
+    organ_renderer_->AddLight(light);
+    organ_ = std::make_unique<OrganView>(body, organ_renderer_);
+    marks_ = std::make_unique<MarksView>(body, organ_renderer_);
+    if (has_slices) {
+        for (const auto& renderer : slice_renderers_) window_->AddRenderer(renderer);
+        slices_ = std::make_unique<SliceViews>(
+            body, std::array<vtkRenderer*, 3>{slice_renderers_[0], slice_renderers_[1], slice_renderers_[2]});
+        volume_ = std::make_unique<VolumeView>(body, organ_renderer_);
+    }
+    add_strip();
+
+    organ_renderer_->GetActiveCamera()->SetPosition(-0.35, 1, 0.45);  // from the front, the left and above
+    organ_renderer_->GetActiveCamera()->SetViewUp(0, 0, 1);
+    moment_.displacement.assign(body.mesh.nodes.size(), Vector3::Zero());
+    listen(surface);
+    arrange();
+    reset();
+}
+
+ViewWindow::~ViewWindow() = default;
+
+void ViewWindow::arrange() {
+    const int* size = window_->GetSize();
+    if (arranged_ == std::array{size[0], size[1]}) return;
+    arranged_ = {size[0], size[1]};
+    const double strip = std::min(0.4, static_cast<double>(strip_pixels) / std::max(size[1], 1));
+    strip_->SetViewport(0, 0, 1, strip);
+    organ_renderer_->SetViewport(0, strip, slices_ ? organ_width : 1, 1);
+    organ_->make_room((slices_ ? organ_width : 1) * size[0]);
+    for (int i = 0; i < 3; ++i) {
+        const double height = (1 - strip) / 3, bottom = strip + (2 - i) * height;
+        slice_renderers_[i]->SetViewport(organ_width + 0.002, bottom, 1, bottom + height - 0.004);
+    }
+    if (slices_) slices_->fit();
+    renew();
+}
+
+void ViewWindow::add_strip() {
+    strip_->SetBackground(0.94, 0.94, 0.95);
+    window_->AddRenderer(strip_);
+    vtkNew<vtkCoordinate> share;
+    share->SetCoordinateSystemToNormalizedViewport();
+    vtkNew<vtkPolyDataMapper2D> mapper;
+    mapper->SetInputData(time_line_);
+    mapper->SetTransformCoordinate(share);
+    vtkNew<vtkActor2D> line;
+    line->SetMapper(mapper);
+    line->GetProperty()->SetLineWidth(4);
+    strip_->AddViewProp(line);
+    for (const auto& [actor, y, size] : {std::tuple(text_.Get(), 0.36, 14), {help_.Get(), 0.06, 11}}) {
+        set_text(actor->GetTextProperty(), size);
+        actor->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+        actor->SetPosition(line_left, y);
+        strip_->AddViewProp(actor);
+    }
+    help_->SetInput(help_text);
+    help_->GetTextProperty()->SetColor(look::grey[0], look::grey[1], look::grey[2]);
+    set_time({});
+}
+
+void ViewWindow::set_time(std::optional<double> share) {
+    ColouredLines lines;
+    if (share) {
+        const double x = line_left + std::clamp(*share, 0.0, 1.0) * (line_right - line_left);
+        lines.add({line_left, line_height, 0}, {line_right, line_height, 0}, {0.78, 0.78, 0.80});
+        lines.add({line_left, line_height, 0}, {x, line_height, 0}, look::blue);
+        lines.add({x, line_height - 0.14, 0}, {x, line_height + 0.14, 0}, look::blue);
+    }
+    lines.put_into(time_line_);
+    changed_ = true;
+}
+
+void ViewWindow::show(ShownMoment moment) {
+    moment_ = std::move(moment);
+    stale_ = true;
+}
+
+void ViewWindow::renew_texts() {
+    stale_ = stale_ || moment_.keeps_numbers;
+    moment_.keeps_numbers = false;
+}
+
+void ViewWindow::set_range(ColourBy what, double largest) {
+    organ_->set_range(what, largest);
+    renew();
+}
+
+void ViewWindow::grow_range() {
+    constexpr double step = 0.005;
+    double largest = 0;
+    for (const Vector3& u : moment_.displacement) largest = std::max(largest, u.squaredNorm());
+    largest = std::sqrt(largest);
+    if (largest > organ_->range(ColourBy::displacement)) set_range(ColourBy::displacement, step * std::ceil(largest / step));
+}
+
+void ViewWindow::set_colour(ColourBy what) {
+    organ_->set_colour(what == ColourBy::von_mises && moment_.von_mises.empty() ? ColourBy::displacement : what);
+    renew();
+}
+
+void ViewWindow::set_deformed(bool deformed) {
+    if (slices_) slices_->set_deformed(deformed);
+    renew();
+}
+
+void ViewWindow::set_cross(const Vector3& cross) {
+    if (slices_) slices_->set_cross(cross);
+    renew();
+}
+
+void ViewWindow::set_window(double window, double level) {
+    if (slices_) slices_->set_window(window, level);
+    changed_ = true;
+}
+
+void ViewWindow::set_volume(bool visible) {
+    if (!volume_) return;
+    volume_->set_visible(visible);
+    organ_->actor()->SetVisibility(!visible);
+    renew();
+}
+
+void ViewWindow::look_from(Look look) {
+    const Vector3 towards[] = {Vector3::UnitY(), -Vector3::UnitY(), -Vector3::UnitX(),
+                               Vector3::UnitX(), Vector3::UnitZ(),  -Vector3::UnitZ()};
+    const Vector3 from = towards[static_cast<int>(look)];
+    const bool upright = look != Look::above && look != Look::below;
+    vtkCamera* camera = organ_renderer_->GetActiveCamera();
+    camera->SetFocalPoint(0, 0, 0);
+    camera->SetPosition(from.x(), from.y(), from.z());
+    camera->SetViewUp(0, upright ? 0 : 1, upright ? 1 : 0);
+    reset();
+}
+
+void ViewWindow::zoom(double factor) {
+    organ_renderer_->GetActiveCamera()->Zoom(factor);
+    changed_ = true;
+}
+
+/// The organ at rest fills the view from where it is looked at.
+void ViewWindow::reset() {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : body_.mesh.nodes) box.extend(1e3 * x);
+    const double bounds[6] = {box.min().x(), box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z()};
+    organ_renderer_->GetActiveCamera()->SetViewAngle(30);
+    organ_renderer_->ResetCamera(bounds);
+    organ_renderer_->GetActiveCamera()->Zoom(1.1);
+    if (slices_) slices_->fit();
+    changed_ = true;
+}
+
+bool ViewWindow::draw() {
+    arrange();
+    if (!stale_ && !changed_) return false;
+    const bool in_turn = slices_in_turns_ && !changed_;
+    if (in_turn) turn_ = (turn_ + 1) % 3;
+    const auto is_drawn = [&](int slice) { return !in_turn || slice == turn_; };
+    if (stale_) {
+        organ_->show(moment_);
+        marks_->show(moment_);
+        for (int i = 0; slices_ && i < 3; ++i)
+            if (is_drawn(i)) slices_->show(i, moment_);
+        if (volume_) volume_->show(moment_);
+        if (!moment_.keeps_numbers) text_->SetInput(moment_.text.c_str());
+    }
+    stale_ = changed_ = false;
+    organ_renderer_->ResetCameraClippingRange();
+    for (int i = 0; i < 3; ++i) slice_renderers_[i]->SetDraw(is_drawn(i));  // else what is there stays
+    window_->Render();
+    for (const auto& renderer : slice_renderers_) renderer->DrawOn();
+    return true;
+}
+
+void ViewWindow::write_png(const std::filesystem::path& path) {
+    renew_texts();
+    if (slices_in_turns_) renew();
+    draw();
+    write_window(window_, path);
+}
+
+}  // namespace livetet

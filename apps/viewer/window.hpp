@@ -1,0 +1,121 @@
+#pragma once
+
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "apps/viewer/marks.hpp"
+#include "apps/viewer/organ.hpp"
+#include "apps/viewer/slices.hpp"
+#include "apps/viewer/volume.hpp"
+
+namespace livetet {
+
+enum class MouseButton { left, middle, right };
+enum class Surface { on_screen, off_screen };
+
+/// From where the organ is looked at, by the patient's sides.
+enum class Look { front, back, left, right, above, below };
+
+/// The window: the organ on the left, three slices of the image on the right, a time line below. It shows the moments that it
+/// is given; what the user wants of time and of the body it hands on. Needs an X server, off screen too; all calls come from
+/// the thread that made it.
+class ViewWindow {
+  public:
+    /// What is asked for; each may be empty.
+    struct Handlers {
+        std::function<void()> toggle_play;
+        std::function<void(int)> step;                               ///< so many frames
+        std::function<void(double)> seek;                            ///< share of the time line
+        std::function<void(const std::optional<HandPull>&)> pull;    ///< a marker is pulled, or let go
+    };
+
+    /// `body` has to outlive it.
+    ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size = {1280, 800});
+    ~ViewWindow();
+    Handlers handlers;
+
+    void show(ShownMoment moment);
+    /// Its texts too, where it said that they stay.
+    void renew_texts();
+    const ShownMoment& shown() const { return moment_; }
+    /// Where on the time line; none: no line.
+    void set_time(std::optional<double> share);
+    void set_range(ColourBy what, double largest);
+    /// Grows the displacement's range, in steps of 5 mm, where this moment reaches beyond it.
+    void grow_range();
+    void set_colour(ColourBy what);
+    void set_deformed(bool deformed);
+    void set_cross(const Vector3& cross);
+    void set_window(double window, double level);
+    void set_volume(bool visible);
+    void look_from(Look look);
+    /// Of a new moment one slice is drawn at a time, the three in turns: a third of their work in each picture.
+    void set_slices_in_turns(bool in_turns) { slices_in_turns_ = in_turns; }
+    void zoom(double factor);
+    void reset();
+    /// Sets a marker as the mouse would: `base` and where it is pulled to.
+    void pull(const Vector3& base, const Vector3& to);
+    void release();
+
+    /// What is shown, as JSON: time, displacement at most, cross-hair (mm), window and level, the marker.
+    std::string state() const;
+    /// Draws where something has changed. Returns whether it did.
+    bool draw();
+    void write_png(const std::filesystem::path& path);
+    vtkRenderWindow* window() { return window_; }
+
+    /// Takes what mouse and keys did. False once the window is closed.
+    bool process_events();
+    /// What mouse and keys do, in pixels from the window's lower left: also for scripts.
+    void drag(MouseButton button, bool shift, std::array<int, 2> from, std::array<int, 2> to);
+    void press_key(const std::string& key);
+
+  private:
+    class Style;
+    static constexpr double line_left = 0.02, line_right = 0.98;  ///< ends of the time line, shares of the width
+    void listen(Surface surface);
+    /// False where the mouse is over the organ, whose camera the style turns.
+    bool mouse_down(MouseButton button, bool shift, int x, int y);
+    bool mouse_move(int x, int y);
+    bool mouse_up();
+    bool wheel(int steps, int x, int y);
+    void add_strip();
+    /// Gives each part its place, where the window has another size than it had.
+    void arrange();
+
+    const ShownBody& body_;
+    ShownMoment moment_;
+    vtkSmartPointer<vtkRenderWindow> window_;
+    vtkNew<vtkRenderer> organ_renderer_, strip_;
+    std::array<vtkNew<vtkRenderer>, 3> slice_renderers_;
+    vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
+    std::unique_ptr<OrganView> organ_;
+    std::unique_ptr<MarksView> marks_;
+    std::unique_ptr<SliceViews> slices_;
+    std::unique_ptr<VolumeView> volume_;
+    vtkNew<vtkPolyData> time_line_;
+    vtkNew<vtkTextActor> text_, help_;
+    void renew() { stale_ = changed_ = true; }
+    bool stale_ = true, changed_ = true;  ///< the moment is another; what is shown of it, or how
+    bool slices_in_turns_ = false, closed_ = false;
+    int turn_ = 0;
+    std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
+
+    enum class Doing { nothing, crossing, windowing, pulling, seeking };
+    Doing doing_ = Doing::nothing;
+    SliceView* slice_ = nullptr;  ///< that the mouse went down in
+    std::array<int, 2> last_{0, 0};
+    std::optional<HandPull> pull_;
+    int pulls_ = 0;
+};
+
+}  // namespace livetet

@@ -1,0 +1,213 @@
+#include <vtkCallbackCommand.h>
+#include <vtkGenericRenderWindowInteractor.h>
+#include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkObjectFactory.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/viewer/window.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// The first of view_001.png, view_002.png ... that is not there.
+std::filesystem::path free_name() {
+    for (int k = 1;; ++k)
+        if (std::filesystem::path name = fmt::format("view_{:03}.png", k); !std::filesystem::exists(name)) return name;
+}
+
+}  // namespace
+
+/// Over slices and time line the mouse is the window's; over the organ it turns VTK's camera.
+class ViewWindow::Style : public vtkInteractorStyleTrackballCamera {
+  public:
+    static Style* New();
+    vtkTypeMacro(Style, vtkInteractorStyleTrackballCamera);
+    ViewWindow* window = nullptr;
+
+    void OnLeftButtonDown() override { down(MouseButton::left); }
+    void OnMiddleButtonDown() override { down(MouseButton::middle); }
+    void OnRightButtonDown() override { down(MouseButton::right); }
+    void OnLeftButtonUp() override {
+        if (!window->mouse_up()) Superclass::OnLeftButtonUp();
+    }
+    void OnMiddleButtonUp() override {
+        if (!window->mouse_up()) Superclass::OnMiddleButtonUp();
+    }
+    void OnRightButtonUp() override {
+        if (!window->mouse_up()) Superclass::OnRightButtonUp();
+    }
+    void OnMouseMove() override {
+        const int* at = Interactor->GetEventPosition();
+        if (window->mouse_move(at[0], at[1])) return;
+        Superclass::OnMouseMove();
+        if (State != VTKIS_NONE) window->changed_ = true;
+    }
+    void OnMouseWheelForward() override { turn(1); }
+    void OnMouseWheelBackward() override { turn(-1); }
+    void OnKeyPress() override { window->press_key(Interactor->GetKeySym()); }
+    void OnChar() override {}  // VTK's own keys
+
+  private:
+    void down(MouseButton button) {
+        const int* at = Interactor->GetEventPosition();
+        if (window->mouse_down(button, Interactor->GetShiftKey() != 0, at[0], at[1])) return;
+        if (button == MouseButton::left) Superclass::OnLeftButtonDown();
+        if (button == MouseButton::middle) Superclass::OnMiddleButtonDown();
+        if (button == MouseButton::right) Superclass::OnRightButtonDown();
+    }
+    void turn(int steps) {
+        const int* at = Interactor->GetEventPosition();
+        if (window->wheel(steps, at[0], at[1])) return;
+        if (steps > 0) Superclass::OnMouseWheelForward();
+        if (steps < 0) Superclass::OnMouseWheelBackward();
+        window->changed_ = true;
+    }
+};
+vtkStandardNewMacro(ViewWindow::Style);
+
+void ViewWindow::listen(Surface surface) {
+    if (surface == Surface::on_screen)
+        interactor_ = vtkSmartPointer<vtkRenderWindowInteractor>::New();
+    else
+        interactor_ = vtkSmartPointer<vtkGenericRenderWindowInteractor>::New();
+    interactor_->SetRenderWindow(window_);
+    vtkNew<Style> style;
+    style->window = this;
+    style->SetDefaultRenderer(organ_renderer_);
+    interactor_->SetInteractorStyle(style);
+    interactor_->EnableRenderOff();  // `draw` does
+    vtkNew<vtkCallbackCommand> redraw, close;
+    redraw->SetClientData(this);
+    redraw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+        static_cast<ViewWindow*>(self)->changed_ = true;
+    });
+    close->SetClientData(this);
+    close->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<ViewWindow*>(self)->closed_ = true; });
+    interactor_->AddObserver(vtkCommand::ExposeEvent, redraw);
+    interactor_->AddObserver(vtkCommand::ConfigureEvent, redraw);
+    interactor_->AddObserver(vtkCommand::ExitEvent, close);
+    if (surface == Surface::on_screen) interactor_->Initialize();
+}
+
+std::string ViewWindow::state() const {
+    const auto mm = [](const Vector3& x) { return nlohmann::json{1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z()}; };
+    double largest = 0;
+    for (const Vector3& u : moment_.displacement) largest = std::max(largest, u.norm());
+    nlohmann::json state{{"time_s", moment_.time_s}, {"largest_mm", 1e3 * largest}, {"deformed", slices_ && slices_->is_deformed()}};
+    if (slices_) state.update({{"cross_mm", mm(slices_->cross())}, {"window", slices_->window()}, {"level", slices_->level()}});
+    if (moment_.pull) state["pull"] = {{"base_mm", mm(moment_.pull->base)}, {"to_mm", mm(moment_.pull->to)}};
+    for (const ShownSensor& s : moment_.sensors)
+        if (s.base && s.now) state["sensors"][s.name] = {{"base_mm", mm(*s.base)}, {"now_mm", mm(*s.now)}, {"patch", s.patch.size()}};
+    return state.dump();
+}
+
+bool ViewWindow::process_events() {
+    interactor_->ProcessEvents();
+    return !closed_;
+}
+
+bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
+    const vtkRenderer* under = interactor_->FindPokedRenderer(x, y);
+    last_ = {x, y};
+    if (under == strip_) {
+        doing_ = Doing::seeking;
+        return mouse_move(x, y);
+    }
+    slice_ = slices_ ? slices_->of(under) : nullptr;
+    if (!slice_) return false;
+    if (button == MouseButton::right) {
+        doing_ = Doing::windowing;
+    } else if (button == MouseButton::left && !shift) {
+        doing_ = Doing::crossing;
+    } else {
+        doing_ = Doing::pulling;
+        pull_ = HandPull{++pulls_, slice_->point_at(x, y), slice_->point_at(x, y)};
+    }
+    return mouse_move(x, y);
+}
+
+bool ViewWindow::mouse_move(int x, int y) {
+    switch (doing_) {
+        case Doing::nothing:
+            return false;
+        case Doing::seeking: {
+            const double share = static_cast<double>(x) / window_->GetSize()[0];
+            if (handlers.seek) handlers.seek(std::clamp((share - line_left) / (line_right - line_left), 0.0, 1.0));
+            break;
+        }
+        case Doing::crossing:
+            set_cross(slice_->point_at(x, y));
+            break;
+        case Doing::windowing: {  // the window by as much as it is over 200 pixels, as the level
+            const double per_pixel = slices_->window() / 200;
+            set_window(slices_->window() + per_pixel * (x - last_[0]), slices_->level() + per_pixel * (y - last_[1]));
+            break;
+        }
+        case Doing::pulling:
+            pull_->to = slice_->point_at(x, y);
+            if (handlers.pull) handlers.pull(pull_);
+            break;
+    }
+    last_ = {x, y};
+    return true;
+}
+
+bool ViewWindow::mouse_up() {
+    const bool ours = doing_ != Doing::nothing;
+    doing_ = Doing::nothing;
+    return ours;
+}
+
+bool ViewWindow::wheel(int steps, int x, int y) {
+    SliceView* slice = slices_ ? slices_->of(interactor_->FindPokedRenderer(x, y)) : nullptr;
+    if (!slice) return false;
+    set_cross(slices_->cross() + steps * slice->spacing() * Vector3::Unit(slice->axis()));
+    return true;
+}
+
+void ViewWindow::pull(const Vector3& base, const Vector3& to) {
+    if (!pull_ || pull_->base != base) pull_ = HandPull{++pulls_, base, base};
+    pull_->to = to;
+    if (handlers.pull) handlers.pull(pull_);
+}
+
+void ViewWindow::release() {
+    pull_.reset();
+    if (handlers.pull) handlers.pull(pull_);
+}
+
+void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from, std::array<int, 2> to) {
+    static constexpr unsigned long down[] = {vtkCommand::LeftButtonPressEvent, vtkCommand::MiddleButtonPressEvent,
+                                             vtkCommand::RightButtonPressEvent};
+    static constexpr unsigned long up[] = {vtkCommand::LeftButtonReleaseEvent, vtkCommand::MiddleButtonReleaseEvent,
+                                           vtkCommand::RightButtonReleaseEvent};
+    constexpr int steps = 8;
+    draw();  // where things are is known once they were drawn
+    for (int k = 0; k <= steps; ++k) {
+        interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps, from[1] + (to[1] - from[1]) * k / steps, 0, shift);
+        interactor_->InvokeEvent(k == 0 ? down[static_cast<int>(button)] : static_cast<unsigned long>(vtkCommand::MouseMoveEvent));
+    }
+    interactor_->InvokeEvent(up[static_cast<int>(button)]);
+    changed_ = true;
+}
+
+void ViewWindow::press_key(const std::string& key) {
+    if (key == "space" && handlers.toggle_play) handlers.toggle_play();
+    if ((key == "Left" || key == "Right") && handlers.step) handlers.step(key == "Left" ? -1 : 1);
+    if (key == "c") set_colour(organ_->colour() == ColourBy::displacement ? ColourBy::von_mises : ColourBy::displacement);
+    if (key == "d") set_deformed(slices_ && !slices_->is_deformed());
+    if (key == "v") set_volume(volume_ && !volume_->is_visible());
+    if (key == "r") reset();
+    if (key == "x") release();
+    if (key == "q" || key == "Escape") closed_ = true;
+    if (key == "s") {
+        const auto file = free_name();
+        write_png(file);
+        fmt::print(stderr, "view: written {}\n", file.string());
+    }
+}
+
+}  // namespace livetet

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "mechanics/tet_kernels.hpp"
+#include "solvers/assembly/level_assembler.hpp"
+
+// The visits of ElasticLevel to its quadrature points, for who calls one.
+
+namespace livetet {
+
+template <class Visit>
+void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
+    const LocalValues u(at.u);
+    std::optional<LocalValues> pressures;
+    if (is_mixed()) pressures.emplace(at.p);
+    with_energy(strain_, [&](auto energy) {
+        with_shape([&](auto count) {
+            using Energy = decltype(energy);
+            constexpr int nodes = decltype(count)::value;
+            using Shape = TetShape<nodes>;
+            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+                const TetElement element = this->element(e);
+                const Nodal<nodes> values = values_at<nodes>(e, u.data());
+                for (int point = 0; point < Shape::points; ++point) {
+                    const auto g = Shape::gradients(element, point);
+                    const Eigen::Matrix3d H = values * g.transpose();
+                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
+                    const double p = pressure_at(Energy{}, Shape{}, e, element.lambda, point,
+                                                 pressures ? pressures->data() : nullptr, H, R);
+                    visit(energy, Shape{}, e, element, point, g, H, R, p);
+                }
+            }
+        });
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
+    visit_points(at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+        using Energy = decltype(energy);
+        const Eigen::Matrix3d P = Energy::stress(element.mu, p, H, R);
+        // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
+        visit(e, point,
+              strain_ == StrainModel::linear
+                  ? P
+                  : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
+                                    away_from_zero(1 + Energy::dilation(H))));
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
+    TetFields fields;
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int point, const auto&,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+        using Energy = decltype(energy);
+        constexpr int points = decltype(shape)::points;
+        if (point == 0) fields = {};
+        const double lambda = element.lambda;
+        fields.volume_change += (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
+        fields.strain_energy_J_per_m3 +=
+            (Energy::shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
+        if (point + 1 == points) visit(e, fields);
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_volume_ratio(const ElasticState& at, Visit&& visit) const {
+    double ratio = 0;
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point, const auto&, const Eigen::Matrix3d& H,
+                         const Eigen::Matrix3d&, double) {
+        constexpr int points = decltype(shape)::points;
+        if (point == 0) ratio = 1;
+        ratio += decltype(energy)::dilation(H) / points;
+        if (point + 1 == points) visit(e, ratio);
+    });
+}
+
+template <class Visit>
+void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
+    const LocalValues values(u);
+    with_energy(strain_, [&](auto energy) {
+        with_shape([&](auto count) {
+            using Energy = decltype(energy);
+            constexpr int nodes = decltype(count)::value;
+            using Shape = TetShape<nodes>;
+            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+                const TetElement element = this->element(e);
+                const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
+                for (int point = 0; point < Shape::points; ++point) {
+                    const auto g = Shape::gradients(element, point);
+                    const Eigen::Matrix3d H = nodal * g.transpose();
+                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
+                    visit(e, Shape::coordinates(point), element.volume / Shape::points,
+                          Energy::volume_strain(H, R), Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
+                }
+            }
+        });
+    });
+}
+
+}  // namespace livetet

@@ -1,0 +1,132 @@
+#include "solvers/assembly/pressure_coupling.hpp"
+
+#include <petscmat.h>
+
+#include <cmath>
+
+#include "solvers/assembly/level_assembler_points.hpp"
+
+namespace livetet {
+
+namespace {
+
+PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns, std::vector<PetscInt>& i,
+                             std::vector<PetscInt>& j) {
+    PetscHandle<Mat> A;
+    LIVETET_PETSC(MatCreate(comm, A.out()));
+    LIVETET_PETSC(MatSetSizes(A.get(), rows, columns, PETSC_DETERMINE, PETSC_DETERMINE));
+    LIVETET_PETSC(MatSetType(A.get(), MATAIJ));
+    LIVETET_PETSC(MatSetPreallocationCOO(A.get(), static_cast<PetscCount>(i.size()), i.data(), j.data()));
+    return A;
+}
+
+}  // namespace
+
+PressureCoupling::PressureCoupling(const ElasticLevel& level) : level_(level) {
+    const PressureSpace& space = *level.pressure_space();
+    const MeshShare& share = level.share();
+    // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and m^3/Pa.
+    double sums[4] = {0, 0, 0, 0};
+    for (std::size_t t = 0; t < share.tets.size(); ++t) {
+        const TetElement e = level.element(t);
+        sums[0] += 2 * e.mu * e.volume * e.gradients.squaredNorm();
+        sums[1] += e.volume / (2 * e.mu);
+    }
+    sums[2] = share.owned;
+    sums[3] = space.owned;
+    MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, share.comm);
+    scale_ = std::sqrt(sums[0] / sums[2] / (sums[1] / sums[3]));
+    schur_ = make_vector(space);
+
+    const int n = share.nodes_per_tet();
+    std::vector<PetscInt> rows, columns;
+    for (std::size_t e = 0; e < share.tets.size(); ++e)
+        for (const std::int32_t q : space.tets[e])
+            for (int i = 0; i < n; ++i)
+                for (PetscInt c = 0; c < 3; ++c) {
+                    rows.push_back(q < space.owned ? space.numbers[q] : -1);
+                    columns.push_back(3 * share.numbers[share.node(e, i)] + c);
+                }
+    values_.resize(rows.size());
+    b_ = make_matrix(share.comm, space.owned, 3 * share.owned, rows, columns);
+    make_c();
+}
+
+void PressureCoupling::make_c() {
+    const PressureSpace& space = *level_.pressure_space();
+    const bool linear = level_.share().edge_nodes.empty();
+    std::vector<PetscInt> rows, columns;
+    std::vector<PetscScalar> values;
+    LIVETET_PETSC(VecSet(schur_.get(), 0));
+    {
+        WriteArray schur(schur_.get());
+        for (std::size_t e = 0; e < space.tets.size(); ++e) {
+            const TetElement t = level_.element(e);
+            for (int i = 0; i < 4; ++i) {
+                const std::int32_t row = space.tets[e][i];
+                for (int j = 0; j < 4; ++j) {
+                    const double mass = t.volume / 20 * (i == j ? 2 : 1);
+                    const double projected = linear ? (mass - t.volume / 16) / (2 * t.mu) : 0;
+                    rows.push_back(row < space.owned ? space.numbers[row] : -1);
+                    columns.push_back(space.numbers[space.tets[e][j]]);
+                    values.push_back(-scale_ * scale_ * (mass / t.lambda + projected));
+                }
+                if (row < space.owned)
+                    schur[row] += scale_ * scale_ * t.volume / 4 * (1 / t.lambda + 1 / (2 * t.mu));
+            }
+        }
+    }
+    minus_c_ = make_matrix(space.comm, space.owned, space.owned, rows, columns);
+    LIVETET_PETSC(MatSetValuesCOO(minus_c_.get(), values.data(), INSERT_VALUES));
+}
+
+void PressureCoupling::assemble(Vec u) {
+    const MeshShare& share = level_.share();
+    const auto constrained = level_.constrained();
+    std::fill(values_.begin(), values_.end(), 0.0);
+    level_.visit_volume_strain(
+        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double, const auto& derivative) {
+            const auto nodes = derivative.cols();
+            PetscScalar* value = values_.data() + e * 12 * nodes;
+            for (int q = 0; q < 4; ++q)
+                for (int i = 0; i < nodes; ++i) {
+                    const std::uint8_t held = constrained[share.node(e, i)];
+                    for (int c = 0; c < 3; ++c, ++value)
+                        if (!(held >> c & 1)) *value += scale_ * weight * L[q] * derivative(c, i);
+                }
+        });
+    LIVETET_PETSC(MatSetValuesCOO(b_.get(), values_.data(), INSERT_VALUES));
+}
+
+void PressureCoupling::residual(Vec u, Vec p, Vec g) {
+    LIVETET_PETSC(MatMult(minus_c_.get(), p, g));  // - scale^2 C p
+    LIVETET_PETSC(VecScale(g, 1 / scale_));
+    const PressureSpace& space = *level_.pressure_space();
+    WriteArray values(g);
+    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double theta, const auto&) {
+        for (int q = 0; q < 4; ++q)
+            if (const std::int32_t row = space.tets[e][q]; row < space.owned)
+                values[row] += scale_ * weight * L[q] * theta;
+    });
+}
+
+void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
+    const PressureSpace& space = *level_.pressure_space();
+    const MeshShare& share = level_.share();
+    const LocalValues direction(v);
+    WriteArray values(g);
+    level_.visit_volume_strain(
+        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double, const auto& derivative) {
+            double increment = 0;
+            for (int i = 0; i < derivative.cols(); ++i)
+                increment += derivative.col(i).dot(
+                    Eigen::Map<const Eigen::Vector3d>(direction.data() + 3 * share.node(e, i)));
+            for (int q = 0; q < 4; ++q)
+                if (const std::int32_t row = space.tets[e][q]; row < space.owned)
+                    values[row] += scale_ * weight * L[q] * increment;
+        });
+}
+
+void PressureCoupling::apply_schur_inverse(Vec x, Vec y) const { LIVETET_PETSC(VecPointwiseDivide(y, x, schur_.get())); }
+
+}  // namespace livetet

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/parallel/partitioned_mesh.hpp"
+
+namespace livetet {
+
+/// Continuous pressures, one at each corner of the tets, shared by the ranks as the corners are. Local pressures: the
+/// owned ones first, then ghosts by rising PETSc number.
+struct PressureSpace {
+    MPI_Comm comm = MPI_COMM_SELF;
+    std::int32_t owned = 0;
+    std::vector<PetscInt> numbers;  ///< local pressure -> PETSc's number
+    std::vector<Tet> tets;          ///< in local pressures, in the order of the share's tets
+};
+
+/// Collective. `corners`: how many nodes of the whole mesh are corners.
+PressureSpace make_pressure_space(const MeshShare& share, std::int32_t corners);
+
+/// One value for each pressure, with room for the ghosts' behind the owned ones.
+PetscHandle<Vec> make_vector(const PressureSpace& space);
+
+}  // namespace livetet

@@ -1,0 +1,391 @@
+#include "solvers/linear/single_precision_multigrid.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.hpp"
+#include "mechanics/scaled_stiffness.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Four = float __attribute__((vector_size(16)));
+
+Four load(const float* p) {
+    Four v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+
+/// The first three lanes.
+void store(Four v, float* p) {
+    std::memcpy(p, &v, 2 * sizeof(float));
+    p[2] = v[2];
+}
+
+/// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node `nodes[k]`, k from
+/// start[n] to start[n + 1].
+struct Lent {
+    std::vector<std::int32_t> start, nodes;
+    std::vector<float> weights;
+
+    Lent(const BarycentricMap& map, std::size_t coarse_nodes) : start(coarse_nodes + 1, 0) {
+        for (const auto& four : map.nodes)
+            for (const std::int32_t n : four) ++start[n + 1];
+        for (std::size_t n = 0; n < coarse_nodes; ++n) start[n + 1] += start[n];
+        nodes.resize(start.back());
+        weights.resize(start.back());
+        std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+        for (std::size_t i = 0; i < map.size(); ++i)
+            for (int k = 0; k < 4; ++k) {
+                const std::int32_t place = next[map.nodes[i][k]]++;
+                nodes[place] = static_cast<std::int32_t>(i);
+                weights[place] = static_cast<float>(map.weights[i][k]);
+            }
+    }
+    /// The weighted sum of the fine nodes' values around coarse node n.
+    Four gather(std::size_t n, const float* fine) const {
+        Four sum{};
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k] * load(fine + 3 * nodes[k]);
+        return sum;
+    }
+    /// Their mean, which has no use for negative weights.
+    Four mean(std::size_t n, const float* fine) const {
+        Four sum{};
+        float total = 1e-6F;
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) {
+            const float w = std::max(weights[k], 0.0F);
+            sum += w * load(fine + 3 * nodes[k]);
+            total += w;
+        }
+        return sum / total;
+    }
+};
+
+/// Nodes a thread should have at least to be worth waking.
+constexpr std::size_t grain = 150;
+
+}  // namespace
+
+/// A level works on A / s = K + (m M + springs) / s with the nodes' values scaled as ScaledStiffness scales them: its
+/// unknowns are S x, its right-hand sides S^-1 b / s.
+struct FloatMultigrid::Level {
+    ElasticLevel& level;
+    LiveBatches& live;
+    ThreadTeam& team;
+    ScaledStiffness A;
+    std::vector<float> inverse;  ///< of the diagonal blocks, column-major; zero in constrained rows and columns
+    std::vector<float> b, x, next, r, d;
+    std::vector<float> into, from;  ///< S and 1 / S of each component, 0 where it is constrained
+    std::unique_ptr<Lent> lent;     ///< to the next finer level's nodes
+    std::vector<float> more;        ///< of each node: inertia and springs, as they stand in the diagonal
+    double bound = 2;               ///< largest eigenvalue of D^-1 A
+
+    Level(ElasticLevel& l, ThreadTeam& t)
+        : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
+        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from}) v->assign(3 * nodes() + 1, 0.0F);
+        inverse.assign(9 * nodes() + 4, 0.0F);
+        more.assign(nodes(), 0.0F);
+    }
+
+    std::size_t nodes() const { return A.nodes(); }
+
+    /// work(begin, end) on pieces of the rows.
+    template <class Work>
+    void over_rows(Work&& work) const {
+        team.run_pieces(nodes(), grain, work);
+    }
+
+    void set_constrained() {
+        const auto components = level.constrained();
+        for (std::size_t i = 0; i < nodes(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const bool held = components[i] >> c & 1;
+                into[3 * i + c] = held ? 0 : A.scale()[i];
+                from[3 * i + c] = held ? 0 : 1 / A.scale()[i];
+            }
+    }
+
+    /// A of all components, where the rotations are: what is constrained is kept out of the vectors, not of A.
+    void assemble(double m_over_s, double s, Renewal renewal) {
+        const std::span<const RotationBatch<float>> rotations = live.rotations;
+        const BatchRange shared = level.parts().shared;
+        team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
+            A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
+        });
+        team.run([&](int thread) { A.write_part(thread, renewal, live.batches, rotations); });
+        const auto renewed = A.rows_of(renewal);
+        team.run_pieces(renewed.size(), grain, [&](std::size_t begin, std::size_t end) {
+            const auto rows = renewed.subspan(begin, end - begin);
+            A.write_rows(rows);
+            for (const std::int32_t i : rows) {
+                more[i] = 0;
+                add_more(i, m_over_s, s, true);
+            }
+        });
+        if (renewed.size() == nodes()) return;
+        over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) add_more(i, m_over_s, s, false);
+        });
+    }
+
+    /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the block is new, too.
+    void add_more(std::size_t i, double m_over_s, double s, bool renewed) {
+        const auto mass = level.node_mass(), springs = level.springs();
+        const auto now = static_cast<float>(((m_over_s != 0 ? m_over_s * mass[i] : 0) + (springs.empty() ? 0 : springs[i] / s)) /
+                                            (A.scale()[i] * A.scale()[i]));
+        const float change = now - more[i];
+        if (!renewed && std::abs(change) <= 1e-6F * more[i]) return;
+        const auto block = A.diagonal(i);
+        for (int c = 0; c < 3; ++c) block[4 * c] += change;
+        more[i] = now;
+        invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
+    }
+
+    /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in the other rows and columns.
+    static void invert(const float* block, const float* free, float* to) {
+        Eigen::Map<Eigen::Matrix3f> result(to);
+        const Eigen::Map<const Eigen::Matrix3f> D(block);
+        if (free[0] != 0 && free[1] != 0 && free[2] != 0) {
+            result = D.inverse();
+            return;
+        }
+        const Eigen::Vector3f keep(free[0] != 0, free[1] != 0, free[2] != 0);
+        Eigen::Matrix3f kept = keep.asDiagonal() * D * keep.asDiagonal();
+        kept.diagonal() += std::max(D.diagonal().maxCoeff(), 1e-30F) * (Eigen::Vector3f::Ones() - keep);
+        result = keep.asDiagonal() * kept.inverse() * keep.asDiagonal();
+    }
+
+    Four jacobi(std::size_t i, Four v) const {
+        const float* p = inverse.data() + 9 * i;
+        return load(p) * v[0] + load(p + 3) * v[1] + load(p + 6) * v[2];
+    }
+
+    /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1); `from_zero`: x is 0.
+    void smooth(int steps, bool from_zero) {
+        const auto high = static_cast<float>(1.1 * bound), low = 0.1F * high;
+        const float theta = (high + low) / 2, delta = (high - low) / 2, sigma = theta / delta;
+        float rho = 1 / sigma;
+        for (int step = 0; step < steps; ++step) {
+            const float following = step == 0 ? rho : 1 / (2 * sigma - rho);
+            const float of_d = step == 0 ? 0 : following * rho, of_r = step == 0 ? 1 / theta : 2 * following / delta;
+            if (step == 0 && from_zero)
+                over_rows([&](std::size_t begin, std::size_t end) {
+                    for (std::size_t i = begin; i < end; ++i) {
+                        const Four z = of_r * jacobi(i, load(b.data() + 3 * i));
+                        store(z, d.data() + 3 * i);
+                        store(z, next.data() + 3 * i);
+                    }
+                });
+            else
+                over_rows([&](std::size_t begin, std::size_t end) {
+                    A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
+                        const Four z = of_d * load(d.data() + 3 * i) + of_r * jacobi(i, load(b.data() + 3 * i) - Ax);
+                        store(z, d.data() + 3 * i);
+                        store(load(x.data() + 3 * i) + z, next.data() + 3 * i);
+                    });
+                });
+            std::swap(x, next);
+            rho = following;
+        }
+    }
+
+    /// r = S (b - A x), unscaled for the transfer; zero at constrained components.
+    void residual() {
+        over_rows([&](std::size_t begin, std::size_t end) {
+            A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
+                store((load(b.data() + 3 * i) - Ax) * load(into.data() + 3 * i), r.data() + 3 * i);
+            });
+        });
+    }
+};
+
+FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
+                               int smoothing_steps, ThreadTeam& team)
+    : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
+    if (const std::size_t nodes = levels.back()->share().nodes.size(); levels.size() < 2 || nodes > most_coarsest_nodes)
+        fail("solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the coarsest of at most {} nodes",
+             levels.size(), nodes, most_coarsest_nodes);
+    for (ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
+    for (std::size_t l = 0; l < maps_.size(); ++l)
+        levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
+    dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()), static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
+}
+
+FloatMultigrid::~FloatMultigrid() = default;
+
+void FloatMultigrid::set_constrained() {
+    for (auto& level : levels_) level->set_constrained();
+    fresh_ = true;
+}
+
+void FloatMultigrid::restrict_displacements() {
+    for (std::size_t l = 0; l < maps_.size(); ++l) {
+        const Level& fine = *levels_[l];
+        Level& coarse = *levels_[l + 1];
+        coarse.over_rows([&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n)
+                store(coarse.lent->mean(n, fine.live.u.data()), coarse.live.u.data() + 3 * n);
+        });
+    }
+}
+
+void FloatMultigrid::update(double s, double m, bool by_halves) {
+    restrict_displacements();
+    const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
+    by_halves = by_halves && !invert;
+    half_ = !by_halves ? Renewal::whole : half_ == Renewal::first_half ? Renewal::second_half : Renewal::first_half;
+    for (auto& level : levels_) {
+        if (level == levels_.back() && !invert) break;
+        if (level != levels_.front()) level->level.update_live_rotations();
+        if (fresh_) {  // mass only lowers the bound
+            level->assemble(0, s, Renewal::whole);
+            find_bounds(*level);
+        }
+        level->assemble(m / s, s, level == levels_.front() ? half_ : Renewal::whole);
+    }
+    s_now_ = s;
+    if (!invert) return;
+    invert_coarsest();
+    fresh_ = false;
+    s_ = s;
+    m_ = m;
+}
+
+void FloatMultigrid::find_bounds(Level& level) {
+    // Power iteration on D^-1 A from a rough vector; Chebyshev's interval ends a tenth above.
+    std::uint32_t state = 12345;
+    for (float& v : level.x)
+        v = static_cast<float>(state = state * 1664525u + 1013904223u) / 4294967296.0F - 0.5F;
+    for (int k = 0; k < 20; ++k) {
+        double before = 0, after = 0;
+        for (const float v : level.x) before += v * v;
+        level.over_rows([&](std::size_t begin, std::size_t end) {
+            level.A.multiply(begin, end, level.x.data(), [&](std::size_t i, Four Ax) {
+                store(level.jacobi(i, Ax), level.next.data() + 3 * i);
+            });
+        });
+        for (const float v : level.next) after += v * v;
+        if (!(before > 0 && after > 0)) return;  // nothing of the level is free
+        level.bound = std::sqrt(after / before);
+        const auto scale = static_cast<float>(1 / std::sqrt(after));
+        for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];
+    }
+}
+
+void FloatMultigrid::invert_coarsest() {
+    Level& level = *levels_.back();
+    dense_.setZero();
+    const auto put = [&](std::size_t i, std::size_t j, const Eigen::Matrix3f& block) {
+        for (int a = 0; a < 3; ++a)
+            for (int c = 0; c < 3; ++c)
+                if (level.from[3 * i + a] != 0 && level.from[3 * j + c] != 0)
+                    dense_(static_cast<Eigen::Index>(3 * i + a), static_cast<Eigen::Index>(3 * j + c)) = block(a, c);
+    };
+    for (std::size_t i = 0; i < level.nodes(); ++i) {
+        put(i, i, Eigen::Map<const Eigen::Matrix3f>(level.A.diagonal(i).data()));
+        level.A.visit_row(i, [&](std::int32_t j, const std::array<std::int16_t, 9>& block) {
+            put(i, j, Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(block.data()).cast<float>());
+        });
+    }
+    const float largest = std::max(dense_.diagonal().maxCoeff(), 1e-30F);
+    for (Eigen::Index i = 0; i < dense_.rows(); ++i)
+        if (level.from[i] == 0) dense_(i, i) = largest;
+    factor_.compute(dense_);
+    dense_.setIdentity();
+    factor_.solveInPlace(dense_);
+}
+
+void FloatMultigrid::descend(std::size_t l) {
+    Level& level = *levels_[l];
+    if (l + 1 == levels_.size()) {
+        const auto n = static_cast<Eigen::Index>(3 * level.nodes());
+        const Eigen::Map<const Eigen::VectorXf> b(level.b.data(), n);
+        level.over_rows([&](std::size_t begin, std::size_t end) {  // symmetric: rows are columns
+            for (auto i = static_cast<Eigen::Index>(3 * begin); i < static_cast<Eigen::Index>(3 * end); ++i)
+                level.x[i] = dense_.col(i).dot(b);
+        });
+        return;
+    }
+    level.smooth(smoothing_steps_, true);
+    level.residual();
+    Level& coarse = *levels_[l + 1];
+    coarse.over_rows([&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+            store(coarse.lent->gather(n, level.r.data()) * load(coarse.from.data() + 3 * n), coarse.b.data() + 3 * n);
+    });
+    descend(l + 1);
+    const BarycentricMap& map = *maps_[l];
+    level.over_rows([&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Four sum{};
+            for (int k = 0; k < 4; ++k) {
+                const std::int32_t n = 3 * map.nodes[i][k];
+                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) * load(coarse.from.data() + n);
+            }
+            store(load(level.x.data() + 3 * i) + sum * load(level.into.data() + 3 * i), level.x.data() + 3 * i);
+        }
+    });
+    level.smooth(smoothing_steps_, false);
+}
+
+void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
+    Level& fine = *levels_.front();
+    team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) fine.d[i] = static_cast<float>(x[i]) * fine.into[i];
+    });
+    fine.over_rows([&](std::size_t begin, std::size_t end) {
+        fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
+            for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.into[3 * i + c] * Ax[c];
+        });
+    });
+}
+
+void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
+    Level& fine = *levels_.front();
+    team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.from[i];
+    });
+    descend(0);
+    team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i] * fine.from[i];
+    });
+}
+
+double FloatMultigrid::bytes_of_update() const {
+    double bytes = 0;
+    for (const auto& level : levels_) {
+        if (level == levels_.back()) break;
+        const auto batches = static_cast<double>(level->live.batches.all().end);
+        const double rotations = level == levels_.front() ? 1 : 3;  // read; on coarse levels made here, too
+        bytes += batches * ((rotations > 1 ? 2 : 1) * sizeof(TetBatch<float>) + rotations * sizeof(RotationBatch<float>)) +
+                 static_cast<double>(level->A.bytes_of_update()) + (36.0 + 24) * static_cast<double>(level->nodes());
+    }
+    return bytes;
+}
+
+double FloatMultigrid::bytes_of_multiply() const {
+    const Level& fine = *levels_.front();
+    return static_cast<double>(fine.A.bytes_of_product()) + (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
+}
+
+double FloatMultigrid::bytes_of_cycle() const {
+    double bytes = 0;
+    for (const auto& level : levels_) {
+        const auto nodes = static_cast<double>(level->nodes());
+        if (level == levels_.back()) {
+            bytes += 4 * 9 * nodes * nodes;
+            break;
+        }
+        const double products = 2 * smoothing_steps_;  // before, but the first; the residual; after
+        bytes += products * static_cast<double>(level->A.bytes_of_product()) +
+                 nodes * (2 * smoothing_steps_ * (36 + 5 * 12) + 4 * 12 + 4 * (4 + 8) + 4 * 12);
+    }
+    return bytes + 2 * 24.0 * static_cast<double>(levels_.front()->nodes());
+}
+
+}  // namespace livetet

@@ -1,0 +1,150 @@
+// What is read off a body where it is: forces, stresses, energies.
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "mechanics/stress.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
+#include "solvers/assembly/level_assembler_points.hpp"
+
+namespace livetet {
+
+std::vector<Vector3> DeformableBody::elastic_force() {
+    take_rotations();
+    operator_.fine().elastic_force(state(), force_.get());
+    return gather(operator_.fine().share(), force_.get());
+}
+
+std::vector<Vector3> DeformableBody::reactions() {
+    const ElasticLevel& fine = operator_.fine();
+    take_rotations();
+    fine.elastic_force(state(), force_.get());
+    if (is_dynamic() && time_.rayleigh_beta > 0) {
+        update_ghosts(v_.get());
+        fine.add_stiffness_times(time_.rayleigh_beta, state(), v_.get(), force_.get());
+    }
+    {
+        const auto constrained = fine.constrained();
+        const auto mass = fine.node_mass(), springs = fine.springs();
+        const ReadArray u(u_.get()), external(external_.get());
+        std::optional<ReadArray> v, a;
+        if (is_dynamic()) v.emplace(v_.get()), a.emplace(a_.get());
+        WriteArray f(force_.get());
+        for (std::size_t i = 0; i < f.span().size(); ++i) {
+            if (constrained[i / 3] >> (i % 3) & 1)
+                f[i] += (v ? mass[i / 3] * ((*a)[i] + time_.rayleigh_alpha * (*v)[i]) : 0) - external[i];
+            else
+                f[i] = springs.empty()
+                           ? 0
+                           : springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+        }
+    }
+    return gather(fine.share(), force_.get());
+}
+
+std::vector<TetFields> DeformableBody::local_tet_fields() {
+    take_rotations();
+    const ElasticLevel& fine = operator_.fine();
+    const MeshShare& share = fine.share();
+    std::vector<TetFields> local(share.tets.size());
+    fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
+    const double points = share.edge_nodes.empty() ? 1 : 4;
+    fine.visit_stress(state(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
+        local[e].cauchy_stress_Pa += stress / points;
+    });
+    return local;
+}
+
+double DeformableBody::largest_von_mises() {
+    double largest = 0;
+    for (const TetFields& f : local_tet_fields()) largest = std::max(largest, von_mises(f.cauchy_stress_Pa));
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
+    return largest;
+}
+
+std::size_t DeformableBody::inverted_tets() {
+    take_rotations();
+    const MeshShare& share = operator_.fine().share();
+    std::uint64_t count = 0;
+    operator_.fine().visit_volume_ratio(state(), [&](std::size_t e, double ratio) {
+        count += share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
+    });
+    MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_UINT64_T, MPI_SUM, share.comm);
+    return count;
+}
+
+std::vector<TetFields> DeformableBody::tet_fields() {
+    const MeshShare& share = operator_.fine().share();
+    const std::vector<TetFields> local = local_tet_fields();
+    // Each tet from the rank that owns its first corner.
+    constexpr int numbers = 11;
+    std::vector<double> packed(numbers * operator_.tet_count(), 0.0);
+    for (std::size_t e = 0; e < local.size(); ++e) {
+        if (share.tets[e][0] >= share.owned) continue;
+        double* at = packed.data() + numbers * share.tet_ids[e];
+        Eigen::Map<Eigen::Matrix3d>{at} = local[e].cauchy_stress_Pa;
+        at[9] = local[e].volume_change;
+        at[10] = local[e].strain_energy_J_per_m3;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    std::vector<TetFields> fields;
+    fields.reserve(operator_.tet_count());
+    for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
+        fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
+    return fields;
+}
+
+std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
+    take_rotations();
+    const ElasticLevel& fine = operator_.fine();
+    const MeshShare& share = fine.share();
+    const bool quadratic = !share.edge_nodes.empty();
+    // The linear function through the values at the four points takes at corner i: own * value_i + other * the rest.
+    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1, other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
+    std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());
+    for (auto& tet : corners) tet.fill(Eigen::Matrix3d::Zero());
+    fine.visit_stress(state(), [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
+        for (int i = 0; i < 4; ++i) corners[e][i] += (i == point ? own : other) * stress;
+    });
+    constexpr int numbers = 10;
+    std::vector<double> packed(numbers * share.number_of_node.size(), 0.0);
+    const auto add = [&](std::int32_t n, double volume, const Eigen::Matrix3d& stress) {
+        if (n >= share.owned) return;
+        double* at = packed.data() + numbers * share.nodes[n];
+        Eigen::Map<Eigen::Matrix3d>{at} += volume * stress;
+        at[9] += volume;
+    };
+    for (std::size_t e = 0; e < corners.size(); ++e) {
+        const double volume = fine.element(e).volume;
+        for (int i = 0; i < 4; ++i) add(share.tets[e][i], volume, corners[e][i]);
+        for (int k = 0; quadratic && k < 6; ++k)
+            add(share.edge_nodes[e][k], volume, (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    std::vector<Eigen::Matrix3d> stress;
+    for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
+        stress.push_back(Eigen::Map<const Eigen::Matrix3d>(at) / at[9]);
+    return stress;
+}
+
+double DeformableBody::strain_energy() {
+    take_rotations();
+    return operator_.fine().strain_energy(state());
+}
+
+double DeformableBody::kinetic_energy() {
+    const MeshShare& share = operator_.fine().share();
+    const auto mass = operator_.fine().node_mass();
+    double energy = 0;
+    if (is_dynamic()) {
+        const ReadArray v(v_.get());
+        for (std::size_t i = 0; i < v.span().size(); ++i) energy += 0.5 * mass[i / 3] * v[i] * v[i];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &energy, 1, MPI_DOUBLE, MPI_SUM, share.comm);
+    return energy;
+}
+
+}  // namespace livetet

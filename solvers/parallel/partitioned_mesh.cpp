@@ -1,0 +1,224 @@
+#include "solvers/parallel/partitioned_mesh.hpp"
+
+#include <petscdmplex.h>
+#include <petscsf.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace livetet {
+
+namespace {
+
+/// A rank's tets (overlap included) and the nodes it owns, in numbers of the whole mesh.
+struct Distributed {
+    std::vector<std::int32_t> tet_ids;
+    std::vector<std::int32_t> owned_nodes;
+};
+
+PetscHandle<DM> whole_plex(MPI_Comm comm, const TetMesh& mesh, int rank) {
+    std::vector<PetscInt> cells;
+    std::vector<PetscReal> coordinates;
+    if (rank == 0) {
+        for (const Tet& t : mesh.tets)
+            cells.insert(cells.end(), {t[1], t[0], t[2], t[3]});  // DMPlex winds the other way
+        const std::int32_t corners = corner_count(mesh);
+        for (std::int32_t n = 0; n < corners; ++n)
+            coordinates.insert(coordinates.end(), mesh.nodes[n].data(), mesh.nodes[n].data() + 3);
+    }
+    PetscHandle<DM> dm;
+    const auto n_cells = static_cast<PetscInt>(cells.size() / 4),
+               n_nodes = static_cast<PetscInt>(coordinates.size() / 3);
+    LIVETET_PETSC(DMPlexCreateFromCellListPetsc(comm, 3, n_cells, n_nodes, 4, PETSC_FALSE, cells.data(), 3,
+                                                coordinates.data(), dm.out()));
+    LIVETET_PETSC(DMSetBasicAdjacency(dm.get(), PETSC_FALSE, PETSC_TRUE));
+    return dm;
+}
+
+void set_partition(DM dm, std::span<const std::int32_t> parts, int rank, int ranks) {
+    std::vector<PetscInt> sizes(ranks, 0), points;
+    if (rank == 0) {
+        points.resize(parts.size());
+        std::iota(points.begin(), points.end(), PetscInt{0});
+        std::stable_sort(points.begin(), points.end(), [&](PetscInt a, PetscInt b) { return parts[a] < parts[b]; });
+        for (const std::int32_t p : parts) ++sizes[p];
+    }
+    PetscPartitioner partitioner = nullptr;
+    LIVETET_PETSC(DMPlexGetPartitioner(dm, &partitioner));
+    LIVETET_PETSC(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
+    LIVETET_PETSC(PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), points.data()));
+}
+
+Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, int rank, int ranks) {
+    const PetscHandle<DM> whole = whole_plex(comm, mesh, rank);
+    set_partition(whole.get(), parts, rank, ranks);
+    PetscHandle<PetscSF> migration;
+    PetscHandle<DM> dm;
+    LIVETET_PETSC(DMPlexDistribute(whole.get(), 1, migration.out(), dm.out()));
+
+    PetscInt cells_end = 0, nodes_begin = 0, nodes_end = 0, leaves = 0;
+    LIVETET_PETSC(DMPlexGetHeightStratum(dm.get(), 0, nullptr, &cells_end));
+    LIVETET_PETSC(DMPlexGetDepthStratum(dm.get(), 0, &nodes_begin, &nodes_end));
+    // Where each local point stood in the whole mesh on rank 0: tets first, then nodes.
+    const PetscInt* local = nullptr;
+    const PetscSFNode* remote = nullptr;
+    std::vector<PetscInt> origin(nodes_end, -1);
+    LIVETET_PETSC(PetscSFGetGraph(migration.get(), nullptr, &leaves, &local, &remote));
+    for (PetscInt i = 0; i < leaves; ++i)
+        if (const PetscInt point = local ? local[i] : i; point < nodes_end) origin[point] = remote[i].index;
+    // Points that another rank owns.
+    std::vector<bool> ghost(nodes_end, false);
+    PetscSF shared = nullptr;
+    LIVETET_PETSC(DMGetPointSF(dm.get(), &shared));
+    LIVETET_PETSC(PetscSFGetGraph(shared, nullptr, &leaves, &local, &remote));
+    for (PetscInt i = 0; i < leaves; ++i)
+        if (const PetscInt point = local ? local[i] : i; point < nodes_end) ghost[point] = true;
+
+    Distributed d;
+    const auto first_node = static_cast<PetscInt>(mesh.tets.size());
+    for (PetscInt c = 0; c < cells_end; ++c) d.tet_ids.push_back(static_cast<std::int32_t>(origin[c]));
+    for (PetscInt n = nodes_begin; n < nodes_end; ++n)
+        if (!ghost[n]) d.owned_nodes.push_back(static_cast<std::int32_t>(origin[n] - first_node));
+    std::sort(d.tet_ids.begin(), d.tet_ids.end());
+    std::sort(d.owned_nodes.begin(), d.owned_nodes.end());
+    return d;
+}
+
+/// What every rank can find by itself: a corner belongs to the part of the first tet that has it.
+Distributed find_share(const TetMesh& mesh, std::span<const std::int32_t> parts, int rank) {
+    std::vector<std::int32_t> owner(static_cast<std::size_t>(corner_count(mesh)), -1);
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e])
+            if (owner[n] < 0) owner[n] = parts[e];
+    Distributed d;
+    for (std::size_t n = 0; n < owner.size(); ++n)
+        if (owner[n] == rank) d.owned_nodes.push_back(static_cast<std::int32_t>(n));
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        if (std::any_of(mesh.tets[e].begin(), mesh.tets[e].end(), [&](std::int32_t n) { return owner[n] == rank; }))
+            d.tet_ids.push_back(static_cast<std::int32_t>(e));
+    return d;
+}
+
+/// Adds the edge nodes whose first corner (the lower number) is among `corners`.
+std::vector<std::int32_t> with_edge_nodes(const TetMesh& mesh, std::vector<std::int32_t> corners) {
+    std::vector<bool> mine(mesh.nodes.size(), false);
+    for (const std::int32_t n : corners) mine[n] = true;
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (int k = 0; k < 6; ++k)
+            if (mine[std::min(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]])])
+                corners.push_back(mesh.edge_nodes[e][k]);
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    return corners;
+}
+
+}  // namespace
+
+std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<const std::int32_t> owned) {
+    PetscInt here = static_cast<PetscInt>(owned.size()), end = 0;
+    MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, comm);
+    std::vector<PetscInt> numbers(count, -1);
+    for (std::size_t i = 0; i < owned.size(); ++i) numbers[owned[i]] = end - here + static_cast<PetscInt>(i);
+    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPIU_INT, MPI_MAX, comm);
+    return numbers;
+}
+
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, bool cut) {
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    MeshShare share;
+    share.comm = comm;
+    MPI_Comm_size(comm, &share.ranks);
+    if (share.ranks == 1) {
+        share.owned = static_cast<std::int32_t>(mesh.nodes.size());
+        share.nodes.resize(mesh.nodes.size());
+        std::iota(share.nodes.begin(), share.nodes.end(), 0);
+        share.numbers.assign(share.nodes.begin(), share.nodes.end());
+        share.number_of_node = share.numbers;
+        share.tets = mesh.tets;
+        share.edge_nodes = mesh.edge_nodes;
+        share.tet_ids.resize(mesh.tets.size());
+        std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
+        return share;
+    }
+    const Distributed d = cut ? find_share(mesh, parts, rank) : distribute(comm, mesh, parts, rank, share.ranks);
+    share.nodes = with_edge_nodes(mesh, d.owned_nodes);
+    share.owned = static_cast<std::int32_t>(share.nodes.size());
+    share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);
+
+    std::vector<std::int32_t> local_of(mesh.nodes.size(), -1);
+    for (std::int32_t i = 0; i < share.owned; ++i) local_of[share.nodes[i]] = i;
+    std::vector<std::int32_t> ghosts;
+    for (const std::int32_t e : d.tet_ids) {
+        const Tet& t = mesh.tets[e];
+        if (std::none_of(t.begin(), t.end(),
+                         [&](std::int32_t n) { return local_of[n] >= 0 && local_of[n] < share.owned; }))
+            continue;
+        share.tet_ids.push_back(e);
+        const auto mark = [&](std::int32_t n) {
+            if (local_of[n] >= 0) return;
+            local_of[n] = share.owned;  // its place is given below
+            ghosts.push_back(n);
+        };
+        for (const std::int32_t n : t) mark(n);
+        if (!mesh.edge_nodes.empty())
+            for (const std::int32_t n : mesh.edge_nodes[e]) mark(n);
+    }
+    std::sort(ghosts.begin(), ghosts.end(),
+              [&](std::int32_t a, std::int32_t b) { return share.number_of_node[a] < share.number_of_node[b]; });
+    for (const std::int32_t n : ghosts) {
+        local_of[n] = static_cast<std::int32_t>(share.nodes.size());
+        share.nodes.push_back(n);
+    }
+    for (const std::int32_t n : share.nodes) share.numbers.push_back(share.number_of_node[n]);
+    for (const std::int32_t e : share.tet_ids) {
+        const Tet& t = mesh.tets[e];
+        share.tets.push_back({local_of[t[0]], local_of[t[1]], local_of[t[2]], local_of[t[3]]});
+        if (mesh.edge_nodes.empty()) continue;
+        share.edge_nodes.push_back(mesh.edge_nodes[e]);
+        for (std::int32_t& n : share.edge_nodes.back()) n = local_of[n];
+    }
+    return share;
+}
+
+PetscHandle<Vec> make_vector(const MeshShare& share) {
+    PetscHandle<Vec> v;
+    LIVETET_PETSC(VecCreateGhostBlock(share.comm, 3, 3 * share.owned, PETSC_DETERMINE,
+                                      static_cast<PetscInt>(share.ghosts()), share.numbers.data() + share.owned,
+                                      v.out()));
+    return v;
+}
+
+void update_ghosts(Vec v) {
+    int ranks = 1;
+    MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(v)), &ranks);
+    if (ranks == 1) return;
+    LIVETET_PETSC(VecGhostUpdateBegin(v, INSERT_VALUES, SCATTER_FORWARD));
+    LIVETET_PETSC(VecGhostUpdateEnd(v, INSERT_VALUES, SCATTER_FORWARD));
+}
+
+std::vector<Vector3> gather(const MeshShare& share, Vec v) {
+    std::vector<Vector3> values;
+    gather(share, v, values);
+    return values;
+}
+
+void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values) {
+    values.resize(share.number_of_node.size());
+    if (share.owned < static_cast<std::int32_t>(values.size())) std::fill(values.begin(), values.end(), Vector3::Zero());
+    const ReadArray mine(v);
+    for (std::int32_t i = 0; i < share.owned; ++i)
+        values[share.nodes[i]] = Eigen::Map<const Vector3>(mine.span().data() + 3 * i);
+    if (share.ranks > 1)
+        MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(3 * values.size()), MPI_DOUBLE, MPI_SUM,
+                      share.comm);
+}
+
+void fill(const MeshShare& share, std::span<const Vector3> values, Vec v) {
+    WriteArray mine(v);
+    for (std::int32_t i = 0; i < share.owned; ++i)
+        for (int c = 0; c < 3; ++c) mine[3 * i + c] = values[share.nodes[i]][c];
+}
+
+}  // namespace livetet

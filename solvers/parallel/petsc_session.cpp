@@ -1,0 +1,87 @@
+#include "solvers/parallel/petsc_session.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "base/petsc.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error", "-citations", "-get_total_flops"};
+
+bool options_were_given = false;
+
+}  // namespace
+
+PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
+    : arguments_(std::move(petsc_arguments)) {
+    options_were_given = options_were_given || !arguments_.empty();
+    arguments_.insert(arguments_.begin(), std::move(program));
+    std::vector<char*> pointers;
+    for (std::string& a : arguments_) pointers.push_back(a.data());
+    pointers.push_back(nullptr);
+    int count = static_cast<int>(arguments_.size());
+    char** values = pointers.data();
+    // PETSc would take what ends a program for an error in it.
+    constexpr int ends[] = {SIGHUP, SIGTERM, SIGPIPE};
+    struct sigaction before[std::size(ends)] = {};
+    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], nullptr, &before[i]);
+    LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
+    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], &before[i], nullptr);
+    LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
+    MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
+}
+
+PetscSession::~PetscSession() {
+    // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for ranks that do not come.
+    if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
+    PetscFinalize();
+}
+
+bool PetscSession::any_options() { return options_were_given; }
+
+void PetscSession::tell_unused_options() const {
+    PetscInt count = 0;
+    char **names = nullptr, **values = nullptr;
+    if (rank_ > 0 || PetscOptionsLeftGet(nullptr, &count, &names, &values)) return;
+    std::set<std::string> given(arguments_.begin(), arguments_.end());
+    std::istringstream words(of_scene_);
+    given.insert(std::istream_iterator<std::string>(words), {});
+    for (PetscInt k = 0; k < count; ++k) {
+        const std::string name = std::string("-") + names[k];
+        // Others are set by our own code, or asked for when PETSc ends.
+        const bool of_the_end = std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end), [&](const char* begin) { return name.starts_with(begin); });
+        if (given.contains(name) && !of_the_end)
+            std::fprintf(stderr, "livetet: nothing asked PETSc for its option %s: is it spelt right, and of a solver that the scene has?\n", name.c_str());
+    }
+    PetscOptionsLeftRestore(nullptr, &count, &names, &values);
+}
+
+void PetscSession::add_options(const std::string& options) {
+    bool takes_value = false;  // the word before: an option's name
+    std::istringstream words(options);
+    for (std::string word; words >> word;) {
+        const bool is_name = word[0] == '-' && !(word.size() > 1 && (std::isdigit(static_cast<unsigned char>(word[1])) || word[1] == '.'));
+        if (!is_name && !takes_value && options.find_first_of("\"'{}") == options.npos)
+            fail("solver.petsc_options = \"{}\": found '{}' where an option's name should be, expected -name value ...", options, word);
+        takes_value = is_name;
+    }
+    if (PetscOptionsInsertString(nullptr, options.c_str()))
+        fail("solver.petsc_options = \"{}\" cannot be read by PETSc, expected -name value ...", options);
+    std::string line;
+    for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
+    LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));
+    of_scene_ = options;
+    options_were_given = options_were_given || !options.empty();
+}
+
+}  // namespace livetet

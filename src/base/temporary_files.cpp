@@ -1,0 +1,81 @@
+#include "base/temporary_files.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstring>
+
+namespace livetet {
+
+namespace {
+
+enum Use { unused, taken, ready };
+
+struct Place {
+    std::atomic<int> use{unused};
+    char path[PATH_MAX];
+};
+
+std::array<Place, 64> places;
+static_assert(std::atomic<int>::is_always_lock_free);  // what a signal handler may look at
+volatile sig_atomic_t owner = 0;  ///< the process that is to clean up; a forked one is not
+
+/// Only what a signal handler may call (POSIX 2.4.3): files by itself, folders by a process that is waited for.
+void clean_up_and_end(int which) {
+    std::signal(which, SIG_DFL);
+    if (::getpid() == owner) {
+        char remove[] = "rm", options[] = "-rf", end[] = "--";
+        std::array<char*, places.size() + 4> words{remove, options, end};
+        std::size_t count = 3;
+        for (Place& place : places)
+            if (place.use == ready && ::unlink(place.path) != 0 && (errno == EISDIR || errno == EPERM)) words[count++] = place.path;
+        if (count > 3) {
+            const pid_t child = ::_Fork();  // fork waits for malloc, whose lock may be held where the signal came
+            if (child == 0) {
+                ::execv("/bin/rm", words.data());
+                ::_exit(1);
+            }
+            if (child > 0) ::waitpid(child, nullptr, 0);
+        }
+    }
+    sigset_t mask;  // it is held back while its handler runs
+    sigemptyset(&mask);
+    sigaddset(&mask, which);
+    std::raise(which);
+    ::sigprocmask(SIG_UNBLOCK, &mask, nullptr);
+    ::_exit(128 + which);  // a container's first process outlives its own signal
+}
+
+}  // namespace
+
+Leftover::Leftover(const std::filesystem::path& path) : place_(-1) {
+    std::error_code error;
+    const std::string name = std::filesystem::absolute(path, error).string();
+    if (error || name.size() >= PATH_MAX) return;
+    for (std::size_t i = 0; i < places.size() && place_ < 0; ++i) {
+        int is = unused;
+        if (!places[i].use.compare_exchange_strong(is, taken)) continue;
+        std::memcpy(places[i].path, name.c_str(), name.size() + 1);
+        places[i].use = ready;
+        place_ = static_cast<int>(i);
+    }
+}
+
+Leftover::~Leftover() {
+    if (place_ >= 0) places[place_].use = unused;
+}
+
+void remove_leftovers_at_signals() {
+    owner = ::getpid();
+    for (const int which : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+        struct sigaction now;
+        if (::sigaction(which, nullptr, &now) == 0 && now.sa_handler == SIG_DFL) std::signal(which, clean_up_and_end);
+    }
+}
+
+}  // namespace livetet

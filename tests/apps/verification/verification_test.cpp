@@ -1,0 +1,29 @@
+#include <gtest/gtest.h>
+
+#include "apps/verification/suite.hpp"
+
+namespace livetet::verification {
+namespace {
+
+class Verification : public testing::TestWithParam<int> {};
+
+TEST_P(Verification, IsWithinItsToleranceAndOfItsOrder) {
+    for (const Outcome& o : cases()[GetParam()].run()) {
+        std::printf("%-75s %12.6g %12.6g %9.2e %s\n", o.name.c_str(), o.reference, o.last().value, o.last().error,
+                    o.expected_order > 0 ? std::to_string(o.observed_order()).c_str() : "");
+        for (const auto& run : o.runs) std::printf("    %-20s %12.6g %9.2e %6.2f s\n", run.size.c_str(), run.value, run.error, run.seconds);
+        EXPECT_TRUE(o.passed()) << o.name << ": error " << o.last().error << ", tolerance " << o.tolerance << "; order "
+                                << o.observed_order() << ", expected " << o.expected_order;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Verification, testing::Range(0, static_cast<int>(cases().size())),
+                         [](const auto& info) {
+                             std::string name;
+                             for (const char c : cases()[info.param].name)
+                                 if (std::isalnum(static_cast<unsigned char>(c))) name += c;
+                             return name;
+                         });
+
+}  // namespace
+}  // namespace livetet::verification

@@ -1,0 +1,146 @@
+#include "solvers/linear/transfer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "mechanics/rigid_motions.hpp"
+#include "meshing/refine.hpp"
+#include "solvers/parallel/partition.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+
+double total(const std::vector<double>& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
+
+TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
+    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
+    const auto carried = carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
+    const auto own = tet_volumes(h.levels[1]);
+    EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
+    for (std::size_t e = 0; e < own.size(); ++e) EXPECT_NEAR(carried[e], own[e], 0.5 * own[e]) << e;
+}
+
+/// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what lies outside.
+TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
+    const TetMesh fine = test::block({16, 8, 8}, test::beam_size);
+    TetMesh coarse = test::block({8, 4, 4}, 0.8 * test::beam_size);
+    for (Vector3& x : coarse.nodes) x += 0.1 * test::beam_size;
+    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
+    const auto own = tet_volumes(coarse);
+    const auto carried = carried_volumes(fine, tet_volumes(fine), h.transfers[0], coarse);
+    EXPECT_LT(total(own), 0.52 * test::beam_size.prod());
+    EXPECT_NEAR(total(carried), test::beam_size.prod(), 0.15 * test::beam_size.prod());
+    double inside = 0, outside = 0;  // ratios, of the tet in the middle and of one at a corner
+    for (std::size_t e = 0; e < own.size(); ++e) {
+        Vector3 x = Vector3::Zero();
+        for (const std::int32_t n : coarse.tets[e]) x += coarse.nodes[n] / 4;
+        const double from_middle = (x - test::beam_size / 2).cwiseQuotient(0.4 * test::beam_size).lpNorm<Eigen::Infinity>();
+        if (from_middle < 0.3) inside = std::max(inside, carried[e] / own[e]);
+        if (from_middle > 0.7) outside = std::max(outside, carried[e] / own[e]);
+    }
+    EXPECT_LT(inside, 1.3);
+    EXPECT_GT(outside, 2);
+}
+
+/// On every number of ranks, between levels that were meshed each on its own and between one and what it was cut from.
+TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
+    const MeshHierarchy h = with_refined_levels(
+        make_hierarchy({test::block({8, 4, 4}, test::beam_size), test::block({5, 3, 3}, test::beam_size)}, ""), 1);
+    const auto parts = partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis);
+    std::vector<MeshShare> shares;
+    for (std::size_t l = 0; l < h.levels.size(); ++l) shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
+    const auto linear = [](const Vector3& x) { return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum()); };
+    for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
+        Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
+        transfer.set_constrained(shares[l], shares[l + 1], std::vector<std::uint8_t>(h.levels[l].nodes.size(), 0),
+                                 std::vector<std::uint8_t>(h.levels[l + 1].nodes.size(), 0));
+        const PetscHandle<Vec> fine = make_vector(shares[l]), coarse = make_vector(shares[l + 1]);
+        std::vector<Vector3> values;
+        for (const Vector3& x : h.levels[l + 1].nodes) values.push_back(linear(x));
+        fill(shares[l + 1], values, coarse.get());
+        LIVETET_PETSC(MatMult(transfer.interpolation(), coarse.get(), fine.get()));
+        const std::vector<Vector3> found = gather(shares[l], fine.get());
+        for (std::size_t n = 0; n < found.size(); ++n) EXPECT_LT((found[n] - linear(h.levels[l].nodes[n])).norm(), 1e-12) << n;
+        fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)), fine.get());
+        transfer.restrict_displacement(fine.get(), coarse.get());
+        for (const Vector3& u : gather(shares[l + 1], coarse.get())) EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
+    }
+}
+
+/// Two blocks apart from each other, one held at a face, the other by a patch that is small on the coarse mesh.
+TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
+    const auto two_blocks = [](std::array<int, 3> cells) {
+        TetMesh mesh = test::block(cells, test::beam_size);
+        const TetMesh other = mesh;
+        const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+        for (const Vector3& x : other.nodes) mesh.nodes.push_back(x + Vector3(0.5, 0, 0));
+        for (Tet t : other.tets) {
+            for (std::int32_t& n : t) n += count;
+            mesh.tets.push_back(t);
+        }
+        return mesh;
+    };
+    const MeshHierarchy h = make_hierarchy({two_blocks({16, 8, 8}), two_blocks({2, 1, 1})}, "");
+    const auto held_by = [&](double radius_m) {
+        std::vector<std::uint8_t> held;
+        for (const Vector3& x : h.levels[0].nodes) held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
+        return held;
+    };
+    const CoarseBody coarse(h.levels[1], h.levels[0], h.transfers[0]);
+    for (const double radius_m : {0.014, 0.02, 0.04}) {
+        ASSERT_TRUE(free_rigid_motions(h.levels[0], held_by(radius_m)).empty()) << radius_m;
+        EXPECT_TRUE(free_rigid_motions(h.levels[1], coarse_components(h.transfers[0], held_by(radius_m), coarse)).empty()) << radius_m;
+    }
+    // What is free in the fine mesh is free in the coarse one.
+    const auto none = coarse_components(h.transfers[0], held_by(0), coarse), face = coarse_components(h.transfers[0], held_by(0.04), coarse);
+    const std::size_t half = none.size() / 2;
+    for (std::size_t n = 0; n < none.size(); ++n) {
+        if (n >= half) {
+            EXPECT_EQ(none[n], 0) << n;
+        } else {
+            EXPECT_EQ(none[n], face[n]) << n;
+            EXPECT_EQ(none[n], h.levels[1].nodes[n].x() < 1e-9 ? 7 : 0) << n;
+        }
+    }
+}
+
+/// A block whose middle the coarse mesh lacks: two pieces of it, the far one without a held node.
+TEST(CoarseComponents, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
+    const TetMesh fine = test::block({12, 4, 4}, {0.3, 0.1, 0.1});
+    TetMesh coarse = test::block({6, 2, 2}, {0.3, 0.1, 0.1});
+    std::erase_if(coarse.tets, [&](const Tet& t) {
+        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) { return std::abs(coarse.nodes[n].x() - 0.15) < 0.01; });
+    });
+    std::vector<std::int32_t> number(coarse.nodes.size(), -1);  // without the nodes that no tet has
+    for (const Tet& t : coarse.tets)
+        for (const std::int32_t n : t) number[n] = 0;
+    std::vector<Vector3> kept;
+    for (std::size_t n = 0; n < number.size(); ++n)
+        if (number[n] == 0) {
+            number[n] = static_cast<std::int32_t>(kept.size());
+            kept.push_back(coarse.nodes[n]);
+        }
+    for (Tet& t : coarse.tets)
+        for (std::int32_t& n : t) n = number[n];
+    coarse.nodes = kept;
+    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
+    const CoarseBody body(h.levels[1], h.levels[0], h.transfers[0]);
+    ASSERT_EQ(body.pieces.size(), 2u);
+    std::vector<std::uint8_t> end, none(fine.nodes.size(), 0);
+    for (const Vector3& x : h.levels[0].nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
+    const auto held = coarse_components(h.transfers[0], end, body), free = coarse_components(h.transfers[0], none, body);
+    EXPECT_TRUE(free_rigid_motions(h.levels[1], held).empty());
+    const auto beyond = [&](std::size_t n) { return h.levels[1].nodes[n].x() > 0.15; };
+    std::size_t pinned = 0;
+    for (std::size_t n = 0; n < held.size(); ++n) {
+        pinned += beyond(n) && held[n] != 0;
+        EXPECT_EQ(free[n], 0) << n;
+    }
+    EXPECT_EQ(pinned, 4u);
+}
+
+}  // namespace
+}  // namespace livetet
