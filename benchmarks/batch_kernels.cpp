@@ -1,8 +1,9 @@
-// The batch kernels in double and float beside the scalar ones, on blocks of about 60,000 and 370,000 tets, one core:
-// milliseconds, tets/s, GB/s that must move (each array once; what is added to, twice), and that as a part of what this
-// core reads from memory (of_read) and moves in a triad (of_triad), measured at the start. The small block's float data
-// fit in a cache of 8 MB.
-//     build/benchmarks/bench_batch_kernels --benchmark_repetitions=7 --benchmark_report_aggregates_only=true
+// The batch kernels in double and float beside the scalar ones, on blocks of about 60,000 and
+// 370,000 tets, one core: milliseconds, tets/s, GB/s that must move (each array once; what is added
+// to, twice), and that as a part of what this core reads from memory (of_read) and moves in a triad
+// (of_triad), measured at the start. The small block's float data fit in a cache of 8 MB.
+//     build/benchmarks/bench_batch_kernels --benchmark_repetitions=7
+//     --benchmark_report_aggregates_only=true
 
 #include <benchmark/benchmark.h>
 
@@ -36,8 +37,9 @@ struct Setting {
             for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
                 u.push_back(component);
         for (const Tet& t : mesh.tets)
-            elements.push_back(
-                make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000, 1000));
+            elements.push_back(make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000,
+                1000));
     }
 };
 
@@ -100,12 +102,14 @@ void memory_bandwidth(benchmark::State& state) {
 struct Scalar {
     const Setting& s;
     std::vector<Eigen::Matrix3d> rotations{s.elements.size()};
-    std::vector<double> f = std::vector<double>(s.u.size()), values = std::vector<double>(9 * s.pattern.size(0));
+    std::vector<double> f = std::vector<double>(s.u.size()),
+                        values = std::vector<double>(9 * s.pattern.size(0));
     double read_bytes = bytes_of(s.elements) + bytes_of(s.mesh.tets) + bytes_of(s.u);
 
     Eigen::Matrix3d gradient(std::size_t e) const {
         Nodal u;
-        for (int i = 0; i < 4; ++i) u.col(i) = Eigen::Map<const Eigen::Vector3d>(&s.u[3 * s.mesh.tets[e][i]]);
+        for (int i = 0; i < 4; ++i)
+            u.col(i) = Eigen::Map<const Eigen::Vector3d>(&s.u[3 * s.mesh.tets[e][i]]);
         return gradient_of(s.elements[e], u);
     }
     void update() {
@@ -114,7 +118,8 @@ struct Scalar {
     }
     void scatter(std::size_t e, const Eigen::Matrix3d& P) {
         const Nodal forces = nodal_forces(s.elements[e], P);
-        for (int i = 0; i < 4; ++i) Eigen::Map<Eigen::Vector3d>(&f[3 * s.mesh.tets[e][i]]) += forces.col(i);
+        for (int i = 0; i < 4; ++i)
+            Eigen::Map<Eigen::Vector3d>(&f[3 * s.mesh.tets[e][i]]) += forces.col(i);
     }
 };
 
@@ -129,7 +134,8 @@ void forces_scalar(benchmark::State& state) {
     k.update();
     for (auto _ : state)
         for (std::size_t e = 0; e < k.s.elements.size(); ++e)
-            k.scatter(e, first_piola(k.s.elements[e], k.rotations[e], Eigen::Matrix3d::Identity() + k.gradient(e)));
+            k.scatter(e, first_piola(k.s.elements[e], k.rotations[e],
+                                     Eigen::Matrix3d::Identity() + k.gradient(e)));
     report(state, k.read_bytes + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
@@ -151,10 +157,13 @@ void assemble_scalar(benchmark::State& state) {
             const Tet& t = k.s.mesh.tets[e];
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j)
-                    Eigen::Map<Eigen::Matrix3d>(&k.values[9 * static_cast<std::size_t>(k.s.pattern.place(e, i, j, t[i], t[j]))]) +=
+                    Eigen::Map<Eigen::Matrix3d>(
+                        &k.values[9 * static_cast<std::size_t>(
+                                          k.s.pattern.place(e, i, j, t[i], t[j]))]) +=
                         stiffness_block(k.s.elements[e], h.col(i), h.col(j));
         }
-    report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
+    report(state, bytes_of(k.s.elements) + bytes_of(k.rotations) + k.s.pattern.bytes() +
+                      2 * bytes_of(k.values));
 }
 
 template <class Real>
@@ -188,7 +197,8 @@ template <class Real>
 void stiffness_times_batched(benchmark::State& state) {
     Batched<Real> k{setting(state.range(0))};
     k.update();
-    for (auto _ : state) add_stiffness_times<Real>(0.5, k.batches, k.batches.all(), k.rotations, k.u, k.f);
+    for (auto _ : state)
+        add_stiffness_times<Real>(0.5, k.batches, k.batches.all(), k.rotations, k.u, k.f);
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
@@ -196,8 +206,10 @@ template <class Real>
 void assemble_batched(benchmark::State& state) {
     Batched<Real> k{setting(state.range(0))};
     k.update();
-    for (auto _ : state) assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.pattern, k.values);
-    report(state, k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
+    for (auto _ : state)
+        assemble<Real>(k.batches, k.batches.all(), k.rotations, 1, k.s.pattern, k.values);
+    report(state,
+           k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
 #define LIVETET_BENCHMARK(name)                                                                  \

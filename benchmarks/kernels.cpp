@@ -1,6 +1,9 @@
-// What a frame is made of, each part alone, on a block of about 60,000 tets: milliseconds, one core.
-//     build/benchmarks/bench_kernels --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
-// `assemble` stands beside PETSc's own way in (MatSetValuesBlocked) on the same mesh in the same run.
+// What a frame is made of, each part alone, on a block of about 60,000 tets: milliseconds, one
+// core.
+//     build/benchmarks/bench_kernels --benchmark_repetitions=5
+//     --benchmark_report_aggregates_only=true
+// `assemble` stands beside PETSc's own way in (MatSetValuesBlocked) on the same mesh in the same
+// run.
 
 #include <benchmark/benchmark.h>
 
@@ -17,10 +20,10 @@ namespace livetet {
 namespace {
 
 struct Setting {
-    MeshHierarchy hierarchy =
-        make_hierarchy({test::block({32, 18, 18}, {0.16, 0.09, 0.09}), test::block({16, 9, 9}, {0.16, 0.09, 0.09}),
-                        test::block({8, 5, 5}, {0.16, 0.09, 0.09})},
-                       "block");
+    MeshHierarchy hierarchy = make_hierarchy(
+        {test::block({32, 18, 18}, {0.16, 0.09, 0.09}), test::block({16, 9, 9}, {0.16, 0.09, 0.09}),
+         test::block({8, 5, 5}, {0.16, 0.09, 0.09})},
+        "block");
     std::vector<Material> materials{Material{}};
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
@@ -34,8 +37,8 @@ struct Level {
     ElasticLevel level;
     PetscHandle<Vec> u, f;
     explicit Level(MatrixLayout layout)
-        : level(setting().mesh(), share_mesh(PETSC_COMM_SELF, setting().mesh(), {}), setting().materials,
-                StrainModel::corotated, Formulation::displacement, layout),
+        : level(setting().mesh(), share_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
+                setting().materials, StrainModel::corotated, Formulation::displacement, layout),
           u(make_vector(level.share())),
           f(make_vector(level.share())) {
         std::vector<Vector3> bend;
@@ -72,11 +75,13 @@ void assemble_by_matsetvaluesblocked(benchmark::State& state) {
     for (auto _ : state) {
         LIVETET_PETSC(MatZeroEntries(A));
         for (const Tet& t : mesh.tets) {
-            const TetElement e =
-                make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 1000, 500);
+            const TetElement e = make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 1000,
+                500);
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
-                    const Eigen::Matrix3d block = test::stiffness_block(e, e.gradients.col(i), e.gradients.col(j));
+                    const Eigen::Matrix3d block =
+                        test::stiffness_block(e, e.gradients.col(i), e.gradients.col(j));
                     for (int a = 0; a < 3; ++a)
                         for (int b = 0; b < 3; ++b) K[12 * (3 * i + a) + 3 * j + b] = block(a, b);
                 }
@@ -95,9 +100,9 @@ void matrix_vector_product(benchmark::State& state) {
     LIVETET_PETSC(MatGetInfo(l.level.matrix(), MAT_LOCAL, &info));
     // Bytes that must come from memory: the values, an index each block (or number), the vectors.
     const double index_bytes = layout == MatrixLayout::blocks ? 4.0 / 9 : 4.0;
-    state.counters["GB/s"] =
-        benchmark::Counter((8 + index_bytes) * info.nz_used + 48.0 * setting().mesh().nodes.size(),
-                           benchmark::Counter::kIsIterationInvariantRate, benchmark::Counter::kIs1000);
+    state.counters["GB/s"] = benchmark::Counter(
+        (8 + index_bytes) * info.nz_used + 48.0 * setting().mesh().nodes.size(),
+        benchmark::Counter::kIsIterationInvariantRate, benchmark::Counter::kIs1000);
 }
 
 /// The bound of the products above: what this core reads from memory, in the same run.
@@ -105,22 +110,26 @@ void memory_bandwidth(benchmark::State& state) {
     const std::vector<double> values(16 << 20, 1.0);
     double sum = 0;
     for (auto _ : state)
-        benchmark::DoNotOptimize(sum += Eigen::Map<const Eigen::VectorXd>(values.data(), values.size()).sum());
-    state.counters["GB/s"] = benchmark::Counter(8.0 * values.size(), benchmark::Counter::kIsIterationInvariantRate,
-                                                benchmark::Counter::kIs1000);
+        benchmark::DoNotOptimize(
+            sum += Eigen::Map<const Eigen::VectorXd>(values.data(), values.size()).sum());
+    state.counters["GB/s"] =
+        benchmark::Counter(8.0 * values.size(), benchmark::Counter::kIsIterationInvariantRate,
+                           benchmark::Counter::kIs1000);
 }
 
 /// A whole frame: one linearisation, solved to 1e-3, of a press that goes up and down.
 template <SolverKind kind, CoarseOperator coarse>
 void frame(benchmark::State& state) {
     const Setting& s = setting();
-    DeformableBody body(PETSC_COMM_SELF, s.hierarchy, {}, {s.materials, StrainModel::corotated},
-                        {.scheme = TimeScheme::newmark, .rayleigh_alpha = 10, .rayleigh_beta = 0.01},
-                        {.kind = kind, .coarse = coarse});
+    DeformableBody body(
+        PETSC_COMM_SELF, s.hierarchy, {}, {s.materials, StrainModel::corotated},
+        {.scheme = TimeScheme::newmark, .rayleigh_alpha = 10, .rayleigh_beta = 0.01},
+        {.kind = kind, .coarse = coarse});
     Constraints constraints(s.mesh().nodes.size());
     const auto held = test::nodes_where(s.mesh(), [](const Vector3& x) { return x.z() < 1e-9; });
-    const auto driven = test::nodes_where(
-        s.mesh(), [](const Vector3& x) { return x.z() > 0.0899 && (x - Vector3(0.08, 0.045, 0.09)).norm() < 0.015; });
+    const auto driven = test::nodes_where(s.mesh(), [](const Vector3& x) {
+        return x.z() > 0.0899 && (x - Vector3(0.08, 0.045, 0.09)).norm() < 0.015;
+    });
     constraints.prescribe(held, Vector3::Zero());
     int step = 0, iterations = 0;
     for (auto _ : state) {

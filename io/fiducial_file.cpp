@@ -19,19 +19,23 @@ using Json = nlohmann::json;
 enum class Axes { ras, lps };
 
 constexpr const char* schema =
-    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
+    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
+    "Schema/"
     "markups-schema-v1.0.3.json#";
 
 /// Metres, RAS. The same turn leads back: mirrored in x and y.
 Eigen::Vector3d to_ras(const Eigen::Vector3d& position_mm, Axes axes, const std::string& where) {
-    if (!position_mm.allFinite()) fail("{}: the position is not finite, expected three numbers in mm", where);
+    if (!position_mm.allFinite())
+        fail("{}: the position is not finite, expected three numbers in mm", where);
     const double turn = axes == Axes::lps ? -1 : 1;
     return 1e-3 * Eigen::Vector3d(turn * position_mm.x(), turn * position_mm.y(), position_mm.z());
 }
 
-std::string text_of(const Json& object, const char* key, const std::string& otherwise, const std::string& where) {
+std::string text_of(const Json& object, const char* key, const std::string& otherwise,
+                    const std::string& where) {
     if (!object.contains(key)) return otherwise;
-    if (!object[key].is_string()) fail("{}: \"{}\" is {}, expected a text", where, key, object[key].dump());
+    if (!object[key].is_string())
+        fail("{}: \"{}\" is {}, expected a text", where, key, object[key].dump());
     return object[key].get<std::string>();
 }
 
@@ -53,7 +57,8 @@ Eigen::Vector3d parse_position(const Json& point, const std::string& where) {
         fail("{}: found no \"position\" of three numbers", where);
     Eigen::Vector3d position;
     for (int i = 0; i < 3; ++i) {
-        if (!(*found)[i].is_number()) fail("{}: \"position\" is {}, expected three numbers", where, found->dump());
+        if (!(*found)[i].is_number())
+            fail("{}: \"position\" is {}, expected three numbers", where, found->dump());
         position[i] = (*found)[i].get<double>();
     }
     return position;
@@ -75,7 +80,8 @@ std::vector<NamedPoint> read_markups(const fs::path& path) {
         const Axes axes = parse_axes(text_of(list, "coordinateSystem", "LPS", file), file);
         for (std::size_t i = 0; i < controls.size(); ++i) {
             const std::string number = fmt::format("{}: control point {}", file, i + 1);
-            if (!controls[i].is_object()) fail("{}: is no object, expected a label and a position", number);
+            if (!controls[i].is_object())
+                fail("{}: is no object, expected a label and a position", number);
             if (text_of(controls[i], "positionStatus", "defined", number) != "defined") continue;
             NamedPoint point{text_of(controls[i], "label", std::to_string(i + 1), number), {}};
             const std::string where = fmt::format("{} ('{}')", number, point.name);
@@ -95,13 +101,15 @@ struct FcsvColumns {
 void parse_comment(FcsvColumns& columns, std::string_view line, const std::string& where) {
     const auto mark = line.find('=');
     if (mark == std::string_view::npos) return;
-    const std::string_view key = trim(line.substr(1, mark - 1)), value = trim(line.substr(mark + 1));
+    const std::string_view key = trim(line.substr(1, mark - 1)),
+                           value = trim(line.substr(mark + 1));
     if (key == "CoordinateSystem") columns.axes = parse_axes(std::string(value), where);
     if (key != "columns") return;
     const auto names = split_csv(value).value_or(std::vector<std::string>{});
     const auto place = [&](const char* name) {
         const auto found = std::find(names.begin(), names.end(), name);
-        if (found == names.end()) fail("{}: found columns {}, expected {} among them", where, value, name);
+        if (found == names.end())
+            fail("{}: found columns {}, expected {} among them", where, value, name);
         return static_cast<std::size_t>(found - names.begin());
     };
     columns.label = place("label");
@@ -126,7 +134,8 @@ std::vector<NamedPoint> read_fcsv(const fs::path& path) {
         const auto cells = split_csv(line);
         if (!cells || cells->size() <= columns.z)
             fail("{}: found {}, expected at least {} cells: a label and x,y,z in mm", where,
-                 cells ? fmt::format("{} cells", cells->size()) : "a quote that is not closed", columns.z + 1);
+                 cells ? fmt::format("{} cells", cells->size()) : "a quote that is not closed",
+                 columns.z + 1);
         Eigen::Vector3d position;
         for (int i = 0; i < 3; ++i) {
             const std::string& cell = (*cells)[columns.x + i];
@@ -146,7 +155,8 @@ std::vector<NamedPoint> read_fcsv(const fs::path& path) {
 std::vector<NamedPoint> read_fiducials(const fs::path& path) {
     const std::string end = ending(path);
     if (end != ".json" && end != ".fcsv")
-        fail("{}: the name ends in '{}', expected Slicer's points: .mrk.json or .fcsv", path.string(), end);
+        fail("{}: the name ends in '{}', expected Slicer's points: .mrk.json or .fcsv",
+             path.string(), end);
     auto points = end == ".json" ? read_markups(path) : read_fcsv(path);
     if (points.empty()) fail("{}: holds no placed point, expected at least one", path.string());
     return points;
@@ -154,11 +164,13 @@ std::vector<NamedPoint> read_fiducials(const fs::path& path) {
 
 void write_fiducials(const fs::path& path, const std::vector<NamedPoint>& points) {
     if (!path.string().ends_with(".mrk.json"))
-        fail("{}: the name ends in '{}', expected .mrk.json for Slicer's points", path.string(), ending(path));
+        fail("{}: the name ends in '{}', expected .mrk.json for Slicer's points", path.string(),
+             ending(path));
     Json controls = Json::array();
     for (const NamedPoint& point : points) {
         const Eigen::Vector3d& p = point.position;
-        if (!p.allFinite()) fail("{}: point '{}' is not at a finite place", path.string(), point.name);
+        if (!p.allFinite())
+            fail("{}: point '{}' is not at a finite place", path.string(), point.name);
         controls.push_back({{"id", std::to_string(controls.size() + 1)},
                             {"label", point.name},
                             {"description", ""},

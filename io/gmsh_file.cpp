@@ -31,7 +31,8 @@ std::string first_error() {
     return {};
 }
 
-/// Gmsh takes what it does not know for a script and runs it, and reads on where a file ends: look first.
+/// Gmsh takes what it does not know for a script and runs it, and reads on where a file ends: look
+/// first.
 void check_is_whole_mesh(const fs::path& path) {
     const std::string text = read_text_file(path), where = path.string();
     const auto lines = split_lines(std::string_view(text).substr(0, 4096));
@@ -41,7 +42,8 @@ void check_is_whole_mesh(const fs::path& path) {
     const auto words = split_words(lines[1]);
     const auto version = words.empty() ? std::nullopt : parse_number(words[0]);
     if (!version || !(*version == 2.2 || (*version >= 4 && *version < 5)))
-        fail("{}:2: found MSH version '{}', expected 2.2 or 4.1", where, words.empty() ? "" : words[0]);
+        fail("{}:2: found MSH version '{}', expected 2.2 or 4.1", where,
+             words.empty() ? "" : words[0]);
     for (const char* section : {"Nodes", "Elements"}) {
         if (text.find(fmt::format("${}\n", section)) == std::string::npos &&
             text.find(fmt::format("${}\r", section)) == std::string::npos)
@@ -54,7 +56,8 @@ void check_is_whole_mesh(const fs::path& path) {
 /// Builds a mesh out of the model that Gmsh holds.
 class Reader {
   public:
-    Reader(std::string where, double metres_per_unit) : where_(std::move(where)), unit_(metres_per_unit) {}
+    Reader(std::string where, double metres_per_unit)
+        : where_(std::move(where)), unit_(metres_per_unit) {}
 
     TetMesh read() {
         read_places();
@@ -79,14 +82,16 @@ class Reader {
         gmsh::model::mesh::getNodes(tags, coordinates, parameters);
         if (coordinates.size() != 3 * tags.size()) fail("{}: its nodes are malformed", where_);
         for (std::size_t i = 0; i < tags.size(); ++i)
-            places_[tags[i]] = unit_ * Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+            places_[tags[i]] =
+                unit_ * Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
     }
 
     /// The mesh's number for a node of Gmsh's; given on its first use by a tet.
     std::int32_t number_of(std::size_t tag) {
         if (const auto known = numbers_.find(tag); known != numbers_.end()) return known->second;
         const auto place = places_.find(tag);
-        if (place == places_.end()) fail("{}: an element names node {}, which is not in the file", where_, tag);
+        if (place == places_.end())
+            fail("{}: an element names node {}, which is not in the file", where_, tag);
         const auto number = static_cast<std::int32_t>(mesh_.nodes.size());
         mesh_.nodes.push_back(place->second);
         numbers_[tag] = number;
@@ -104,9 +109,12 @@ class Reader {
                 std::string name;
                 int of_dimension = 0, order = 0, count = 0, primary = 0;
                 std::vector<double> local;
-                gmsh::model::mesh::getElementProperties(types[i], name, of_dimension, order, count, local, primary);
-                fail("{}: entity {} of dimension {} holds elements of type {} (order {}), expected {}", where_, entity,
-                     dimension, name, order, expected);
+                gmsh::model::mesh::getElementProperties(types[i], name, of_dimension, order, count,
+                                                        local, primary);
+                fail(
+                    "{}: entity {} of dimension {} holds elements of type {} (order {}), expected "
+                    "{}",
+                    where_, entity, dimension, name, order, expected);
             }
             all.insert(all.end(), nodes[i].begin(), nodes[i].end());
         }
@@ -122,8 +130,8 @@ class Reader {
             std::vector<int> physical;
             gmsh::model::getPhysicalGroupsForEntity(3, entity, physical);
             for (std::size_t i = 0; i + 3 < nodes.size(); i += 4) {
-                mesh_.tets.push_back(
-                    {number_of(nodes[i]), number_of(nodes[i + 1]), number_of(nodes[i + 2]), number_of(nodes[i + 3])});
+                mesh_.tets.push_back({number_of(nodes[i]), number_of(nodes[i + 1]),
+                                      number_of(nodes[i + 2]), number_of(nodes[i + 3])});
                 if (!groups.empty()) mesh_.regions.push_back(physical.empty() ? 0 : physical[0]);
             }
         }
@@ -150,12 +158,14 @@ class Reader {
             std::vector<double> coordinates;
             gmsh::model::mesh::getNodesForPhysicalGroup(dimension, tag, tags, coordinates);
             for (const std::size_t node : tags)
-                if (const auto known = numbers_.find(node); known != numbers_.end()) set.push_back(known->second);
+                if (const auto known = numbers_.find(node); known != numbers_.end())
+                    set.push_back(known->second);
         }
         std::sort(set.begin(), set.end());
         set.erase(std::unique(set.begin(), set.end()), set.end());
         if (set.empty())
-            fail("{}: the group '{}' has no node of the tets, expected it to lie on the body", where_, name);
+            fail("{}: the group '{}' has no node of the tets, expected it to lie on the body",
+                 where_, name);
     }
 
     void read_triangles(int tag, std::vector<Triangle>& triangles) {
@@ -190,7 +200,8 @@ class Reader {
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     gmsh::initialize(0, nullptr, false);
     gmsh::option::setNumber("General.Terminal", 0);
-    gmsh::option::setNumber("General.NumThreads", 1);  // a team of the parent's threads does not live on in a fork
+    gmsh::option::setNumber("General.NumThreads",
+                            1);  // a team of the parent's threads does not live on in a fork
     gmsh::logger::start();
     try {
         gmsh::open(path.string());
@@ -215,7 +226,8 @@ struct Lines {
         names.push_back(fmt::format("{} {} \"{}\"", dimension, ++last_tag, name));
         return last_tag;
     }
-    /// Element of Gmsh's `type` in physical group `tag`; the entity below it has the same number, from 1.
+    /// Element of Gmsh's `type` in physical group `tag`; the entity below it has the same number,
+    /// from 1.
     template <std::size_t N>
     void add(int type, int tag, int entity, const std::array<std::int32_t, N>& nodes) {
         std::string line = fmt::format("{} {} 2 {} {}", elements.size() + 1, type, tag, entity);
@@ -251,8 +263,9 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
     if (ending(path) != ".msh")
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
-    const TetMesh mesh =
-        unpacked_mesh(parse_apart(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }), path.string());
+    const TetMesh mesh = unpacked_mesh(
+        parse_apart(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
+        path.string());
     check_tet_mesh(mesh, path.string());
     return mesh;
 }

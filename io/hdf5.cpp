@@ -22,8 +22,8 @@ namespace {
 
 static_assert(std::is_same_v<hid_t, std::int64_t>, "HDF5 1.10 or later");
 
-/// HDF5 prints its errors unless told otherwise: ours say what is needed. And when the program ends it would try once more
-/// to write a file that a full disk would not take, and crash.
+/// HDF5 prints its errors unless told otherwise: ours say what is needed. And when the program ends
+/// it would try once more to write a file that a full disk would not take, and crash.
 void begin() {
     static const herr_t not_at_exit = H5dont_atexit();
     (void)not_at_exit;
@@ -57,14 +57,16 @@ Handle with_groups() {
 }
 
 /// The rows of a two-dimensional table of `columns`; an Error where it is something else.
-std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::string& where, bool integers) {
+std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::string& where,
+                    bool integers) {
     const Handle space(H5Dget_space(dataset.id()), H5Sclose);
     const Handle type(H5Dget_type(dataset.id()), H5Tclose);
     hsize_t size[2] = {0, 0};
     const int rank = H5Sget_simple_extent_ndims(space.id());
     if (rank == 2) H5Sget_simple_extent_dims(space.id(), size, nullptr);
     if (rank != 2 || size[1] != columns)
-        fail("{}: found {} dimensions with {} columns, expected a table of {} columns", where, rank, size[1], columns);
+        fail("{}: found {} dimensions with {} columns, expected a table of {} columns", where, rank,
+             size[1], columns);
     const auto kind = H5Tget_class(type.id());
     if (kind != H5T_INTEGER && (integers || kind != H5T_FLOAT))
         fail("{}: found other data, expected {}", where, integers ? "whole numbers" : "numbers");
@@ -73,8 +75,8 @@ std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::strin
     return size[0];
 }
 
-/// Whether so many values are in the file, none of it compressed: bounds what a hostile size may allocate, and what HDF5
-/// would copy from beyond its own buffers.
+/// Whether so many values are in the file, none of it compressed: bounds what a hostile size may
+/// allocate, and what HDF5 would copy from beyond its own buffers.
 bool is_stored(const Handle& dataset, std::size_t values) {
     const Handle type(H5Dget_type(dataset.id()), H5Tclose);
     const std::size_t size = H5Tget_size(type.id());
@@ -97,7 +99,8 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
     if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     File file(std::move(handle), shown);
-    if (rank == 0) file.descriptor_ = Handle(::open(path.c_str(), O_WRONLY | O_CLOEXEC), close_descriptor);
+    if (rank == 0)
+        file.descriptor_ = Handle(::open(path.c_str(), O_WRONLY | O_CLOEXEC), close_descriptor);
     file.comm_ = comm;
     file.rank_ = static_cast<std::size_t>(rank);
     file.ranks_ = static_cast<std::size_t>(ranks);
@@ -143,13 +146,16 @@ void File::check(const std::vector<std::filesystem::path>& paths) {
 void File::go_through(const std::string& group, int depth) const {
     constexpr int deepest = 8;  // ours have four; links may lead round for ever
     if (depth > deepest) fail("{}: has groups within groups deeper than {}", shown_, deepest);
-    (void)has(group + "/?");  // what looks a name up goes another way through HDF5 than what lists them
+    (void)has(group +
+              "/?");  // what looks a name up goes another way through HDF5 than what lists them
     for (const std::string& name : names(group.empty() ? "/" : group)) {
         const std::string path = group + '/' + name;
-        const Handle object(has(path) ? H5Oopen(file_.id(), path.c_str(), H5P_DEFAULT) : -1, H5Oclose);
+        const Handle object(has(path) ? H5Oopen(file_.id(), path.c_str(), H5P_DEFAULT) : -1,
+                            H5Oclose);
         if (H5Iget_type(object.id()) == H5I_GROUP) go_through(path, depth + 1);
         if (H5Iget_type(object.id()) != H5I_DATASET) continue;
-        const Handle type(H5Dget_type(object.id()), H5Tclose), space(H5Dget_space(object.id()), H5Sclose);
+        const Handle type(H5Dget_type(object.id()), H5Tclose),
+            space(H5Dget_space(object.id()), H5Sclose);
         hsize_t size[H5S_MAX_RANK] = {0};
         const int rank = H5Sget_simple_extent_ndims(space.id());
         H5Sget_simple_extent_dims(space.id(), size, nullptr);
@@ -170,16 +176,18 @@ Handle File::dataset(const std::string& name) const {
 template <class T>
 void File::write(const std::string& name, std::span<const T> values, std::size_t columns) {
     const Handle links = with_groups(), space = space_of(values.size() / columns, columns);
-    const Handle data(
-        H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
-        H5Dclose);
+    const Handle data(H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(),
+                                 H5P_DEFAULT, H5P_DEFAULT),
+                      H5Dclose);
     const auto [first, end] = share_of(values.size() / columns);
-    const Handle mine = space_of(values.size() / columns, columns), memory = space_of(end - first, columns);
+    const Handle mine = space_of(values.size() / columns, columns),
+                 memory = space_of(end - first, columns);
     const hsize_t start[2] = {first, 0}, count[2] = {end - first, columns};
     const bool bad = data.id() < 0 ||
-                     (end > first && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
-                                      H5Dwrite(data.id(), memory_type<T>(), memory.id(), mine.id(), H5P_DEFAULT,
-                                               values.data() + first * columns) < 0));
+                     (end > first && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start, nullptr,
+                                                          count, nullptr) < 0 ||
+                                      H5Dwrite(data.id(), memory_type<T>(), memory.id(), mine.id(),
+                                               H5P_DEFAULT, values.data() + first * columns) < 0));
     if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
     if (const haddr_t place = H5Dget_offset(data.id()); place != HADDR_UNDEF)
         end_ = std::max<std::size_t>(end_, place + H5Dget_storage_size(data.id()));
@@ -190,9 +198,11 @@ Table<T> File::read(const std::string& name, std::size_t columns) const {
     const std::string where = fmt::format("{}: table {}", shown_, name);
     const Handle data = dataset(name);
     Table<T> table{rows_of(data, columns, where, std::is_integral_v<T>), {}};
-    if (!is_stored(data, table.rows * columns)) fail("{}: its {} rows are not in the file: truncated", where, table.rows);
+    if (!is_stored(data, table.rows * columns))
+        fail("{}: its {} rows are not in the file: truncated", where, table.rows);
     table.values.resize(table.rows * columns);
-    if (table.rows > 0 && H5Dread(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()) < 0)
+    if (table.rows > 0 && H5Dread(data.id(), memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                  table.values.data()) < 0)
         fail("{}: cannot be read: damaged or truncated", where);
     return table;
 }
@@ -203,22 +213,28 @@ void File::create_growing(const std::string& name, std::size_t columns) {
     const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     const hsize_t chunk[2] = {std::max<hsize_t>(1, 65536 / (columns * sizeof(T))), columns};
     H5Pset_chunk(layout.id(), 2, chunk);
-    const Handle data(
-        H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(), layout.id(), H5P_DEFAULT),
-        H5Dclose);
+    const Handle data(H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(),
+                                 layout.id(), H5P_DEFAULT),
+                      H5Dclose);
     if (data.id() < 0) fail("{}: the table {} cannot be made", shown_, name);
 }
 
 template <class T>
-void File::write_rows(const std::string& name, std::size_t first, std::span<const T> values, std::size_t columns) {
+void File::write_rows(const std::string& name, std::size_t first, std::span<const T> values,
+                      std::size_t columns) {
     const Handle data = dataset(name);
     const std::size_t more = values.size() / columns;
-    const hsize_t size[2] = {std::max(rows(name, columns), first + more), columns}, start[2] = {first, 0}, count[2] = {more, columns};
+    const hsize_t size[2] = {std::max(rows(name, columns), first + more), columns},
+                  start[2] = {first, 0}, count[2] = {more, columns};
     bool bad = H5Dset_extent(data.id(), size) < 0;
     const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(more, columns);
-    bad = bad || H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
-          (rank_ == 0 && H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) < 0);
-    if (bad) fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, first, name);
+    bad = bad ||
+          H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
+          (rank_ == 0 && H5Dwrite(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT,
+                                  values.data()) < 0);
+    if (bad)
+        fail("{}: row {} of the table {} cannot be written (is the disk full?)", shown_, first,
+             name);
 }
 
 std::size_t File::rows(const std::string& name, std::size_t columns) const {
@@ -229,13 +245,16 @@ template <class T>
 std::vector<T> File::read_row(const std::string& name, std::size_t row, std::size_t columns) const {
     const Handle data = dataset(name);
     const std::size_t found = rows(name, columns);
-    if (!is_stored(data, found * columns)) fail("{}: table {}: its {} rows are not in the file: truncated", shown_, name, found);
-    if (row >= found) fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found, row);
+    if (!is_stored(data, found * columns))
+        fail("{}: table {}: its {} rows are not in the file: truncated", shown_, name, found);
+    if (row >= found)
+        fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found, row);
     const hsize_t start[2] = {row, 0}, count[2] = {1, columns};
     const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, columns);
     std::vector<T> values(columns);
     if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
-        H5Dread(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) < 0)
+        H5Dread(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) <
+            0)
         fail("{}: row {} of table {} cannot be read: damaged or truncated", shown_, row, name);
     return values;
 }
@@ -250,12 +269,14 @@ bool File::has(const std::string& name) const {
 
 std::vector<std::string> File::names(const std::string& group) const {
     std::vector<std::string> names;
-    const Handle handle(has(group) ? H5Gopen2(file_.id(), group.c_str(), H5P_DEFAULT) : -1, H5Gclose);
+    const Handle handle(has(group) ? H5Gopen2(file_.id(), group.c_str(), H5P_DEFAULT) : -1,
+                        H5Gclose);
     H5G_info_t info{};
     if (handle.id() < 0 || H5Gget_info(handle.id(), &info) < 0) return names;
     for (hsize_t i = 0; i < info.nlinks; ++i) {
         char text[1024] = {};
-        if (H5Lget_name_by_idx(handle.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, text, sizeof text, H5P_DEFAULT) < 0)
+        if (H5Lget_name_by_idx(handle.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, text, sizeof text,
+                               H5P_DEFAULT) < 0)
             fail("{}: the group {} cannot be read: damaged", shown_, group);
         names.emplace_back(text);
     }
@@ -264,13 +285,17 @@ std::vector<std::string> File::names(const std::string& group) const {
 }
 
 void File::write_text(const std::string& name, const std::string& text) {
-    // A data set, not an attribute: an attribute ends at 64 kB, and a scene or a provenance may not.
-    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose), links = with_groups();
+    // A data set, not an attribute: an attribute ends at 64 kB, and a scene or a provenance may
+    // not.
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose),
+        links = with_groups();
     H5Tset_size(type.id(), text.size() + 1);
     H5Tset_cset(type.id(), H5T_CSET_UTF8);
-    const Handle data(H5Dcreate2(file_.id(), name.c_str(), type.id(), space.id(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
+    const Handle data(H5Dcreate2(file_.id(), name.c_str(), type.id(), space.id(), links.id(),
+                                 H5P_DEFAULT, H5P_DEFAULT),
                       H5Dclose);
-    if (data.id() < 0 || (rank_ == 0 && H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()) < 0))
+    if (data.id() < 0 || (rank_ == 0 && H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL,
+                                                 H5P_DEFAULT, text.c_str()) < 0))
         fail("{}: the text {} cannot be written (is the disk full?)", shown_, name);
 }
 
@@ -278,8 +303,8 @@ std::string File::read_text(const std::string& name) const {
     const Handle data = dataset(name);
     const Handle type(H5Dget_type(data.id()), H5Tclose), space(H5Dget_space(data.id()), H5Sclose);
     const std::size_t size = H5Tget_size(type.id());
-    if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 || size > (1u << 28) ||
-        H5Sget_simple_extent_npoints(space.id()) != 1)
+    if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 ||
+        size > (1u << 28) || H5Sget_simple_extent_npoints(space.id()) != 1)
         fail("{}: {} is no text, expected one", shown_, name);
     if (!is_stored(data, 1)) fail("{}: the text {} is not in the file: truncated", shown_, name);
     std::string text(size, '\0');
@@ -290,7 +315,8 @@ std::string File::read_text(const std::string& name) const {
 }
 
 void File::flush() {
-    if (H5Fflush(file_.id(), H5F_SCOPE_LOCAL) < 0) fail("{}: cannot be written (is the disk full?)", shown_);
+    if (H5Fflush(file_.id(), H5F_SCOPE_LOCAL) < 0)
+        fail("{}: cannot be written (is the disk full?)", shown_);
 }
 
 bool File::reserve(std::size_t bytes) {
@@ -300,14 +326,19 @@ bool File::reserve(std::size_t bytes) {
         while (::fallocate(descriptor, 0, end, wanted) != 0) {
             if (errno == EINTR) continue;
             struct statvfs disk {};
-            const bool cannot = errno == EOPNOTSUPP || errno == ENOSYS;  // some file systems take no room ahead: as much as is free will do
-            return cannot && ::fstatvfs(descriptor, &disk) == 0 && disk.f_bavail * disk.f_frsize >= static_cast<std::uint64_t>(wanted);
+            const bool cannot =
+                errno == EOPNOTSUPP ||
+                errno ==
+                    ENOSYS;  // some file systems take no room ahead: as much as is free will do
+            return cannot && ::fstatvfs(descriptor, &disk) == 0 &&
+                   disk.f_bavail * disk.f_frsize >= static_cast<std::uint64_t>(wanted);
         }
         return true;
     };
     struct stat now {};
     const bool there = rank_ == 0 && ::fstat(descriptor, &now) == 0 && now.st_size >= end + more;
-    int taken = rank_ == 0 && (there || take(2 * more) || take(more));  // room for the next one as well, where there is
+    int taken = rank_ == 0 && (there || take(2 * more) ||
+                               take(more));  // room for the next one as well, where there is
     if (ranks_ > 1) MPI_Bcast(&taken, 1, MPI_INT, 0, comm_);
     return taken != 0;
 }
@@ -315,7 +346,8 @@ bool File::reserve(std::size_t bytes) {
 void File::give_back() {
     if (ranks_ > 1) return;
     hsize_t size = 0;
-    if (H5Fget_filesize(file_.id(), &size) < 0 || ::ftruncate(static_cast<int>(descriptor_.id()), static_cast<off_t>(size)) != 0)
+    if (H5Fget_filesize(file_.id(), &size) < 0 ||
+        ::ftruncate(static_cast<int>(descriptor_.id()), static_cast<off_t>(size)) != 0)
         fail("{}: cannot be written (is the disk full?)", shown_);
 }
 
@@ -326,32 +358,37 @@ void write_format(File& file, const std::string& format, int version) {
 }
 
 void check_format(const File& file, const std::string& format, int version) {
-    if (!file.has("livetet_format")) fail("{}: is an HDF5 file of another program, expected {}", file.shown(), format);
+    if (!file.has("livetet_format"))
+        fail("{}: is an HDF5 file of another program, expected {}", file.shown(), format);
     const std::string found = file.read_text("livetet_format");
     if (found != format) fail("{}: holds {}, expected {}", file.shown(), found, format);
     const auto number = file.read<std::int32_t>("livetet_version", 1);
     if (number.rows != 1 || number.values[0] != version)
-        fail("{}: holds version {} of {}, expected {}", file.shown(), number.rows ? number.values[0] : 0, format,
-             version);
+        fail("{}: holds version {} of {}, expected {}", file.shown(),
+             number.rows ? number.values[0] : 0, format, version);
 }
 
-#define LIVETET_HDF5_OF(T)                                                             \
-    template void File::write<T>(const std::string&, std::span<const T>, std::size_t); \
-    template Table<T> File::read<T>(const std::string&, std::size_t) const;            \
-    template void File::create_growing<T>(const std::string&, std::size_t);            \
-    template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>, std::size_t); \
+#define LIVETET_HDF5_OF(T)                                                                 \
+    template void File::write<T>(const std::string&, std::span<const T>, std::size_t);     \
+    template Table<T> File::read<T>(const std::string&, std::size_t) const;                \
+    template void File::create_growing<T>(const std::string&, std::size_t);                \
+    template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>, \
+                                      std::size_t);                                        \
     template std::vector<T> File::read_row<T>(const std::string&, std::size_t, std::size_t) const;
 LIVETET_HDF5_OF(double)
 LIVETET_HDF5_OF(float)
 LIVETET_HDF5_OF(std::int32_t)
 #undef LIVETET_HDF5_OF
 
-void write_whole(const std::filesystem::path& path, const std::string& format, int version, std::size_t bytes, const std::function<void(File&)>& fill) {
-    constexpr std::size_t room_beside = 1 << 20;  // HDF5's own, and what is left to close the file where the disk is found full
+void write_whole(const std::filesystem::path& path, const std::string& format, int version,
+                 std::size_t bytes, const std::function<void(File&)>& fill) {
+    constexpr std::size_t room_beside =
+        1 << 20;  // HDF5's own, and what is left to close the file where the disk is found full
     PendingFile pending(path);
     {
         File file = File::create(pending.path(), path.string());
-        if (!file.reserve(bytes + room_beside)) fail("{}: cannot be written (is the disk full?)", path.string());
+        if (!file.reserve(bytes + room_beside))
+            fail("{}: cannot be written (is the disk full?)", path.string());
         write_format(file, format, version);
         fill(file);
         file.flush();

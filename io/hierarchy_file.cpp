@@ -27,20 +27,24 @@ template <class T, std::size_t N>
 std::vector<std::array<T, N>> read_rows(const hdf5::File& file, const std::string& name) {
     const auto table = file.read<T>(name, N);
     std::vector<std::array<T, N>> rows(table.rows);
-    for (std::size_t r = 0; r < table.rows; ++r) std::copy_n(table.values.begin() + r * N, N, rows[r].begin());
+    for (std::size_t r = 0; r < table.rows; ++r)
+        std::copy_n(table.values.begin() + r * N, N, rows[r].begin());
     return rows;
 }
 
-void check_indices(std::span<const std::int32_t> indices, std::size_t count, const std::string& where) {
+void check_indices(std::span<const std::int32_t> indices, std::size_t count,
+                   const std::string& where) {
     for (const std::int32_t n : indices)
         if (n < 0 || static_cast<std::size_t>(n) >= count)
-            fail("{}: names node {}, expected 0 to {}", where, n, static_cast<std::int64_t>(count) - 1);
+            fail("{}: names node {}, expected 0 to {}", where, n,
+                 static_cast<std::int64_t>(count) - 1);
 }
 
 /// A set's name as an HDF5 name: '/' parts groups there, and "." is one.
 std::string escape(const std::string& name) {
     std::string text;
-    for (const char c : name) text += c == '/' || c == '%' || c == '.' ? fmt::format("%{:02x}", c) : std::string(1, c);
+    for (const char c : name)
+        text += c == '/' || c == '%' || c == '.' ? fmt::format("%{:02x}", c) : std::string(1, c);
     return text.empty() ? "%" : text;
 }
 
@@ -55,23 +59,28 @@ std::string unescape(const std::string& text) {
     return name;
 }
 
-BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, std::size_t points, std::size_t nodes) {
+BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, std::size_t points,
+                             std::size_t nodes) {
     const std::string where = fmt::format("{}: {}", file.shown(), group);
     BarycentricMap map{read_rows<std::int32_t, 4>(file, group + "/nodes"),
                        read_rows<double, 4>(file, group + "/weights"),
                        file.read<double>(group + "/distance", 1).values};
     if (map.nodes.size() != points || map.weights.size() != points || map.distance.size() != points)
-        fail("{}: has {} nodes, {} weights, {} distances, expected one for each of {} nodes of the finer level", where,
-             map.nodes.size(), map.weights.size(), map.distance.size(), points);
+        fail(
+            "{}: has {} nodes, {} weights, {} distances, expected one for each of {} nodes of the "
+            "finer level",
+            where, map.nodes.size(), map.weights.size(), map.distance.size(), points);
     check_indices(flat<std::int32_t>(map.nodes), nodes, where + "/nodes");
     for (std::size_t i = 0; i < points; ++i) {
         const auto& w = map.weights[i];
         // Written so that NaN is refused as well.
-        const bool bounded = std::all_of(w.begin(), w.end(), [](double v) { return v >= least_extrapolated - 1e-6; });
+        const bool bounded = std::all_of(w.begin(), w.end(),
+                                         [](double v) { return v >= least_extrapolated - 1e-6; });
         if (!bounded || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
-            fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1", where, i, w[0], w[1],
-                 w[2], w[3], least_extrapolated);
-        if (!(map.distance[i] >= 0)) fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
+            fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1",
+                 where, i, w[0], w[1], w[2], w[3], least_extrapolated);
+        if (!(map.distance[i] >= 0))
+            fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
     }
     return map;
 }
@@ -80,7 +89,8 @@ void write_grid(hdf5::File& file, const ImageGrid& image) {
     file.write<std::int32_t>("image/size", image.size, 3);
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = image.ras_from_voxel;
     file.write<double>("image/ras_from_voxel", {rows.data(), 16}, 4);
-    const Eigen::Vector3d spacing = image.spacing();  // follows from the affine: for who looks into the file
+    const Eigen::Vector3d spacing =
+        image.spacing();  // follows from the affine: for who looks into the file
     file.write<double>("image/spacing", {spacing.data(), 3}, 3);
 }
 
@@ -88,13 +98,19 @@ ImageGrid read_grid(const hdf5::File& file) {
     const auto size = file.read<std::int32_t>("image/size", 3).values;
     const auto rows = file.read<double>("image/ras_from_voxel", 4).values;
     if (size.size() != 3 || *std::min_element(size.begin(), size.end()) < 1)
-        fail("{}: image/size is {}, expected three numbers of voxels", file.shown(), fmt::join(size, " x "));
-    if (rows.size() != 16) fail("{}: image/ras_from_voxel has {} numbers, expected 16", file.shown(), rows.size());
-    ImageGrid image{{size[0], size[1], size[2]}, Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(rows.data())};
+        fail("{}: image/size is {}, expected three numbers of voxels", file.shown(),
+             fmt::join(size, " x "));
+    if (rows.size() != 16)
+        fail("{}: image/ras_from_voxel has {} numbers, expected 16", file.shown(), rows.size());
+    ImageGrid image{{size[0], size[1], size[2]},
+                    Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(rows.data())};
     const double volume = image.ras_from_voxel.topLeftCorner<3, 3>().determinant();
     if (!image.ras_from_voxel.allFinite() || !(std::abs(volume) > 0) ||
         image.ras_from_voxel.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-        fail("{}: image/ras_from_voxel is no affine that spans space, expected voxels' places in metres", file.shown());
+        fail(
+            "{}: image/ras_from_voxel is no affine that spans space, expected voxels' places in "
+            "metres",
+            file.shown());
     return image;
 }
 
@@ -116,12 +132,15 @@ void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh)
     for (const auto& [name, nodes] : mesh.node_sets)
         file.write<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
     for (const auto& [name, triangles] : mesh.triangle_sets)
-        file.write<std::int32_t>(group + "/triangle_sets/" + escape(name), flat<std::int32_t>(triangles), 3);
+        file.write<std::int32_t>(group + "/triangle_sets/" + escape(name),
+                                 flat<std::int32_t>(triangles), 3);
 }
 
 std::size_t bytes_written(const TetMesh& mesh) {
     constexpr std::size_t index = sizeof(std::int32_t);
-    std::size_t bytes = mesh.nodes.size() * sizeof(Vector3) + (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index;
+    std::size_t bytes =
+        mesh.nodes.size() * sizeof(Vector3) +
+        (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index;
     for (const auto& [name, nodes] : mesh.node_sets) bytes += nodes.size() * index;
     for (const auto& [name, triangles] : mesh.triangle_sets) bytes += 3 * triangles.size() * index;
     return bytes;
@@ -129,15 +148,18 @@ std::size_t bytes_written(const TetMesh& mesh) {
 
 TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     TetMesh mesh;
-    for (const auto& x : read_rows<double, 3>(file, group + "/nodes")) mesh.nodes.emplace_back(x[0], x[1], x[2]);
+    for (const auto& x : read_rows<double, 3>(file, group + "/nodes"))
+        mesh.nodes.emplace_back(x[0], x[1], x[2]);
     mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
     if (file.has(group + "/ten_node_tets"))
         for (const auto& ten : read_rows<std::int32_t, 10>(file, group + "/ten_node_tets"))
             mesh.edge_nodes.push_back({ten[4], ten[5], ten[6], ten[7], ten[8], ten[9]});
-    if (file.has(group + "/regions")) mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
+    if (file.has(group + "/regions"))
+        mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
     check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
     for (const std::string& name : file.names(group + "/node_sets")) {
-        const std::string table = group + "/node_sets/" + name, where = fmt::format("{}: {}", file.shown(), table);
+        const std::string table = group + "/node_sets/" + name,
+                          where = fmt::format("{}: {}", file.shown(), table);
         auto nodes = file.read<std::int32_t>(table, 1).values;
         check_indices(nodes, mesh.nodes.size(), where);
         if (std::adjacent_find(nodes.begin(), nodes.end(), std::greater_equal{}) != nodes.end())
@@ -147,7 +169,8 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     for (const std::string& name : file.names(group + "/triangle_sets")) {
         const std::string table = group + "/triangle_sets/" + name;
         auto triangles = read_rows<std::int32_t, 3>(file, table);
-        check_indices(flat<std::int32_t>(triangles), mesh.nodes.size(), fmt::format("{}: {}", file.shown(), table));
+        check_indices(flat<std::int32_t>(triangles), mesh.nodes.size(),
+                      fmt::format("{}: {}", file.shown(), table));
         mesh.triangle_sets[unescape(name)] = std::move(triangles);
     }
     return mesh;
@@ -157,7 +180,8 @@ void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hie
                      const std::optional<ImageGrid>& image) {
     std::size_t bytes = hierarchy.provenance.size();
     for (const TetMesh& level : hierarchy.levels) bytes += bytes_written(level);
-    for (const BarycentricMap& map : hierarchy.transfers) bytes += map.size() * (4 * sizeof(std::int32_t) + 5 * sizeof(double));
+    for (const BarycentricMap& map : hierarchy.transfers)
+        bytes += map.size() * (4 * sizeof(std::int32_t) + 5 * sizeof(double));
     hdf5::write_whole(path, hierarchy_format, hierarchy_version, bytes, [&](hdf5::File& file) {
         file.write_text("provenance", hierarchy.provenance);
         file.write_text("world", "RAS, metres");
@@ -188,7 +212,8 @@ MeshHierarchy read_hierarchy(const std::filesystem::path& path) {
     hierarchy.provenance = file.read_text("provenance");
     const std::size_t levels = file.names("levels").size();
     if (levels == 0) fail("{}: holds no levels, expected at least one", path.string());
-    for (std::size_t l = 0; l < levels; ++l) hierarchy.levels.push_back(read_mesh(file, fmt::format("levels/{}", l)));
+    for (std::size_t l = 0; l < levels; ++l)
+        hierarchy.levels.push_back(read_mesh(file, fmt::format("levels/{}", l)));
     for (std::size_t l = 0; l + 1 < levels; ++l)
         hierarchy.transfers.push_back(read_transfer(file, fmt::format("transfers/{}", l),
                                                     hierarchy.levels[l].nodes.size(),

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "base/file.hpp"
+#include "image/label_map.hpp"
 #include "io/itk_volume.hpp"
 #include "io/nifti.hpp"
 #include "io/text.hpp"
-#include "image/label_map.hpp"
 
 namespace livetet {
 
@@ -49,35 +49,40 @@ void of_type(ScalarType type, const Use& use) {
 
 /// The volume's values as T, where `fits` allows each of them.
 template <class T, class Stored, class Wrong, class Fits>
-void convert_from(const Volume& volume, const fs::path& path, const char* expected, const Fits& fits,
-                  std::vector<T>& values) {
+void convert_from(const Volume& volume, const fs::path& path, const char* expected,
+                  const Fits& fits, std::vector<T>& values) {
     for (std::size_t n = 0; n < values.size(); ++n) {
         Stored stored;
         std::memcpy(&stored, volume.bytes.data() + n * sizeof(Stored), sizeof(Stored));
         const double value = volume.slope * static_cast<double>(stored) + volume.intercept;
         if (!fits(value)) {
             const std::size_t row = n / volume.size[0];
-            throw Wrong(fmt::format("{}: voxel ({}, {}, {}) is {}, expected {}", path.string(), n % volume.size[0],
-                                    row % volume.size[1], row / volume.size[1], value, expected));
+            throw Wrong(fmt::format("{}: voxel ({}, {}, {}) is {}, expected {}", path.string(),
+                                    n % volume.size[0], row % volume.size[1], row / volume.size[1],
+                                    value, expected));
         }
         values[n] = static_cast<T>(value);
     }
 }
 
 template <class T, class Wrong, class Fits>
-Image<T> convert(const Volume& volume, const fs::path& path, const char* expected, const Fits& fits) {
+Image<T> convert(const Volume& volume, const fs::path& path, const char* expected,
+                 const Fits& fits) {
     Image<T> image{volume.size, volume.ras_from_voxel, {}};
     image.values.resize(volume.bytes.size() / bytes_of(volume.type));
-    of_type(volume.type, [&]<class Stored>(Stored) { convert_from<T, Stored, Wrong>(volume, path, expected, fits, image.values); });
+    of_type(volume.type, [&]<class Stored>(Stored) {
+        convert_from<T, Stored, Wrong>(volume, path, expected, fits, image.values);
+    });
     return image;
 }
 
 template <class T>
 void check_image(const Image<T>& image, const fs::path& path) {
-    const std::size_t expected = static_cast<std::size_t>(image.size[0]) * image.size[1] * image.size[2];
+    const std::size_t expected =
+        static_cast<std::size_t>(image.size[0]) * image.size[1] * image.size[2];
     if (image.values.size() != expected)
-        fail("{}: the image has {} values, expected {} x {} x {}", path.string(), image.values.size(), image.size[0],
-             image.size[1], image.size[2]);
+        fail("{}: the image has {} values, expected {} x {} x {}", path.string(),
+             image.values.size(), image.size[0], image.size[1], image.size[2]);
 }
 
 template <class Stored>
@@ -113,7 +118,8 @@ std::optional<std::string> content_digest(const fs::path& path) {
 std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) {
 #ifdef LIVETET_IMAGES
     try {
-        const std::optional<fs::path> voxels = is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
+        const std::optional<fs::path> voxels =
+            is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
         if (voxels && *voxels != path) return voxels;
     } catch (const Error&) {  // its reader says what is wrong with it
     }
@@ -126,7 +132,8 @@ Volume read_volume(const fs::path& path) {
     if (!is_nifti(path)) return read_itk_volume(path);
 #else
     if (is_image_name(path) && !is_nifti(path))
-        fail("{}: this build of livetet has no image formats but NIfTI: .nii or .nii.gz", path.string());
+        fail("{}: this build of livetet has no image formats but NIfTI: .nii or .nii.gz",
+             path.string());
 #endif
     return nifti::read(path);
 }
@@ -138,9 +145,11 @@ GreyImage grey_image(const Volume& volume, const fs::path& path) {
 }
 
 LabelImage label_image(const Volume& volume, const fs::path& path) {
-    constexpr double least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
-    return convert<std::int32_t, NotALabel>(volume, path, "a label, a whole number",
-                                            [](double v) { return v >= least && v <= most && v == std::floor(v); });
+    constexpr double least = std::numeric_limits<std::int32_t>::min(),
+                     most = std::numeric_limits<std::int32_t>::max();
+    return convert<std::int32_t, NotALabel>(volume, path, "a label, a whole number", [](double v) {
+        return v >= least && v <= most && v == std::floor(v);
+    });
 }
 
 GreyImage read_grey_image(const fs::path& path) { return grey_image(read_volume(path), path); }
@@ -149,7 +158,9 @@ LabelImage read_label_image(const fs::path& path) { return label_image(read_volu
 
 LabelImage read_mask(const fs::path& path) {
     LabelImage mask = read_label_image(path);
-    if (const std::string why = why_no_label_map(mask); !why.empty()) fail("{}: looks like a grey image ({}), expected a mask: 0 where nothing is meant", path.string(), why);
+    if (const std::string why = why_no_label_map(mask); !why.empty())
+        fail("{}: looks like a grey image ({}), expected a mask: 0 where nothing is meant",
+             path.string(), why);
     return mask;
 }
 
@@ -162,10 +173,12 @@ void write_image(const fs::path& path, const GreyImage& image, ScalarType type) 
     check_image(image, path);
     of_type(type, [&]<class Stored>(Stored) {
         if constexpr (std::is_integral_v<Stored> && sizeof(Stored) <= 4) {
-            constexpr double least = std::numeric_limits<Stored>::min(), most = std::numeric_limits<Stored>::max();
+            constexpr double least = std::numeric_limits<Stored>::min(),
+                             most = std::numeric_limits<Stored>::max();
             std::vector<Stored> stored;
             stored.reserve(image.values.size());
-            for (const double v : image.values) stored.push_back(static_cast<Stored>(std::clamp(std::round(v), least, most)));
+            for (const double v : image.values)
+                stored.push_back(static_cast<Stored>(std::clamp(std::round(v), least, most)));
             nifti::write(path, {image.size, image.ras_from_voxel}, type, bytes_of_values(stored));
         } else {
             write_as<float>(ScalarType::float32, path, image);
@@ -179,9 +192,10 @@ void write_displacement_field(const fs::path& path, const Image<Eigen::Vector3f>
     std::vector<float> planes;
     planes.reserve(3 * field.values.size());
     for (int d = 0; d < 3; ++d)
-        for (const Eigen::Vector3f& v : field.values) planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no -0
-    nifti::write(path, {field.size, field.ras_from_voxel}, ScalarType::float32, bytes_of_values(planes),
-                 nifti::Values::vectors);
+        for (const Eigen::Vector3f& v : field.values)
+            planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no -0
+    nifti::write(path, {field.size, field.ras_from_voxel}, ScalarType::float32,
+                 bytes_of_values(planes), nifti::Values::vectors);
 }
 
 void write_image(const fs::path& path, const LabelImage& image) {

@@ -1,6 +1,7 @@
 #include "io/itk_volume.hpp"
 
-#define ITK_USE_SYSTEM_EIGEN  // else ITK's headers bring an Eigen of their own, and a program may have one
+#define ITK_USE_SYSTEM_EIGEN  // else ITK's headers bring an Eigen of their own, and a program may
+                              // have one
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <zlib.h>
@@ -24,20 +25,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The text before the voxels: what ITK does not tell of it, and what must be known before ITK reads on.
+/// The text before the voxels: what ITK does not tell of it, and what must be known before ITK
+/// reads on.
 struct Header {
     std::map<std::string, std::string> fields;  ///< by names in lower case
-    std::size_t end = 0;                        ///< bytes: where voxels begin, if they are in the same file
+    std::size_t end = 0;  ///< bytes: where voxels begin, if they are in the same file
 
     const std::string& of(const std::string& name) const {
         static const std::string none;
         const auto found = fields.find(name);
         return found == fields.end() ? none : found->second;
     }
-    bool is_true(const std::string& name) const { return of(name) == "True" || of(name) == "true" || of(name) == "1"; }
+    bool is_true(const std::string& name) const {
+        return of(name) == "True" || of(name) == "true" || of(name) == "1";
+    }
 };
 
-/// `name: value` and `key:=value` up to a blank line (NRRD), `Name = value` up to ElementDataFile (MetaImage).
+/// `name: value` and `key:=value` up to a blank line (NRRD), `Name = value` up to ElementDataFile
+/// (MetaImage).
 Header read_header(const fs::path& path, bool nrrd) {
     const std::string where = path.string();
     std::error_code ignored;
@@ -51,7 +56,8 @@ Header read_header(const fs::path& path, bool nrrd) {
         header.end += line.size() + (in.eof() ? 0 : 1);
         if (header.end > most) break;
         if (nrrd && first && !line.starts_with("NRRD"))
-            fail("{}:1: found '{}', expected NRRD0001 to NRRD0005, as NRRD files begin", where, line.substr(0, 20));
+            fail("{}:1: found '{}', expected NRRD0001 to NRRD0005, as NRRD files begin", where,
+                 line.substr(0, 20));
         if (trim(line).empty()) {
             if (nrrd) return header;
             continue;
@@ -61,21 +67,31 @@ Header read_header(const fs::path& path, bool nrrd) {
         if (sign == std::string::npos) {
             // MetaIO would read on beyond the line's end, and take fields from the voxels.
             if (nrrd) continue;
-            const bool is_text = std::all_of(line.begin(), line.end(), [](unsigned char c) { return std::isprint(c) || std::isspace(c); });
-            fail("{}: found {}, expected Name = value, as lines of MetaImage's header are", where, is_text ? fmt::format("'{}'", trim(line.substr(0, 60))) : "bytes that are no text");
+            const bool is_text = std::all_of(line.begin(), line.end(), [](unsigned char c) {
+                return std::isprint(c) || std::isspace(c);
+            });
+            fail(
+                "{}: found {}, expected Name = value, as lines of MetaImage's header are", where,
+                is_text ? fmt::format("'{}'", trim(line.substr(0, 60))) : "bytes that are no text");
         }
         // "key:=value" pairs of a NRRD are not its fields: they go by "=key".
         const bool pair = nrrd && line[sign + 1] == '=';
-        const std::string name = (pair ? "=" : "") + lower(trim(std::string_view(line).substr(0, sign)));
-        const bool added = header.fields.emplace(name, trim(std::string_view(line).substr(sign + (pair ? 2 : 1)))).second;
+        const std::string name =
+            (pair ? "=" : "") + lower(trim(std::string_view(line).substr(0, sign)));
+        const bool added =
+            header.fields.emplace(name, trim(std::string_view(line).substr(sign + (pair ? 2 : 1))))
+                .second;
         // Readers differ in which one counts.
         if (!pair && !added) fail("{}: states '{}' twice", where, name);
-        if (!nrrd && line.find(':') < sign) fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
+        if (!nrrd && line.find(':') < sign)
+            fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
         if (!nrrd && name == "elementdatafile") return header;
     }
-    if (nrrd && in.eof() && (header.fields.contains("data file") || header.fields.contains("datafile"))) return header;
-    fail("{}: its header does not end, expected {}: the file is truncated or none of this format", where,
-         nrrd ? "a blank line" : "ElementDataFile");
+    if (nrrd && in.eof() &&
+        (header.fields.contains("data file") || header.fields.contains("datafile")))
+        return header;
+    fail("{}: its header does not end, expected {}: the file is truncated or none of this format",
+         where, nrrd ? "a blank line" : "ElementDataFile");
 }
 
 /// Where the voxels lie; no file where they are in several.
@@ -90,7 +106,8 @@ struct Data {
 Data data_of(const fs::path& path, const Header& header, bool nrrd) {
     const std::string where = path.string();
     std::string name = header.of("elementdatafile");
-    if (nrrd) name = header.fields.contains("data file") ? header.of("data file") : header.of("datafile");
+    if (nrrd)
+        name = header.fields.contains("data file") ? header.of("data file") : header.of("datafile");
     Data data;
     data.attached = nrrd ? name.empty() : lower(name) == "local";
     if (data.attached) {
@@ -98,16 +115,24 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
         data.offset = header.end;
     } else if (name.find('%') != std::string::npos) {
         // MetaIO and NrrdIO hand it to printf, with one number.
-        const std::size_t sign = name.find('%'), letter = name.find_first_not_of("0123456789", sign + 1);
-        if (letter == std::string::npos || name[letter] != 'd' || letter - sign > 3 || name.find('%', letter) != std::string::npos)
-            fail("{}: its voxels should lie in '{}', expected one %d, such as %03d, where the number of the file goes", where, name);
+        const std::size_t sign = name.find('%'),
+                          letter = name.find_first_not_of("0123456789", sign + 1);
+        if (letter == std::string::npos || name[letter] != 'd' || letter - sign > 3 ||
+            name.find('%', letter) != std::string::npos)
+            fail(
+                "{}: its voxels should lie in '{}', expected one %d, such as %03d, where the "
+                "number of the file goes",
+                where, name);
         for (const std::string_view word : split_words(name))  // MetaIO has room for 80 characters
-            if (word.size() > 79) fail("{}: found {} characters in ElementDataFile's '{}...', expected at most 79", where, word.size(), word.substr(0, 20));
+            if (word.size() > 79)
+                fail("{}: found {} characters in ElementDataFile's '{}...', expected at most 79",
+                     where, word.size(), word.substr(0, 20));
     } else if (!name.starts_with("LIST")) {
         data.file = path.parent_path() / name;
         std::error_code ignored;
         if (!fs::is_regular_file(data.file, ignored))
-            fail("{}: its voxels should lie in '{}', which is not there", where, data.file.string());
+            fail("{}: its voxels should lie in '{}', which is not there", where,
+                 data.file.string());
     }
     if (nrrd) {
         const std::string encoding = lower(header.of("encoding"));
@@ -126,8 +151,11 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
             data.coding = Data::deflated;
         else if (header.fields.contains("binarydata") && !header.is_true("binarydata"))
             data.coding = Data::text;
-        if (const std::string skipped = header.of("headersize"); !skipped.empty() && skipped != "0") {
-            if (data.attached) fail("{}: skips {} bytes (HeaderSize) of its own header, expected none", where, skipped);
+        if (const std::string skipped = header.of("headersize");
+            !skipped.empty() && skipped != "0") {
+            if (data.attached)
+                fail("{}: skips {} bytes (HeaderSize) of its own header, expected none", where,
+                     skipped);
             if (const auto bytes = parse_index(skipped))
                 data.offset = *bytes;
             else
@@ -137,8 +165,10 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
     return data;
 }
 
-/// How many bytes (at most `enough`) a zlib or gzip stream of `packed_size` bytes holds that begins at `offset`.
-std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::uint64_t enough, const std::string& where) {
+/// How many bytes (at most `enough`) a zlib or gzip stream of `packed_size` bytes holds that begins
+/// at `offset`.
+std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::uint64_t enough,
+                            const std::string& where) {
     std::ifstream in(data.file, std::ios::binary);
     in.seekg(static_cast<std::streamoff>(data.offset));
     z_stream stream{};
@@ -148,37 +178,47 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::ui
     std::uint64_t size = 0;
     while (size < enough) {
         if (stream.avail_in == 0) {
-            in.read(packed.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(packed.size(), packed_size)));
+            in.read(packed.data(), static_cast<std::streamsize>(
+                                       std::min<std::uint64_t>(packed.size(), packed_size)));
             stream.next_in = reinterpret_cast<Bytef*>(packed.data());
             stream.avail_in = static_cast<uInt>(in.gcount());
             packed_size -= stream.avail_in;
-            if (stream.avail_in == 0) fail("{}: its compressed voxels do not end: the file is truncated", where);
+            if (stream.avail_in == 0)
+                fail("{}: its compressed voxels do not end: the file is truncated", where);
         }
         stream.next_out = reinterpret_cast<Bytef*>(open.data());
         stream.avail_out = static_cast<uInt>(open.size());
         const int status = inflate(&stream, Z_NO_FLUSH);
         size += open.size() - stream.avail_out;
         if (status == Z_STREAM_END) {  // gzip files may follow one another
-            if (size + 1 >= enough || (stream.avail_in == 0 && (packed_size == 0 || in.peek() == std::ifstream::traits_type::eof()))) break;
+            if (size + 1 >= enough ||
+                (stream.avail_in == 0 &&
+                 (packed_size == 0 || in.peek() == std::ifstream::traits_type::eof())))
+                break;
             inflateReset(&stream);
             continue;
         }
         if (status != Z_OK && status != Z_BUF_ERROR)
-            fail("{}: its compressed voxels are damaged ({})", where, stream.msg ? stream.msg : "zlib gives no reason");
+            fail("{}: its compressed voxels are damaged ({})", where,
+                 stream.msg ? stream.msg : "zlib gives no reason");
     }
     return size;
 }
 
-/// The file must hold `count` voxels of `bytes` in all, whatever its header says: before memory is asked for.
+/// The file must hold `count` voxels of `bytes` in all, whatever its header says: before memory is
+/// asked for.
 void check_holds(const Data& data, const Header& header, std::uint64_t count, std::uint64_t bytes,
                  const std::string& where) {
-    if (data.file.empty()) {  // a list of files: ITK says which is missing or short, once there is memory for all
+    if (data.file.empty()) {  // a list of files: ITK says which is missing or short, once there is
+                              // memory for all
         std::uint64_t all = 0;
-        for (const auto& entry : fs::directory_iterator(fs::absolute(fs::path(where)).parent_path()))
+        for (const auto& entry :
+             fs::directory_iterator(fs::absolute(fs::path(where)).parent_path()))
             if (entry.is_regular_file()) all += entry.file_size();
         constexpr std::uint64_t most_deflated = 1032;
         if (bytes > (data.coding == Data::raw ? all : most_deflated * all))
-            fail("{}: found {} bytes in all files beside it, expected {} of voxels", where, all, bytes);
+            fail("{}: found {} bytes in all files beside it, expected {} of voxels", where, all,
+                 bytes);
         return;
     }
     const std::uint64_t size = fs::file_size(data.file);
@@ -188,21 +228,26 @@ void check_holds(const Data& data, const Header& header, std::uint64_t count, st
     if (data.coding == Data::deflated) {
         const auto stated = parse_index(header.of("compresseddatasize"));
         if (stated && *stated > stored)
-            fail("{}: found {} bytes of compressed voxels, expected CompressedDataSize = {}: the file is truncated",
-                 where, stored, *stated);
+            fail(
+                "{}: found {} bytes of compressed voxels, expected CompressedDataSize = {}: the "
+                "file is truncated",
+                where, stored, *stated);
         found = inflated_size(data, stated ? *stated : stored, bytes + (data.skips ? 0 : 1), where);
     } else if (data.coding == Data::text) {
-        if (2 * count > stored + 1) fail("{}: found {} bytes of text, expected {} numbers", where, stored, count);
+        if (2 * count > stored + 1)
+            fail("{}: found {} bytes of text, expected {} numbers", where, stored, count);
         found = split_words(std::string_view(read_text_file(data.file)).substr(data.offset)).size();
         expected = count;
         kind = "numbers";
     } else if (data.coding == Data::hex) {
         found = stored / 2;
     }
-    if (found < expected) fail("{}: found {} {}, expected {}: the file is truncated", where, found, kind, expected);
+    if (found < expected)
+        fail("{}: found {} {}, expected {}: the file is truncated", where, found, kind, expected);
     const bool exact = data.coding == Data::deflated || data.coding == Data::raw;
     if (found > expected && exact && !data.skips)
-        fail("{}: found {} or more {}, expected {}: its header gives a wrong size", where, found, kind, expected);
+        fail("{}: found {} or more {}, expected {}: its header gives a wrong size", where, found,
+             kind, expected);
 }
 
 /// Metres in the unit of the header; mm where it names none.
@@ -210,11 +255,14 @@ double metres_per_unit(const Header& header, bool nrrd, const std::string& where
     std::string unit = header.of("distanceunits");
     if (nrrd) {
         const std::string text = header.of("space units");
-        for (std::size_t at = 0, end = 0; (at = text.find('"', at)) != std::string::npos; at = end + 1) {
+        for (std::size_t at = 0, end = 0; (at = text.find('"', at)) != std::string::npos;
+             at = end + 1) {
             end = text.find('"', at + 1);
-            if (end == std::string::npos) fail("{}: its space units {} have an open quote", where, text);
+            if (end == std::string::npos)
+                fail("{}: its space units {} have an open quote", where, text);
             const std::string next = text.substr(at + 1, end - at - 1);
-            if (!unit.empty() && next != unit) fail("{}: its space units {} differ, expected one", where, text);
+            if (!unit.empty() && next != unit)
+                fail("{}: its space units {} differ, expected one", where, text);
             unit = next;
         }
     }
@@ -225,7 +273,8 @@ double metres_per_unit(const Header& header, bool nrrd, const std::string& where
     fail("{}: its unit of length is '{}', expected mm, cm, m or um", where, unit);
 }
 
-/// ITK keeps sizes in 32 bits and would read more than it has memory for: beyond them nothing is right.
+/// ITK keeps sizes in 32 bits and would read more than it has memory for: beyond them nothing is
+/// right.
 void check_sizes(const std::vector<std::string_view>& sizes, const std::string& where) {
     for (const std::string_view size : sizes)
         if (const auto n = parse_index(size); !n || *n < 1 || *n > 1 << 20)
@@ -236,8 +285,9 @@ void check_nrrd(const Header& header, const std::string& where) {
     const std::string space = lower(header.of("space"));
     if (space.empty() && header.fields.contains("space dimension"))
         fail("{}: names no space, only its dimension; expected space: RAS, LAS or LPS", where);
-    constexpr const char* known[] = {"",    "right-anterior-superior", "ras", "left-anterior-superior",
-                                     "las", "left-posterior-superior", "lps"};
+    constexpr const char* known[] = {
+        "",    "right-anterior-superior", "ras", "left-anterior-superior",
+        "las", "left-posterior-superior", "lps"};
     if (std::find(std::begin(known), std::end(known), space) == std::end(known))
         fail("{}: its space is '{}', expected RAS, LAS or LPS", where, header.of("space"));
     const auto dimension = parse_index(header.of("dimension"));
@@ -253,11 +303,13 @@ void check_nrrd(const Header& header, const std::string& where) {
         return !std::isfinite(parse_number(s).value_or(NAN));
     });
     if (missing > static_cast<std::ptrdiff_t>(*dimension) - 3 && missing > 0)
-        fail("{}: its spacings are {}, expected a number for each axis", where, header.of("spacings"));
+        fail("{}: its spacings are {}, expected a number for each axis", where,
+             header.of("spacings"));
     const bool segments = header.fields.contains("=segment0_id");
     if (segments && *dimension == 4 && sizes[0] != "1")
         fail(
-            "{}: is a Slicer segmentation of {} layers, whose segments overlap, expected one; in Slicer's Segmentations "
+            "{}: is a Slicer segmentation of {} layers, whose segments overlap, expected one; in "
+            "Slicer's Segmentations "
             "module export the segments wanted to a labelmap, and save that",
             where, sizes[0]);
 }
@@ -270,11 +322,13 @@ void check_meta(const Header& header, const std::string& where) {
     if (!header.fields.contains("elementspacing") && !header.fields.contains("elementsize"))
         fail("{}: states no spacing, expected ElementSpacing", where);
     for (const auto& [name, value] : header.fields)
-        if (name.starts_with("seq_frame")) fail("{}: is a sequence of tracked frames, expected one image", where);
-    for (const auto& [name, neutral] :
-         {std::pair{"elementtointensityfunctionslope", 1.0}, std::pair{"elementtointensityfunctionoffset", 0.0}})
+        if (name.starts_with("seq_frame"))
+            fail("{}: is a sequence of tracked frames, expected one image", where);
+    for (const auto& [name, neutral] : {std::pair{"elementtointensityfunctionslope", 1.0},
+                                        std::pair{"elementtointensityfunctionoffset", 0.0}})
         if (header.fields.contains(name) && parse_number(header.of(name)) != neutral)
-            fail("{}: scales its values ({} = {}), expected values as they are", where, name, header.of(name));
+            fail("{}: scales its values ({} = {}), expected values as they are", where, name,
+                 header.of(name));
     if (header.is_true("compresseddata") && lower(header.of("elementdatafile")) == "local" &&
         !parse_index(header.of("compresseddatasize")))
         fail("{}: its voxels are compressed but it states no CompressedDataSize", where);
@@ -310,11 +364,14 @@ ScalarType type_of(const itk::ImageIOBase& io, const std::string& where) {
         default:
             break;
     }
-    fail("{}: has voxels of a type that is not known, expected integers of 8 to 64 bits, float or double", where);
+    fail(
+        "{}: has voxels of a type that is not known, expected integers of 8 to 64 bits, float or "
+        "double",
+        where);
 }
 
-/// ITK's axes and origin are LPS, in the header's unit; but of LAS it turns round x where LPS is y (5.2):
-/// what comes is RAS. A negative spacing turns its axis round.
+/// ITK's axes and origin are LPS, in the header's unit; but of LAS it turns round x where LPS is y
+/// (5.2): what comes is RAS. A negative spacing turns its axis round.
 Eigen::Matrix4d affine_of(const itk::ImageIOBase& io, bool las, double metres) {
     Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
     const double sign = las ? 1 : -1;
@@ -387,7 +444,10 @@ bool is_nrrd(const fs::path& path) { return ending(path) == ".nrrd" || ending(pa
 Header checked_header(const fs::path& path) {
     const std::string where = path.string(), end = ending(path);
     if (!is_nrrd(path) && end != ".mha" && end != ".mhd")
-        fail("{}: the name ends in '{}', expected an image: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd", where, end);
+        fail(
+            "{}: the name ends in '{}', expected an image: .nii, .nii.gz, .nrrd, .nhdr, .mha or "
+            ".mhd",
+            where, end);
     const Header header = read_header(path, is_nrrd(path));
     is_nrrd(path) ? check_nrrd(header, where) : check_meta(header, where);
     return header;
@@ -417,25 +477,29 @@ Volume read_itk_volume(const fs::path& path) {
         io->ReadImageInformation();
     });
     if (io->GetNumberOfComponents() != 1)
-        fail("{}: has {} values a voxel (colours, vectors or layers), expected grey or labels", where,
-             io->GetNumberOfComponents());
+        fail("{}: has {} values a voxel (colours, vectors or layers), expected grey or labels",
+             where, io->GetNumberOfComponents());
     if (io->GetNumberOfDimensions() != 3)
-        fail("{}: has {} dimensions, expected one image of three", where, io->GetNumberOfDimensions());
+        fail("{}: has {} dimensions, expected one image of three", where,
+             io->GetNumberOfDimensions());
     Volume volume;
     std::array<std::int64_t, 3> size;
     for (int i = 0; i < 3; ++i) size[i] = static_cast<std::int64_t>(io->GetDimensions(i));
     const std::size_t count = checked_voxel_count(size, where);
     for (int i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(size[i]);
     const std::string space = lower(header.of("space"));
-    volume.ras_from_voxel = affine_of(*io, space == "las" || space == "left-anterior-superior", metres);
-    check_spans_space(volume.ras_from_voxel, where, nrrd ? "space directions" : "TransformMatrix and ElementSpacing");
+    volume.ras_from_voxel =
+        affine_of(*io, space == "las" || space == "left-anterior-superior", metres);
+    check_spans_space(volume.ras_from_voxel, where,
+                      nrrd ? "space directions" : "TransformMatrix and ElementSpacing");
     volume.type = type_of(*io, where);
     check_holds(data, header, count, count * bytes_of(volume.type), where);
 
     volume.bytes.resize(count * bytes_of(volume.type));
     itk::ImageIORegion region(3);
     for (int i = 0; i < 3; ++i) region.SetSize(i, static_cast<itk::SizeValueType>(size[i]));
-    // What lies in several files has not been measured; MetaIO only whispers where one of them is short.
+    // What lies in several files has not been measured; MetaIO only whispers where one of them is
+    // short.
     through_itk(where, data.file.empty() || data.skips ? Whispers::errors : Whispers::ignored, [&] {
         io->SetIORegion(region);
         io->Read(volume.bytes.data());

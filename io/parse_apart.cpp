@@ -36,7 +36,8 @@ std::vector<char> parse_apart(const std::filesystem::path& path, const std::stri
     std::error_code ignored;
     const std::uintmax_t size = std::filesystem::file_size(path, ignored);
     if (ignored) fail("{}: no such file", path.string());
-    const double enough_s = 5 + 2e-6 * static_cast<double>(size), time_limit_s = 20 * enough_s;  // a busy machine is no damage
+    const double enough_s = 5 + 2e-6 * static_cast<double>(size),
+                 time_limit_s = 20 * enough_s;  // a busy machine is no damage
     const auto work = [&](int descriptor) {
         limit_processor_time(enough_s);
         limit_memory((std::uint64_t(2) << 30) + 100 * size);
@@ -44,7 +45,8 @@ std::vector<char> parse_apart(const std::filesystem::path& path, const std::stri
     };
     ChildResult child = run_in_child(work, time_limit_s);
     if (child.end != ChildResult::End::returned || child.result.empty())
-        fail("{}: cannot be read, is it damaged? {} {}", path.string(), who, end_text(child, time_limit_s));
+        fail("{}: cannot be read, is it damaged? {} {}", path.string(), who,
+             end_text(child, time_limit_s));
     const char kind = child.result.front();
     child.result.erase(child.result.begin());
     if (kind == whole) return std::move(child.result);

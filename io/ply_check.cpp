@@ -27,17 +27,19 @@ struct Element {
 };
 
 std::optional<std::size_t> bytes_of(std::string_view type) {
-    for (const auto& [bytes, names] : {std::pair<std::size_t, const char*>{1, " char uchar int8 uint8 "},
-                                       {2, " short ushort int16 uint16 "},
-                                       {4, " int uint int32 uint32 float float32 "},
-                                       {8, " double float64 "}})
+    for (const auto& [bytes, names] :
+         {std::pair<std::size_t, const char*>{1, " char uchar int8 uint8 "},
+          {2, " short ushort int16 uint16 "},
+          {4, " int uint int32 uint32 float float32 "},
+          {8, " double float64 "}})
         if (std::string(names).find(fmt::format(" {} ", type)) != std::string::npos) return bytes;
     return std::nullopt;
 }
 
 class PlyFile {
   public:
-    explicit PlyFile(const std::filesystem::path& path) : where_(path.string()), text_(read_text_file(path)) {
+    explicit PlyFile(const std::filesystem::path& path)
+        : where_(path.string()), text_(read_text_file(path)) {
         left_ = text_;
         if (next_line() != Words{"ply"}) fail("{}:1: does not begin with ply", where_);
         for (Words words = next_line(); words != Words{"end_header"}; words = next_line())
@@ -49,10 +51,11 @@ class PlyFile {
         for (const Element& element : elements_)
             for (std::size_t row = 0; row < element.rows && !element.properties.empty(); ++row)
                 for (const Property& property : element.properties)
-                    if (const auto values = property.count_bytes > 0 ? take_count(property.count_bytes) : 1;
+                    if (const auto values =
+                            property.count_bytes > 0 ? take_count(property.count_bytes) : 1;
                         !values || !skip(*values, property.bytes))
-                        fail("{}: ends in '{}' {} of {}: the file is truncated", where_, element.name, row,
-                             element.rows);
+                        fail("{}: ends in '{}' {} of {}: the file is truncated", where_,
+                             element.name, row, element.rows);
     }
 
   private:
@@ -69,7 +72,8 @@ class PlyFile {
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;
         if (words[0] == "format" && words.size() == 3) {
             format_ = words[1];
-            return format_ == "ascii" || format_ == "binary_little_endian" || format_ == "binary_big_endian";
+            return format_ == "ascii" || format_ == "binary_little_endian" ||
+                   format_ == "binary_big_endian";
         }
         if (words[0] == "element" && words.size() == 3) {
             const auto rows = parse_index(words[2]);
@@ -79,7 +83,8 @@ class PlyFile {
         if (words[0] != "property" || elements_.empty()) return false;
         const bool list = words.size() == 5 && words[1] == "list";
         if (!list && words.size() != 3) return false;
-        const auto count_bytes = list ? bytes_of(words[2]) : 0, bytes = bytes_of(words[list ? 3 : 1]);
+        const auto count_bytes = list ? bytes_of(words[2]) : 0,
+                   bytes = bytes_of(words[list ? 3 : 1]);
         if (!count_bytes || !bytes) return false;
         elements_.back().properties.push_back({*count_bytes, *bytes});
         return true;
@@ -87,7 +92,8 @@ class PlyFile {
 
     /// A list's length; nothing where the file ends.
     std::optional<std::size_t> take_count(std::size_t bytes) {
-        if (format_ == "ascii") return at_ < words_.size() ? parse_index(words_[at_++]) : std::nullopt;
+        if (format_ == "ascii")
+            return at_ < words_.size() ? parse_index(words_[at_++]) : std::nullopt;
         if (bytes > left_.size() || bytes > 4) return std::nullopt;
         std::size_t count = 0;
         for (std::size_t i = 0; i < bytes; ++i) {

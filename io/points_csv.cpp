@@ -29,7 +29,8 @@ NamedPoint parse_row(std::string_view line, const std::string& where) {
     NamedPoint point{(*cells)[0], {}};
     for (int i = 0; i < 3; ++i) {
         const auto value = parse_number((*cells)[i + 1]);
-        if (!value || !std::isfinite(*value)) fail("{}: found '{}', expected a number in mm", where, (*cells)[i + 1]);
+        if (!value || !std::isfinite(*value))
+            fail("{}: found '{}', expected a number in mm", where, (*cells)[i + 1]);
         point.position[i] = 1e-3 * *value;
     }
     return point;
@@ -51,11 +52,13 @@ std::vector<NamedPoint> read_points_csv(const fs::path& path) {
     std::size_t number = 0;
     for (std::string_view line : split_lines(text)) {
         const std::string where = fmt::format("{}:{}", path.string(), ++number);
-        if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // a spreadsheet's byte order mark
+        if (number == 1 && line.starts_with("\xEF\xBB\xBF"))
+            line.remove_prefix(3);  // a spreadsheet's byte order mark
         if (trim(line).empty() || line.starts_with('#')) continue;
         if (!headed) {
             if (!is_header(line))
-                fail("{}: found '{}', expected the header {}", where, trim(line).substr(0, 60), header);
+                fail("{}: found '{}', expected the header {}", where, trim(line).substr(0, 60),
+                     header);
             headed = true;
             continue;
         }
@@ -76,8 +79,8 @@ void write_points_csv(const fs::path& path, std::span<const NamedPoint> points) 
 void write_displacements_csv(const fs::path& path, std::span<const NamedPoint> points,
                              std::span<const Eigen::Vector3d> displacements) {
     if (points.size() != displacements.size())
-        fail("{}: {} displacements for {} points, expected one each", path.string(), displacements.size(),
-             points.size());
+        fail("{}: {} displacements for {} points, expected one each", path.string(),
+             displacements.size(), points.size());
     std::string text = header + ",ux_mm,uy_mm,uz_mm\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Eigen::Vector3d mm = 1e3 * displacements[i];

@@ -52,7 +52,9 @@ SimilarityTransform<ImageFrame, Base> from_matrix_mm(const json& j) {
 }
 
 /// JSON has no NaN: null stands for a number that could not be determined.
-double number_or_nan_mm(const json& j) { return j.is_null() ? std::nan("") : j.get<double>() / 1e3; }
+double number_or_nan_mm(const json& j) {
+    return j.is_null() ? std::nan("") : j.get<double>() / 1e3;
+}
 
 RegisteredSurface surface_from(const json& j) {
     return {j.at("points").get<std::size_t>(),
@@ -65,7 +67,8 @@ RegisteredSurface surface_from(const json& j) {
 
 }  // namespace
 
-void write_registration(const std::filesystem::path& path, const FiducialRegistration& registration) {
+void write_registration(const std::filesystem::path& path,
+                        const FiducialRegistration& registration) {
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials) {
         json j{{"name", f.name},
@@ -92,7 +95,8 @@ void write_registration(const std::filesystem::path& path, const FiducialRegistr
                         {"rms_after_mm", 1e3 * s->rms_after},
                         {"iterations", s->iterations},
                         {"free_motions", s->free_motions}};
-    write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");  // names may be Latin-1
+    write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) +
+                              "\n");  // names may be Latin-1
 }
 
 FiducialRegistration read_registration(const std::filesystem::path& path) {
@@ -101,7 +105,8 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
     try {
         const json j = json::parse(text);
         if (j.value("format", "") != registration_format)
-            fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""), registration_format);
+            fail("{}: format is \"{}\", expected \"{}\"", path.string(), j.value("format", ""),
+                 registration_format);
         r.reference_tool = j.at("reference_tool").get<std::string>();
         r.image_from_base = from_matrix_mm(j.at(matrix_key(r)));
         r.fre = j.at("fre_mm").get<double>() / 1e3;

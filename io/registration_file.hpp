@@ -15,9 +15,10 @@ struct RegisteredFiducial {
     std::string name;
     Eigen::Vector3d in_image = Eigen::Vector3d::Zero();
     Eigen::Vector3d in_tracker = Eigen::Vector3d::Zero();
-    Eigen::Vector3d in_reference = Eigen::Vector3d::Zero();  ///< only where a reference sensor was given
-    double residual = 0;                                     ///< of the fit by fiducials
-    double leave_one_out = 0;                                ///< NaN where the others do not determine a fit
+    Eigen::Vector3d in_reference =
+        Eigen::Vector3d::Zero();  ///< only where a reference sensor was given
+    double residual = 0;          ///< of the fit by fiducials
+    double leave_one_out = 0;     ///< NaN where the others do not determine a fit
     double weight = 1;
 };
 
@@ -26,7 +27,8 @@ struct RegisteredSurface {
     std::size_t points = 0, used = 0;
     double rms_before = 0, rms_after = 0;  ///< distances from the surface of the points used
     int iterations = 0;
-    std::size_t free_motions = 0;  ///< motions that the points do not hold: the fiducials' word stands
+    std::size_t free_motions =
+        0;  ///< motions that the points do not hold: the fiducials' word stands
 };
 
 /// A registration as it is kept between `livetet register` and `livetet track`.
@@ -41,10 +43,11 @@ struct FiducialRegistration {
 };
 
 /// JSON, lengths in mm, matrices as 16 numbers by rows.
-void write_registration(const std::filesystem::path& path, const FiducialRegistration& registration);
+void write_registration(const std::filesystem::path& path,
+                        const FiducialRegistration& registration);
 
-/// Throws Error, naming file and key, where something is missing, of another type or not finite, and where the matrix
-/// is no turn, scale and shift.
+/// Throws Error, naming file and key, where something is missing, of another type or not finite,
+/// and where the matrix is no turn, scale and shift.
 FiducialRegistration read_registration(const std::filesystem::path& path);
 
 }  // namespace livetet

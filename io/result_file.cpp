@@ -15,13 +15,17 @@ namespace fs = std::filesystem;
 constexpr const char* result_format = "livetet result";
 constexpr int result_version = 1;
 
-/// What a frame's values and the texts at the end may take beside its displacement: tables grow by 64 kB each.
+/// What a frame's values and the texts at the end may take beside its displacement: tables grow by
+/// 64 kB each.
 constexpr std::size_t room_beside = 4 << 20;
 constexpr std::size_t most_rows_waiting = 64;  // rows
 
-/// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a larger table.
+/// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a
+/// larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
-std::string field_table(const std::string& name, std::size_t k) { return fmt::format("fields/{}/{:06}", name, k); }
+std::string field_table(const std::string& name, std::size_t k) {
+    return fmt::format("fields/{}/{:06}", name, k);
+}
 
 }  // namespace
 
@@ -62,7 +66,9 @@ ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::
         file_->create_growing<double>(name, columns);
         place = tables_.try_emplace(name, GrowingTable{name, columns}).first;
     }
-    if (place->second.columns != columns) fail("{}: a row of table {} has {} numbers, expected {}", path_.string(), name, columns, place->second.columns);
+    if (place->second.columns != columns)
+        fail("{}: a row of table {} has {} numbers, expected {}", path_.string(), name, columns,
+             place->second.columns);
     return place->second;
 }
 
@@ -73,7 +79,8 @@ void ResultWriter::add_row(GrowingTable& table, std::span<const double> row) {
 
 void ResultWriter::write_waiting(GrowingTable& table) {
     if (table.waiting.empty()) return;
-    file_->write_rows<double>(table.name, table.rows - table.waiting.size() / table.columns, table.waiting, table.columns);
+    file_->write_rows<double>(table.name, table.rows - table.waiting.size() / table.columns,
+                              table.waiting, table.columns);
     table.waiting.clear();
 }
 
@@ -86,14 +93,16 @@ void ResultWriter::append(double time_s, std::span<const Vector3> displacement) 
     const std::size_t k = times_.size();
     if (!file_) fail("{}: frame {} comes after the file was closed", path_.string(), k);
     if (displacement.size() != nodes_)
-        fail("{}: frame {} has {} displacements, expected {}", path_.string(), k, displacement.size(), nodes_);
+        fail("{}: frame {} has {} displacements, expected {}", path_.string(), k,
+             displacement.size(), nodes_);
     if (!std::isfinite(time_s) || (k > 0 && time_s < times_.back()))
-        fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", path_.string(), k, time_s,
-             k > 0 ? times_.back() : 0);
+        fail("{}: frame {} is at {} s after {} s, expected time not to go backwards",
+             path_.string(), k, time_s, k > 0 ? times_.back() : 0);
     for (std::size_t n = 0; n < nodes_; ++n)
         if (!displacement[n].allFinite())
             fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
-    const std::span<const double> numbers(displacement.empty() ? nullptr : displacement.front().data(), 3 * nodes_);
+    const std::span<const double> numbers(
+        displacement.empty() ? nullptr : displacement.front().data(), 3 * nodes_);
     if (!file_->reserve(numbers.size() * sizeof(double) + room_beside))
         fail("{}: no room on the disk for frame {}", path_.string(), k);
     if (precision_ == Precision::full) {
@@ -111,23 +120,24 @@ void ResultWriter::append_field(const std::string& name, FieldPlace place, int c
     if (!file_ || times_.empty()) fail("{}: field {} comes without a frame", path_.string(), name);
     const std::size_t rows = place == FieldPlace::node ? nodes_ : tets_;
     if (values.size() != rows * components)
-        fail("{}: field {} has {} numbers, expected {} for each of {}", path_.string(), name, values.size(), components,
-             rows);
+        fail("{}: field {} has {} numbers, expected {} for each of {}", path_.string(), name,
+             values.size(), components, rows);
     if (!file_->reserve(values.size() * sizeof(double) + room_beside))
         fail("{}: no room on the disk for field {}", path_.string(), name);
     if (times_.size() == 1) fields_.push_back({name, place, components});
-    file_->write<double>(field_table(name, times_.size() - 1), {values.begin(), values.end()}, components);
+    file_->write<double>(field_table(name, times_.size() - 1), {values.begin(), values.end()},
+                         components);
 }
 
 void ResultWriter::append_values(const std::string& name, std::span<const double> values) {
     if (!file_) fail("{}: values {} come after the file was closed", path_.string(), name);
     if (name.empty() || name.find_first_of("/.") != std::string::npos || values.empty())
-        fail("{}: '{}' with {} values, expected a name without '/' and '.' and a value", path_.string(), name,
-             values.size());
+        fail("{}: '{}' with {} values, expected a name without '/' and '.' and a value",
+             path_.string(), name, values.size());
     GrowingTable& table = growing("values/" + name, values.size());
     if (table.rows + 1 != times_.size())
-        fail("{}: values {} for frame {} after {} frames, expected them once with each frame", path_.string(), name,
-             table.rows, times_.size());
+        fail("{}: values {} for frame {} after {} frames, expected them once with each frame",
+             path_.string(), name, table.rows, times_.size());
     add_row(table, values);
 }
 
@@ -137,7 +147,9 @@ void ResultWriter::append_row(const std::string& name, std::span<const double> r
 }
 
 void ResultWriter::write_text(const std::string& name, const std::string& text) {
-    if (!file_->reserve(text.size())) fail("{}: no room on the disk for the text {}", path_.string(), name);  // what is beside is there since the last frame
+    if (!file_->reserve(text.size()))
+        fail("{}: no room on the disk for the text {}", path_.string(),
+             name);  // what is beside is there since the last frame
     file_->write_text("texts/" + name, text);
 }
 
@@ -155,9 +167,12 @@ void ResultWriter::close() {
 std::string ResultWriter::xdmf() const {
     std::vector<XdmfFrame> frames;
     for (std::size_t k = 0; k < times_.size(); ++k) {
-        XdmfFrame& frame = frames.emplace_back(XdmfFrame{times_[k], "mesh", nodes_, tets_, quadratic_, regions_, {}});
-        frame.fields.push_back({"displacement", frame_table(k), FieldPlace::node, 3, precision_ == Precision::full ? 8 : 4});
-        for (const Field& f : fields_) frame.fields.push_back({f.name, field_table(f.name, k), f.place, f.components});
+        XdmfFrame& frame = frames.emplace_back(
+            XdmfFrame{times_[k], "mesh", nodes_, tets_, quadratic_, regions_, {}});
+        frame.fields.push_back({"displacement", frame_table(k), FieldPlace::node, 3,
+                                precision_ == Precision::full ? 8 : 4});
+        for (const Field& f : fields_)
+            frame.fields.push_back({f.name, field_table(f.name, k), f.place, f.components});
     }
     return xdmf_text(path_.filename().string(), frames);
 }
@@ -166,32 +181,39 @@ ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path))
     hdf5::check_format(file_, result_format, result_version);
     mesh_ = read_mesh(file_, "mesh");
     scene_text_ = file_.read_text("scene");
-    for (std::size_t k = 0; k < file_.rows("times", 1); ++k) times_.push_back(file_.read_row<double>("times", k, 1)[0]);
+    for (std::size_t k = 0; k < file_.rows("times", 1); ++k)
+        times_.push_back(file_.read_row<double>("times", k, 1)[0]);
     for (std::size_t k = 0; k < times_.size(); ++k)
         if (!std::isfinite(times_[k]) || (k > 0 && times_[k] < times_[k - 1]))
-            fail("{}: table times: row {} is {} s, expected time not to go backwards", path.string(), k, times_[k]);
+            fail("{}: table times: row {} is {} s, expected time not to go backwards",
+                 path.string(), k, times_[k]);
 }
 
 std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
-    if (k >= times_.size()) fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
+    if (k >= times_.size())
+        fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
     const auto table = file_.read<double>(frame_table(k), 3);
     if (table.rows != mesh_.nodes.size())
-        fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows, mesh_.nodes.size());
+        fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows,
+             mesh_.nodes.size());
     std::vector<Vector3> displacement;
     displacement.reserve(table.rows);
     for (std::size_t n = 0; n < table.rows; ++n) {
-        displacement.emplace_back(table.values[3 * n], table.values[3 * n + 1], table.values[3 * n + 2]);
+        displacement.emplace_back(table.values[3 * n], table.values[3 * n + 1],
+                                  table.values[3 * n + 2]);
         if (!displacement.back().allFinite())
             fail("{}: table {}: row {} is not finite", file_.shown(), frame_table(k), n);
     }
     return displacement;
 }
 
-std::vector<double> ResultReader::values(const std::string& name, std::size_t k, std::size_t count) const {
+std::vector<double> ResultReader::values(const std::string& name, std::size_t k,
+                                         std::size_t count) const {
     return file_.read_row<double>("values/" + name, k, count);
 }
 
-std::vector<double> ResultReader::field(const std::string& name, std::size_t k, int components) const {
+std::vector<double> ResultReader::field(const std::string& name, std::size_t k,
+                                        int components) const {
     return file_.read<double>(field_table(name, k), components).values;
 }
 

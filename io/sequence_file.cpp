@@ -37,7 +37,8 @@ void add_once(std::vector<std::string>& names, std::string_view name) {
 }
 
 /// Takes in `Seq_Frame0012_StylusToTrackerTransform`: frame 12, field `StylusToTrackerTransform`.
-void add_frame_field(Header& header, std::string_view key, std::string_view value, const std::string& where) {
+void add_frame_field(Header& header, std::string_view key, std::string_view value,
+                     const std::string& where) {
     const std::string_view rest = key.substr(frame_prefix.size());
     const auto bar = rest.find('_');
     const auto frame = parse_index(rest.substr(0, bar));
@@ -47,21 +48,26 @@ void add_frame_field(Header& header, std::string_view key, std::string_view valu
     if (field.ends_with(tracker_field) && field.size() > tracker_field.size())
         add_once(header.tools, field.substr(0, field.size() - tracker_field.size()));
     else if (field.ends_with("Transform"))
-        add_once(header.others, field.substr(0, field.size() - std::string_view("Transform").size()));
+        add_once(header.others,
+                 field.substr(0, field.size() - std::string_view("Transform").size()));
     if (!header.frames[*frame].emplace(field, value).second)
         fail("{}: frame {} has the field {} twice, expected it once", where, *frame, field);
 }
 
 /// Takes in one line of the header, key and value apart.
-void add_field(Header& header, std::string_view key, std::string_view value, const std::string& where) {
+void add_field(Header& header, std::string_view key, std::string_view value,
+               const std::string& where) {
     if (key.starts_with(frame_prefix)) return add_frame_field(header, key, value, where);
     if (key.starts_with("axis ") && key.ends_with("index values"))
-        fail("{}: found {}, a sequence of 3D Slicer's own format; expected one of PLUS (Seq_Frame0000_...)", where,
-             key);
+        fail(
+            "{}: found {}, a sequence of 3D Slicer's own format; expected one of PLUS "
+            "(Seq_Frame0000_...)",
+            where, key);
     if (key != "DimSize" && key != "sizes") return;
     const auto sizes = split_words(value);
     header.frame_count = sizes.empty() ? std::nullopt : parse_index(sizes.back());
-    if (!header.frame_count) fail("{}: {} = {}, expected whole numbers, the last one the frames", where, key, value);
+    if (!header.frame_count)
+        fail("{}: {} = {}, expected whole numbers, the last one the frames", where, key, value);
 }
 
 Header read_header(std::istream& in, const fs::path& path) {
@@ -70,8 +76,8 @@ Header read_header(std::istream& in, const fs::path& path) {
     std::getline(in, line);
     const bool nrrd = line.starts_with("NRRD");
     if (!nrrd && !line.starts_with("ObjectType"))
-        fail("{}:1: found '{}', expected ObjectType = Image or NRRD0004, as PLUS's sequences begin", path.string(),
-             trim(line).substr(0, 40));
+        fail("{}:1: found '{}', expected ObjectType = Image or NRRD0004, as PLUS's sequences begin",
+             path.string(), trim(line).substr(0, 40));
     for (std::size_t number = 2; std::getline(in, line); ++number) {
         const std::string where = fmt::format("{}:{}", path.string(), number);
         const std::string_view text = trim(line);
@@ -80,14 +86,16 @@ Header read_header(std::istream& in, const fs::path& path) {
         // NRRD: `field: value` and `key:=value`; MetaImage: `Name = Value`.
         const auto mark = text.find(nrrd ? ':' : '=');
         if (mark == std::string_view::npos)
-            fail("{}: found '{}', expected {}", where, text.substr(0, 40), nrrd ? "key:=value" : "Name = Value");
+            fail("{}: found '{}', expected {}", where, text.substr(0, 40),
+                 nrrd ? "key:=value" : "Name = Value");
         const std::size_t width = nrrd && text.substr(mark).starts_with(":=") ? 2 : 1;
         const std::string_view key = trim(text.substr(0, mark));
         if (!nrrd && key == "ElementDataFile") return header;
         add_field(header, key, trim(text.substr(mark + width)), where);
     }
-    fail("{}: ends within frame {}, expected more fields and then {}: the file is truncated", path.string(),
-         header.frames.empty() ? 0 : header.frames.rbegin()->first, nrrd ? "a blank line" : "ElementDataFile = LOCAL");
+    fail("{}: ends within frame {}, expected more fields and then {}: the file is truncated",
+         path.string(), header.frames.empty() ? 0 : header.frames.rbegin()->first,
+         nrrd ? "a blank line" : "ElementDataFile = LOCAL");
 }
 
 const std::string* find(const Fields& fields, std::string_view name) {
@@ -98,7 +106,8 @@ const std::string* find(const Fields& fields, std::string_view name) {
 /// Sixteen numbers by rows, in mm.
 Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
     const auto words = split_words(text);
-    if (words.size() != 16) fail("{}: found {} numbers, expected the 16 of a 4 x 4 matrix", where, words.size());
+    if (words.size() != 16)
+        fail("{}: found {} numbers, expected the 16 of a 4 x 4 matrix", where, words.size());
     Eigen::Matrix4d matrix;
     for (int i = 0; i < 16; ++i) {
         const auto number = parse_number(words[i]);
@@ -143,9 +152,14 @@ double parse_time(const Fields& fields, const std::string& where) {
 /// Every frame from 0 to the size that the header states, and no other.
 void check_frames(const Header& header, const std::string& where) {
     if (header.tools.empty())
-        fail("{}: holds no tool: found {}, expected fields such as Seq_Frame0000_StylusToTrackerTransform", where,
-             header.others.empty() ? "no transforms" : fmt::format("only {}", fmt::join(header.others, ", ")));
-    if (!header.frame_count) fail("{}: the header states no size, expected DimSize or sizes", where);
+        fail(
+            "{}: holds no tool: found {}, expected fields such as "
+            "Seq_Frame0000_StylusToTrackerTransform",
+            where,
+            header.others.empty() ? "no transforms"
+                                  : fmt::format("only {}", fmt::join(header.others, ", ")));
+    if (!header.frame_count)
+        fail("{}: the header states no size, expected DimSize or sizes", where);
     std::size_t expected = 0;
     for (const auto& [frame, fields] : header.frames) {
         if (frame != expected || frame >= *header.frame_count) break;
@@ -153,33 +167,38 @@ void check_frames(const Header& header, const std::string& where) {
     }
     if (expected == *header.frame_count && expected == header.frames.size()) return;
     if (expected == *header.frame_count)
-        fail("{}: found frame {}, expected {} frames, as the header's size says", where, header.frames.rbegin()->first,
-             expected);
-    fail("{}: frame {} is missing, found {} frames of the {} that the header's size says: the file is truncated", where,
-         expected, header.frames.size(), *header.frame_count);
+        fail("{}: found frame {}, expected {} frames, as the header's size says", where,
+             header.frames.rbegin()->first, expected);
+    fail(
+        "{}: frame {} is missing, found {} frames of the {} that the header's size says: the file "
+        "is truncated",
+        where, expected, header.frames.size(), *header.frame_count);
 }
 
 std::string matrix_text(const TrackedPose& pose) {
     std::string text;
     for (int i = 0; i < 3; ++i)
-        text += fmt::format("{} {} {} {} ", pose.rotation(i, 0), pose.rotation(i, 1), pose.rotation(i, 2),
-                            pose.translation(i) / metres_per_mm);
+        text += fmt::format("{} {} {} {} ", pose.rotation(i, 0), pose.rotation(i, 1),
+                            pose.rotation(i, 2), pose.translation(i) / metres_per_mm);
     return text + "0 0 0 1";
 }
 
 void check_recording(const Recording& recording, const std::string& where) {
-    if (recording.tools.empty()) fail("{}: the recording has no tools, expected at least one", where);
+    if (recording.tools.empty())
+        fail("{}: the recording has no tools, expected at least one", where);
     for (const std::string& tool : recording.tools)
         if (!is_sequence_tool(tool))
-            fail("{}: the tool is named '{}', expected a name without blanks, '=' and ':'", where, tool);
+            fail("{}: the tool is named '{}', expected a name without blanks, '=' and ':'", where,
+                 tool);
     double last = -HUGE_VAL;
     for (std::size_t k = 0; k < recording.samples.size(); ++k) {
         const TrackerSample& sample = recording.samples[k];
         if (sample.poses.size() != recording.tools.size())
-            fail("{}: frame {} has {} poses, expected {}", where, k, sample.poses.size(), recording.tools.size());
+            fail("{}: frame {} has {} poses, expected {}", where, k, sample.poses.size(),
+                 recording.tools.size());
         if (!std::isfinite(sample.time_s) || sample.time_s < last)
-            fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", where, k, sample.time_s,
-                 last);
+            fail("{}: frame {} is at {} s after {} s, expected time not to go backwards", where, k,
+                 sample.time_s, last);
         last = sample.time_s;
     }
 }
@@ -189,7 +208,8 @@ void check_recording(const Recording& recording, const std::string& where) {
 Recording read_sequence(const fs::path& path) {
     const std::string where = path.string();
     if (const std::string end = ending(path); end != ".mha" && end != ".mhd" && end != ".nrrd")
-        fail("{}: the name ends in '{}', expected a PLUS sequence: .mha, .mhd or .nrrd", where, end);
+        fail("{}: the name ends in '{}', expected a PLUS sequence: .mha, .mhd or .nrrd", where,
+             end);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     std::ifstream in(path, std::ios::binary);
@@ -204,9 +224,12 @@ Recording read_sequence(const fs::path& path) {
         TrackerSample& sample = recording.samples.emplace_back();
         sample.time_s = parse_time(fields, place);
         if (frame > 0 && sample.time_s < recording.samples[frame - 1].time_s)
-            fail("{}: Timestamp {} s comes before the last frame's {} s, expected time not to go backwards", place,
-                 sample.time_s, recording.samples[frame - 1].time_s);
-        for (const std::string& tool : header.tools) sample.poses.push_back(parse_pose(fields, tool, place));
+            fail(
+                "{}: Timestamp {} s comes before the last frame's {} s, expected time not to go "
+                "backwards",
+                place, sample.time_s, recording.samples[frame - 1].time_s);
+        for (const std::string& tool : header.tools)
+            sample.poses.push_back(parse_pose(fields, tool, place));
     }
     return recording;
 }
@@ -218,22 +241,27 @@ bool is_sequence_tool(std::string_view name) {
 void write_sequence(const fs::path& path, const Recording& recording) {
     const std::string where = path.string();
     if (ending(path) != ".mha")
-        fail("{}: the name ends in '{}', expected .igs.mha for a PLUS sequence", where, ending(path));
+        fail("{}: the name ends in '{}', expected .igs.mha for a PLUS sequence", where,
+             ending(path));
     check_recording(recording, where);
     std::string text = fmt::format(
-        "ObjectType = Image\nNDims = 3\nAnatomicalOrientation = RAI\nBinaryData = True\nBinaryDataByteOrderMSB = "
+        "ObjectType = Image\nNDims = 3\nAnatomicalOrientation = RAI\nBinaryData = "
+        "True\nBinaryDataByteOrderMSB = "
         "False\n"
-        "CenterOfRotation = 0 0 0\nCompressedData = False\nDimSize = 0 0 {}\nKinds = domain domain list\n"
-        "ElementNumberOfChannels = 1\nElementSpacing = 1 1 1\nElementType = MET_UCHAR\nOffset = 0 0 0\n"
-        "TransformMatrix = 1 0 0 0 1 0 0 0 1\nUltrasoundImageOrientation = XX\nUltrasoundImageType = XX\n",
+        "CenterOfRotation = 0 0 0\nCompressedData = False\nDimSize = 0 0 {}\nKinds = domain domain "
+        "list\n"
+        "ElementNumberOfChannels = 1\nElementSpacing = 1 1 1\nElementType = MET_UCHAR\nOffset = 0 "
+        "0 0\n"
+        "TransformMatrix = 1 0 0 0 1 0 0 0 1\nUltrasoundImageOrientation = XX\nUltrasoundImageType "
+        "= XX\n",
         recording.samples.size());
     for (std::size_t k = 0; k < recording.samples.size(); ++k) {
         const TrackerSample& sample = recording.samples[k];
         const std::string frame = fmt::format("{}{:04}_", frame_prefix, k);
         for (std::size_t i = 0; i < recording.tools.size(); ++i) {
             const std::string field = frame + recording.tools[i] + std::string(tracker_field);
-            text += fmt::format("{} = {}\n{}Status = {}\n", field, matrix_text(sample.poses[i]), field,
-                                pose_status_word(sample.poses[i].status));
+            text += fmt::format("{} = {}\n{}Status = {}\n", field, matrix_text(sample.poses[i]),
+                                field, pose_status_word(sample.poses[i].status));
         }
         text += fmt::format("{0}Timestamp = {1}\n{0}ImageStatus = INVALID\n", frame, sample.time_s);
     }

@@ -35,7 +35,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The same turn both ways.
-Vector3 turned(const Vector3& x, Space space) { return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x; }
+Vector3 turned(const Vector3& x, Space space) {
+    return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x;
+}
 
 /// Triangles in mm, as the file has them: what is a polygon there is cut into triangles.
 struct Polygons {
@@ -56,7 +58,8 @@ Polygons parse(const fs::path& path) {
     vtkNew<Reader> reader;
     update_reader(reader.GetPointer(), path);
     for (vtkCellArray* cells : {reader->GetOutput()->GetPolys(), reader->GetOutput()->GetStrips()})
-        check_cells(cells, reader->GetOutput()->GetNumberOfPoints(), path.string());  // vtkTriangleFilter does not
+        check_cells(cells, reader->GetOutput()->GetNumberOfPoints(),
+                    path.string());  // vtkTriangleFilter does not
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputConnection(reader->GetOutputPort());
     triangulate->PassLinesOff();
@@ -64,7 +67,8 @@ Polygons parse(const fs::path& path) {
     triangulate->Update();
     vtkPolyData* data = triangulate->GetOutput();
     Polygons polygons;
-    for (vtkIdType n = 0; n < data->GetNumberOfPoints(); ++n) polygons.points.emplace_back(data->GetPoint(n));
+    for (vtkIdType n = 0; n < data->GetNumberOfPoints(); ++n)
+        polygons.points.emplace_back(data->GetPoint(n));
     vtkCellArray* cells = data->GetPolys();
     vtkIdType count = 0;
     const vtkIdType* ids = nullptr;
@@ -75,14 +79,16 @@ Polygons parse(const fs::path& path) {
 
 template <class Reader>
 Polygons read_with(const fs::path& path) {
-    const std::vector<char> bytes = parse_apart(path, "VTK", [&] { return packed(parse<Reader>(path)); });
+    const std::vector<char> bytes =
+        parse_apart(path, "VTK", [&] { return packed(parse<Reader>(path)); });
     Unpacker unpacker(bytes, path.string());
     Polygons polygons{unpacker.take<Vector3>(), unpacker.take<std::array<vtkIdType, 3>>()};
     unpacker.finish();
     for (const auto& triangle : polygons.triangles)
         for (const vtkIdType n : triangle)
             if (n < 0 || n >= std::ssize(polygons.points))
-                fail("{}: VTK made a triangle of point {} of {}", path.string(), n, polygons.points.size());
+                fail("{}: VTK made a triangle of point {} of {}", path.string(), n,
+                     polygons.points.size());
     return polygons;
 }
 
@@ -91,7 +97,8 @@ class OffWords {
   public:
     explicit OffWords(const fs::path& path) : where_(path.string()), text_(read_text_file(path)) {
         for (const auto line : split_lines(text_))
-            for (const auto word : split_words(line.substr(0, line.find('#')))) words_.push_back(word);
+            for (const auto word : split_words(line.substr(0, line.find('#'))))
+                words_.push_back(word);
         if (words_.empty() || words_[0] != "OFF") fail("{}: does not begin with OFF", where_);
     }
     double number(const char* what) {
@@ -131,23 +138,27 @@ Polygons read_off(const fs::path& path) {
         std::vector<vtkIdType> face;
         for (std::size_t k = 0; k < corners; ++k)
             face.push_back(static_cast<vtkIdType>(words.index("a point's number", points)));
-        for (std::size_t k = 2; k < corners; ++k) polygons.triangles.push_back({face[0], face[k - 1], face[k]});
+        for (std::size_t k = 2; k < corners; ++k)
+            polygons.triangles.push_back({face[0], face[k - 1], face[k]});
     }
     return polygons;
 }
 
-/// VTK's STL reader takes whatever a truncated file leaves: a binary one states how many triangles it holds.
+/// VTK's STL reader takes whatever a truncated file leaves: a binary one states how many triangles
+/// it holds.
 void check_stl_is_whole(const fs::path& path) {
     const std::string text = read_text_file(path);
     if (text.starts_with("solid") && text.find("facet") != std::string::npos) {
-        if (text.find("endsolid") == std::string::npos) fail("{}: does not end in endsolid: truncated", path.string());
+        if (text.find("endsolid") == std::string::npos)
+            fail("{}: does not end in endsolid: truncated", path.string());
         return;
     }
     std::uint32_t triangles = 0;
     if (text.size() >= 84) std::memcpy(&triangles, text.data() + 80, 4);
     if (text.size() < 84 || (text.size() - 84) / 50 < triangles)
-        fail("{}: found {} bytes, expected {} for {} triangles: the file is truncated", path.string(), text.size(),
-             84 + 50 * static_cast<std::uint64_t>(triangles), triangles);
+        fail("{}: found {} bytes, expected {} for {} triangles: the file is truncated",
+             path.string(), text.size(), 84 + 50 * static_cast<std::uint64_t>(triangles),
+             triangles);
 }
 
 Polygons read_polygons(const fs::path& path) {
@@ -163,7 +174,8 @@ Polygons read_polygons(const fs::path& path) {
     if (end == ".vtk") return read_with<vtkPolyDataReader>(path);
     if (end == ".vtp") return read_with<vtkXMLPolyDataReader>(path);
     if (end != ".stl")
-        fail("{}: the name ends in '{}', expected a surface: .stl, .obj, .ply, .vtk, .vtp or .off", path.string(), end);
+        fail("{}: the name ends in '{}', expected a surface: .stl, .obj, .ply, .vtk, .vtp or .off",
+             path.string(), end);
     check_stl_is_whole(path);
     return read_with<vtkSTLReader>(path);
 }
@@ -188,8 +200,9 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
     const auto number_of = [&](vtkIdType n) {
         const Vector3& x = polygons.points[n];
         if (!x.allFinite()) fail("{}: point {} is not at a finite place", path.string(), n);
-        const auto [place, added] = numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // + 0.0: -0 is 0
-                                                        static_cast<std::int32_t>(surface.nodes.size()));
+        const auto [place, added] =
+            numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // + 0.0: -0 is 0
+                                static_cast<std::int32_t>(surface.nodes.size()));
         if (added) surface.nodes.push_back(1e-3 * turned(x, space));
         return place->second;
     };
@@ -205,7 +218,8 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
 void write_surface(const fs::path& path, const TriangleMesh& surface, Space space) {
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
-    for (const Vector3& x : surface.nodes) points->InsertNextPoint((1e3 * turned(x, space)).eval().data());
+    for (const Vector3& x : surface.nodes)
+        points->InsertNextPoint((1e3 * turned(x, space)).eval().data());
     vtkNew<vtkCellArray> cells;
     for (const Triangle& t : surface.triangles) cells->InsertNextCell({t[0], t[1], t[2]});
     vtkNew<vtkPolyData> data;
@@ -214,7 +228,8 @@ void write_surface(const fs::path& path, const TriangleMesh& surface, Space spac
 
     const std::string end = ending(path);
     if (end != ".stl" && end != ".vtk" && end != ".ply")
-        fail("{}: the name ends in '{}', expected a surface to write: .stl, .vtk or .ply", path.string(), end);
+        fail("{}: the name ends in '{}', expected a surface to write: .stl, .vtk or .ply",
+             path.string(), end);
     PendingFile pending(path);
     const std::string place = pending.path().string();
     const bool written = end == ".stl"   ? write_with<vtkSTLWriter>(place, data)

@@ -91,7 +91,8 @@ ToolTip read_tip(const std::filesystem::path& path) {
 
 ToolTip read_tip(const std::filesystem::path& path, const std::string& tool) {
     ToolTip tip = read_tip(path);
-    if (tip.tool != tool) fail("{}: is the tip of {}, expected that of {}", path.string(), tip.tool, tool);
+    if (tip.tool != tool)
+        fail("{}: is the tip of {}, expected that of {}", path.string(), tip.tool, tool);
     return tip;
 }
 

@@ -17,12 +17,13 @@ struct ToolTip {
 
     /// The tip's place, and its axes along the shaft where that is known.
     RigidTransform<Tool, Tip> tool_from_tip() const {
-        return spin ? along_shaft(pivot.tool_from_tip.translation, spin->shaft_in_tool) : pivot.tool_from_tip;
+        return spin ? along_shaft(pivot.tool_from_tip.translation, spin->shaft_in_tool)
+                    : pivot.tool_from_tip;
     }
 };
 
-/// JSON: the tool, its tip's offset in mm, the shaft's direction where it is known, tool_from_tip as 16 numbers by
-/// rows, and how good the calibrations were.
+/// JSON: the tool, its tip's offset in mm, the shaft's direction where it is known, tool_from_tip
+/// as 16 numbers by rows, and how good the calibrations were.
 void write_tip(const std::filesystem::path& path, const ToolTip& tip);
 
 /// Throws Error, naming file and key, where something is missing or of another kind.

@@ -18,7 +18,8 @@ inline std::vector<Vector3> read_vectors(const hdf5::File& file, const std::stri
     const auto table = file.read<double>(name, 3);
     std::vector<Vector3> values;
     values.reserve(table.rows);
-    for (std::size_t i = 0; i < table.rows; ++i) values.emplace_back(Eigen::Map<const Vector3>(table.values.data() + 3 * i));
+    for (std::size_t i = 0; i < table.rows; ++i)
+        values.emplace_back(Eigen::Map<const Vector3>(table.values.data() + 3 * i));
     return values;
 }
 

@@ -27,7 +27,8 @@ class Complaints {
             auto& first = static_cast<Complaints*>(self)->first_;
             if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
         });
-        for (vtkObject* speaker : {static_cast<vtkObject*>(object), static_cast<vtkObject*>(object->GetExecutive())}) {
+        for (vtkObject* speaker :
+             {static_cast<vtkObject*>(object), static_cast<vtkObject*>(object->GetExecutive())}) {
             speaker->AddObserver(vtkCommand::ErrorEvent, command_);
             speaker->AddObserver(vtkCommand::WarningEvent, command_);
         }
@@ -49,8 +50,8 @@ class Complaints {
     std::string first_;
 };
 
-/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the first thing that it
-/// complains of.
+/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the
+/// first thing that it complains of.
 template <class Reader>
 void update_reader(Reader* reader, const std::filesystem::path& path) {
     const Complaints complaints(reader);
@@ -60,12 +61,15 @@ void update_reader(Reader* reader, const std::filesystem::path& path) {
     } catch (const std::exception& e) {  // memory for what a damaged file says it holds
         fail("{}: cannot be read: {}", path.string(), e.what());
     }
-    if (!complaints.text().empty()) fail("{}: cannot be read: {}", path.string(), complaints.text());
+    if (!complaints.text().empty())
+        fail("{}: cannot be read: {}", path.string(), complaints.text());
     if (reader->GetErrorCode() != vtkErrorCode::NoError)
-        fail("{}: cannot be read: {}", path.string(), vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
+        fail("{}: cannot be read: {}", path.string(),
+             vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
 }
 
-/// Throws Error unless each cell is a piece of the list of points' numbers, and each number one of `points` points.
+/// Throws Error unless each cell is a piece of the list of points' numbers, and each number one of
+/// `points` points.
 inline void check_cells(vtkCellArray* cells, vtkIdType points, const std::string& where) {
     if (cells->GetNumberOfCells() == 0) return;
     if (!cells->IsValid()) fail("{}: its cells' offsets do not fit their list of points", where);

@@ -32,22 +32,25 @@ void check_kinds(vtkUnstructuredGrid* grid, const std::string& where) {
         if (type == VTK_TETRA || type == VTK_EMPTY_CELL) continue;
         cell->SetCellType(type);
         if (cell->GetCellDimension() == 3 || cell->GetCellType() != type)
-            others +=
-                fmt::format("{}{} {}", others.empty() ? "" : ", ", count, vtkCellTypes::GetClassNameFromTypeId(type));
+            others += fmt::format("{}{} {}", others.empty() ? "" : ", ", count,
+                                  vtkCellTypes::GetClassNameFromTypeId(type));
     }
     if (others.empty()) return;
     const bool quadratic = counts.contains(VTK_QUADRATIC_TETRA);
     fail("{}: holds {} beside {} vtkTetra, expected four-node tetrahedra alone{}", where, others,
          counts.contains(VTK_TETRA) ? counts.at(VTK_TETRA) : 0,
-         quadratic ? " (export linear tetrahedra; a scene's elements: P2 gives them their middle nodes)" : "");
+         quadratic
+             ? " (export linear tetrahedra; a scene's elements: P2 gives them their middle nodes)"
+             : "");
 }
 
 vtkDataArray* region_array(vtkCellData* data) {
-    for (const char* name : {"region", "regions", "label", "labels", "material", "materials", "gmsh:physical",
-                             "medit:ref", "cell_tags", "cellentityids"})
+    for (const char* name : {"region", "regions", "label", "labels", "material", "materials",
+                             "gmsh:physical", "medit:ref", "cell_tags", "cellentityids"})
         for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
             const char* own = data->GetArrayName(i);
-            if (own && lower(own) == name && data->GetArray(i) && data->GetArray(i)->GetNumberOfComponents() == 1)
+            if (own && lower(own) == name && data->GetArray(i) &&
+                data->GetArray(i)->GetNumberOfComponents() == 1)
                 return data->GetArray(i);
         }
     return nullptr;
@@ -55,8 +58,10 @@ vtkDataArray* region_array(vtkCellData* data) {
 
 std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string& where) {
     const double value = regions->GetComponent(cell, 0);
-    if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max() && value == std::floor(value)))
-        fail("{}: '{}' of cell {} is {}, expected a whole number", where, regions->GetName(), cell, value);
+    if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max() &&
+          value == std::floor(value)))
+        fail("{}: '{}' of cell {} is {}, expected a whole number", where, regions->GetName(), cell,
+             value);
     return static_cast<std::int32_t>(value);
 }
 
@@ -98,11 +103,12 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
 TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
     if (ending(path) != ".vtu")
-        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where, ending(path));
+        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where,
+             ending(path));
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
-    const TetMesh mesh =
-        unpacked_mesh(parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
+    const TetMesh mesh = unpacked_mesh(
+        parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

@@ -8,7 +8,8 @@ namespace livetet {
 
 enum class FieldPlace { node, tet };
 
-/// A field in a table of an HDF5 file: `components` (1, 3 or 9) numbers of so many bytes for each node or tet.
+/// A field in a table of an HDF5 file: `components` (1, 3 or 9) numbers of so many bytes for each
+/// node or tet.
 struct XdmfField {
     std::string name, table;
     FieldPlace place = FieldPlace::node;
@@ -25,7 +26,8 @@ struct XdmfFrame {
     std::vector<XdmfField> fields;
 };
 
-/// What ParaView opens beside the HDF5 file of that name (no folder): frames in a temporal collection.
+/// What ParaView opens beside the HDF5 file of that name (no folder): frames in a temporal
+/// collection.
 std::string xdmf_text(const std::string& h5_name, const std::vector<XdmfFrame>& frames);
 
 }  // namespace livetet

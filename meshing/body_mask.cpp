@@ -18,9 +18,11 @@ using Mask = Image<std::uint8_t>;
 
 void check_image(const LabelImage& image) {
     const auto& n = image.size;
-    if (n[0] < 1 || n[1] < 1 || n[2] < 1) fail("image: its size {} x {} x {} must be > 0", n[0], n[1], n[2]);
+    if (n[0] < 1 || n[1] < 1 || n[2] < 1)
+        fail("image: its size {} x {} x {} must be > 0", n[0], n[1], n[2]);
     const auto count = static_cast<std::size_t>(n[0]) * n[1] * n[2];
-    if (image.values.size() != count) fail("image: it has {} voxels, expected {}", image.values.size(), count);
+    if (image.values.size() != count)
+        fail("image: it has {} voxels, expected {}", image.values.size(), count);
 }
 
 std::set<std::int32_t> labels_in(const LabelImage& image) {
@@ -36,18 +38,23 @@ Mask pick(const LabelImage& image, std::span<const std::int32_t> labels) {
     const std::set<std::int32_t> there = labels_in(image);
     if (there.empty()) fail("image: every voxel has label 0, expected a body");
     for (const std::int32_t label : labels) {
-        if (label == 0) fail("image: label 0 is the background, expected one of {}", fmt::join(there, ", "));
-        if (!there.contains(label)) fail("image: label {} is not there, found {}", label, fmt::join(there, ", "));
+        if (label == 0)
+            fail("image: label 0 is the background, expected one of {}", fmt::join(there, ", "));
+        if (!there.contains(label))
+            fail("image: label {} is not there, found {}", label, fmt::join(there, ", "));
     }
-    Mask mask{image.size, image.ras_from_voxel, std::vector<std::uint8_t>(image.values.size(), empty)};
+    Mask mask{image.size, image.ras_from_voxel,
+              std::vector<std::uint8_t>(image.values.size(), empty)};
     for (std::size_t i = 0; i < image.values.size(); ++i)
         if (is_picked(image.values[i], labels)) mask.values[i] = picked;
     return mask;
 }
 
-/// Turns the voxels of value `from` that hang together with `seed` by faces into `to`; gives their indices.
+/// Turns the voxels of value `from` that hang together with `seed` by faces into `to`; gives their
+/// indices.
 std::vector<std::size_t> flood(Mask& mask, std::size_t seed, Voxel from, Voxel to) {
-    const auto nx = static_cast<std::size_t>(mask.size[0]), ny = static_cast<std::size_t>(mask.size[1]);
+    const auto nx = static_cast<std::size_t>(mask.size[0]),
+               ny = static_cast<std::size_t>(mask.size[1]);
     std::vector<std::size_t> part{seed};
     mask.values[seed] = to;
     for (std::size_t next = 0; next < part.size(); ++next) {
@@ -78,12 +85,16 @@ std::vector<std::size_t> largest_component(Mask& mask) {
     return largest;
 }
 
-/// The voxels alone in a grid that leaves one empty voxel around them; `corner` gets its first voxel's place.
-Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels, std::array<int, 3>& corner) {
+/// The voxels alone in a grid that leaves one empty voxel around them; `corner` gets its first
+/// voxel's place.
+Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels,
+             std::array<int, 3>& corner) {
     Eigen::Array3i low = Eigen::Array3i::Constant(1 << 30), high = -low;
     const auto place = [&](std::size_t v) {
-        const auto nx = static_cast<std::size_t>(image.size[0]), ny = static_cast<std::size_t>(image.size[1]);
-        return Eigen::Array3i(static_cast<int>(v % nx), static_cast<int>(v / nx % ny), static_cast<int>(v / nx / ny));
+        const auto nx = static_cast<std::size_t>(image.size[0]),
+                   ny = static_cast<std::size_t>(image.size[1]);
+        return Eigen::Array3i(static_cast<int>(v % nx), static_cast<int>(v / nx % ny),
+                              static_cast<int>(v / nx / ny));
     };
     for (const std::size_t v : voxels) {
         low = low.min(place(v));
@@ -142,7 +153,8 @@ TriangleMesh voxel_faces(const Image<std::uint8_t>& mask) {
                     for (const int side : {-1, 1}) {
                         std::array<int, 3> next = at;
                         next[axis] += side;
-                        if (!mask.at(next[0], next[1], next[2])) add(Vector3(i, j, k), axis, 0.5 * side);
+                        if (!mask.at(next[0], next[1], next[2]))
+                            add(Vector3(i, j, k), axis, 0.5 * side);
                     }
             }
     return faces;

@@ -25,8 +25,8 @@ constexpr double mm_per_m = 1e3;
 void set_options(Algorithm algorithm, double edge_length_mm) {
     gmsh::option::setNumber("General.Terminal", 1);
     gmsh::option::setNumber("General.Verbosity", 2);  // errors and warnings
-    // One thread: an OpenMP team of the parent does not live on in a fork, and the mesh must not depend on their
-    // number.
+    // One thread: an OpenMP team of the parent does not live on in a fork, and the mesh must not
+    // depend on their number.
     gmsh::option::setNumber("General.NumThreads", 1);
     gmsh::option::setNumber("Mesh.MaxNumThreads3D", 1);
     gmsh::option::setNumber("Mesh.Algorithm3D", static_cast<int>(algorithm));
@@ -57,8 +57,8 @@ void add_surface(const TriangleMesh& surface) {
 }
 
 /// The child's work: tets in metres. The surface's nodes come first, in their order.
-int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm, const GmshOptions& options,
-                   int out) {
+int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm,
+                   const GmshOptions& options, int out) {
     std::srand(1);  // whatever the parent drew before
     gmsh::initialize(0, nullptr, false);
     set_options(algorithm, mm_per_m * edge_length_m);
@@ -82,33 +82,39 @@ int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm 
     const std::size_t fixed = surface.nodes.size();
     TetMesh mesh;
     mesh.nodes = surface.nodes;
-    std::vector<std::int32_t> number(tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end()) + 1, -1);
+    std::vector<std::int32_t> number(
+        tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end()) + 1, -1);
     for (std::size_t i = 0; i < tags.size(); ++i) {
         if (tags[i] <= fixed) {
             number[tags[i]] = static_cast<std::int32_t>(tags[i]) - 1;
             continue;
         }
         number[tags[i]] = static_cast<std::int32_t>(mesh.nodes.size());
-        mesh.nodes.push_back(Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]) / mm_per_m);
+        mesh.nodes.push_back(
+            Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]) / mm_per_m);
     }
     for (std::size_t c = 0; c + 3 < corners.size(); c += 4)
-        mesh.tets.push_back(
-            {number[corners[c]], number[corners[c + 1]], number[corners[c + 2]], number[corners[c + 3]]});
+        mesh.tets.push_back({number[corners[c]], number[corners[c + 1]], number[corners[c + 2]],
+                             number[corners[c + 3]]});
     for (const Tet& t : mesh.tets)
         if (*std::min_element(t.begin(), t.end()) < 0) fail("a tet names a node that is not there");
     return write_mesh(out, mesh) ? 0 : 1;
 }
 
-/// Runs `work` on a thread of its own, whose memory glibc takes from an arena of its own: Gmsh's HXT lets the order of
-/// addresses into its mesh, and the heap inherited from the parent is another one for every call.
-int on_fresh_heap(const std::function<int()>& work) { return std::async(std::launch::async, work).get(); }
+/// Runs `work` on a thread of its own, whose memory glibc takes from an arena of its own: Gmsh's
+/// HXT lets the order of addresses into its mesh, and the heap inherited from the parent is another
+/// one for every call.
+int on_fresh_heap(const std::function<int()>& work) {
+    return std::async(std::launch::async, work).get();
+}
 
 void orient(TetMesh& mesh) {
     for (Tet& t : mesh.tets)
         if (signed_volume(mesh, t) < 0) std::swap(t[2], t[3]);
 }
 
-/// What is wrong with a filled surface, or an empty text: tets whole, boundary the surface's own triangles.
+/// What is wrong with a filled surface, or an empty text: tets whole, boundary the surface's own
+/// triangles.
 std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
     try {
         check_tet_mesh(mesh, "Gmsh");
@@ -116,7 +122,8 @@ std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
         return error.what();
     }
     const auto ordered = [](std::vector<Triangle> triangles) {
-        for (Triangle& t : triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        for (Triangle& t : triangles)
+            std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
         std::sort(triangles.begin(), triangles.end());
         return triangles;
     };
@@ -127,21 +134,29 @@ std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
 
 }  // namespace
 
-TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options, std::string* way) {
+TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const GmshOptions& options,
+                     std::string* way) {
     const SurfaceTopology topology = check_topology(surface);
     if (!topology.closed())
-        fail("surface: it has {} border, {} non-manifold and {} misoriented edges, first at {}; expected none",
-             topology.border_edges, topology.non_manifold_edges, topology.misoriented_edges, place_mm(topology.place));
-    if (!(edge_length_m > 0)) fail("Gmsh: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
+        fail(
+            "surface: it has {} border, {} non-manifold and {} misoriented edges, first at {}; "
+            "expected none",
+            topology.border_edges, topology.non_manifold_edges, topology.misoriented_edges,
+            place_mm(topology.place));
+    if (!(edge_length_m > 0))
+        fail("Gmsh: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
     std::string faults;
     double time_left = options.time_limit_s;
     std::array<Algorithm, 2> ways{Algorithm::hxt, Algorithm::delaunay};
-    if (options.edge_length_at) std::swap(ways[0], ways[1]);  // HXT of Gmsh 4.8 takes sizes from the boundary alone
+    if (options.edge_length_at)
+        std::swap(ways[0], ways[1]);  // HXT of Gmsh 4.8 takes sizes from the boundary alone
     for (const Algorithm algorithm : ways) {
         const auto work = [&](int out) {
-            return on_fresh_heap([&] { return mesh_and_write(surface, edge_length_m, algorithm, options, out); });
+            return on_fresh_heap(
+                [&] { return mesh_and_write(surface, edge_length_m, algorithm, options, out); });
         };
-        const double limit = algorithm == ways[0] ? time_left / 2 : time_left;  // a hang leaves time for the other
+        const double limit =
+            algorithm == ways[0] ? time_left / 2 : time_left;  // a hang leaves time for the other
         const ChildResult child = options.run(work, limit);
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
         std::string fault;
@@ -149,7 +164,8 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
             TetMesh mesh = unpacked_mesh(child.result, "Gmsh");
             orient(mesh);
             drop_unused_nodes(mesh, surface.nodes.size());
-            fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log) : fault_of(mesh, surface);
+            fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log)
+                                      : fault_of(mesh, surface);
             if (fault.empty()) {
                 sort_for_locality(mesh);
                 if (way) *way = faults.empty() ? name : fmt::format("{} ({})", name, faults);
@@ -162,8 +178,8 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
         time_left -= child.seconds;
         if (time_left <= 0) break;
     }
-    fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface from {} ({} triangles): {}", 1e3 * edge_length_m,
-         box_mm(surface.nodes), surface.triangles.size(), faults);
+    fail("Gmsh: no volume mesh of {:.2f} mm edges for the surface from {} ({} triangles): {}",
+         1e3 * edge_length_m, box_mm(surface.nodes), surface.triangles.size(), faults);
 }
 
 std::string gmsh_version() { return GMSH_API_VERSION; }

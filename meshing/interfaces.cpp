@@ -34,8 +34,9 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
             std::sort(f.begin(), f.end());
             all.push_back({f, static_cast<std::int32_t>(t), side});
         }
-    std::sort(all.begin(), all.end(),
-              [](const Face& a, const Face& b) { return a.sorted != b.sorted ? a.sorted < b.sorted : a.tet < b.tet; });
+    std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) {
+        return a.sorted != b.sorted ? a.sorted < b.sorted : a.tet < b.tet;
+    });
     return all;
 }
 
@@ -54,7 +55,8 @@ std::vector<std::array<std::int32_t, 4>> neighbours_of(const TetMesh& mesh) {
 /// Turns the tets about a body into one that `make_one_body` wants.
 class BodyCutter {
   public:
-    explicit BodyCutter(TetMesh& mesh) : mesh_(mesh), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
+    explicit BodyCutter(TetMesh& mesh)
+        : mesh_(mesh), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
 
     void run() {
         constexpr int most_rounds = 30;
@@ -68,7 +70,8 @@ class BodyCutter {
                 }
             if (!changed) return;
         }
-        fail("the labels' tets touch themselves at {}, whatever is cut or filled", place_mm(mesh_.nodes[last_]));
+        fail("the labels' tets touch themselves at {}, whatever is cut or filled",
+             place_mm(mesh_.nodes[last_]));
     }
 
   private:
@@ -82,14 +85,17 @@ class BodyCutter {
         return sum;
     }
 
-    /// Tets from `seed` on that hang together by faces for which `allowed` is true, all in the body or all outside.
+    /// Tets from `seed` on that hang together by faces for which `allowed` is true, all in the body
+    /// or all outside.
     Piece flood(std::int32_t seed, std::vector<bool>& seen, const auto& allowed) const {
         Piece piece{seed};
         seen[seed] = true;
         for (std::size_t i = 0; i < piece.size(); ++i)
             for (int side = 0; side < 4; ++side) {
                 const std::int32_t next = next_[piece[i]][side];
-                if (next < 0 || seen[next] || in_body(next) != in_body(seed) || !allowed(piece[i], side)) continue;
+                if (next < 0 || seen[next] || in_body(next) != in_body(seed) ||
+                    !allowed(piece[i], side))
+                    continue;
                 seen[next] = true;
                 piece.push_back(next);
             }
@@ -101,7 +107,8 @@ class BodyCutter {
         std::vector<bool> seen(mesh_.tets.size(), false);
         for (std::size_t t = 0; t < seen.size(); ++t)
             if (!seen[t] && in_body(static_cast<std::int32_t>(t)) == of_body)
-                found.push_back(flood(static_cast<std::int32_t>(t), seen, [](std::int32_t, int) { return true; }));
+                found.push_back(flood(static_cast<std::int32_t>(t), seen,
+                                      [](std::int32_t, int) { return true; }));
         return found;
     }
 
@@ -143,16 +150,19 @@ class BodyCutter {
             left = 0;
             for (const std::int32_t t : piece) {
                 for (const std::int32_t next : next_[t])
-                    if (!in_body(t) && next >= 0 && in_body(next)) mesh_.regions[t] = mesh_.regions[next];
+                    if (!in_body(t) && next >= 0 && in_body(next))
+                        mesh_.regions[t] = mesh_.regions[next];
                 if (!in_body(t)) ++left;
             }
         }
     }
 
-    /// The body is a manifold at a node if its tets there hang together by faces at the node, and the others do.
+    /// The body is a manifold at a node if its tets there hang together by faces at the node, and
+    /// the others do.
     bool mend(std::int32_t n) {
         const auto& star = stars_[n];
-        const auto body_count = std::count_if(star.begin(), star.end(), [&](std::int32_t t) { return in_body(t); });
+        const auto body_count =
+            std::count_if(star.begin(), star.end(), [&](std::int32_t t) { return in_body(t); });
         if (body_count == 0 || static_cast<std::size_t>(body_count) == star.size()) return false;
         std::vector<Piece> inside, outside;
         std::vector<std::int32_t> seen;
@@ -171,7 +181,9 @@ class BodyCutter {
                 return false;
             });
         };
-        const auto by_volume = [&](const Piece& a, const Piece& b) { return volume_of(a) > volume_of(b); };
+        const auto by_volume = [&](const Piece& a, const Piece& b) {
+            return volume_of(a) > volume_of(b);
+        };
         std::sort(inside.begin(), inside.end(), by_volume);
         for (std::size_t p = 1; p < inside.size(); ++p) cut(inside[p]);
         if (inside.size() > 1) return true;
@@ -214,7 +226,8 @@ double least_angle(const TetMesh& mesh, const Star& star) {
     for (const std::int32_t t : star) {
         const auto& [a, b, c, d] = mesh.tets[t];
         if (!(signed_volume(mesh, mesh.tets[t]) > 0)) return -1;
-        const auto angles = dihedral_angles_deg(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c], mesh.nodes[d]);
+        const auto angles =
+            dihedral_angles_deg(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c], mesh.nodes[d]);
         least = std::min(least, *std::min_element(angles.begin(), angles.end()));
     }
     return least;
@@ -237,8 +250,9 @@ std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh) {
         }
         i += paired ? 2 : 1;
     }
-    std::sort(kept.begin(), kept.end(),
-              [](const Face& a, const Face& b) { return a.tet != b.tet ? a.tet < b.tet : a.side < b.side; });
+    std::sort(kept.begin(), kept.end(), [](const Face& a, const Face& b) {
+        return a.tet != b.tet ? a.tet < b.tet : a.side < b.side;
+    });
     std::vector<InterfaceTriangle> triangles;
     for (const Face& f : kept) {
         InterfaceTriangle& t = triangles.emplace_back();
@@ -256,7 +270,8 @@ std::map<std::int32_t, double> region_volumes(const TetMesh& mesh) {
     return volumes;
 }
 
-void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3, double least_deg, int steps) {
+void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3,
+                         double least_deg, int steps) {
     const std::vector<InterfaceTriangle> triangles = interface_triangles(mesh);
     const auto stars = stars_of(mesh);
     std::map<std::int32_t, int> row;
@@ -273,13 +288,14 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
             const auto at = row.find(region);
             if (at == row.end()) return;
             auto& list = gradients[n];
-            const auto found =
-                std::find_if(list.begin(), list.end(), [&](const auto& e) { return e.row == at->second; });
+            const auto found = std::find_if(list.begin(), list.end(),
+                                            [&](const auto& e) { return e.row == at->second; });
             found == list.end() ? list.push_back({at->second, g}) : void(found->by_node += g);
         };
         for (const InterfaceTriangle& f : triangles) {
             const Vector3& a = mesh.nodes[f.nodes[0]];
-            const Vector3 third = (mesh.nodes[f.nodes[1]] - a).cross(mesh.nodes[f.nodes[2]] - a) / 6;
+            const Vector3 third =
+                (mesh.nodes[f.nodes[1]] - a).cross(mesh.nodes[f.nodes[2]] - a) / 6;
             for (const std::int32_t n : f.nodes) {
                 area[n] += third.norm();
                 add(n, f.inside, third);
@@ -290,7 +306,8 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
         Eigen::VectorXd missing(row.size());
         for (std::size_t n = 0; n < gradients.size(); ++n)
             for (const Gradient& a : gradients[n])
-                for (const Gradient& b : gradients[n]) matrix(a.row, b.row) += a.by_node.dot(b.by_node) / area[n];
+                for (const Gradient& b : gradients[n])
+                    matrix(a.row, b.row) += a.by_node.dot(b.by_node) / area[n];
         const auto volumes = region_volumes(mesh);
         for (const auto& [region, r] : row) missing[r] = wanted_m3.at(region) - volumes.at(region);
         matrix.diagonal() *= 1 + 1e-9;
@@ -300,7 +317,8 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
             Vector3 shift = Vector3::Zero();
             for (const Gradient& a : gradients[n]) shift += p[a.row] * a.by_node / area[n];
             if (shift.isZero(0)) continue;
-            const double longest = longest_step * mean_edge(mesh, stars[n], static_cast<std::int32_t>(n));
+            const double longest =
+                longest_step * mean_edge(mesh, stars[n], static_cast<std::int32_t>(n));
             shift *= std::min(1.0, longest / shift.norm());
             const double bound = std::min(least_deg, least_angle(mesh, stars[n]));
             const Vector3 home = mesh.nodes[n];

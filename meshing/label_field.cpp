@@ -20,19 +20,22 @@ constexpr double most_samples = 16e6;
 constexpr float least_share = 2e-3f;  ///< votes below are left out
 constexpr int balance_rounds = 30;
 constexpr double balance_aim = 2e-3;  ///< relative miss of each volume that is good enough
-constexpr double heaviest = 2.5;      ///< weight of a label's votes, at most: a sheet of one voxel keeps its volume
+constexpr double heaviest =
+    2.5;  ///< weight of a label's votes, at most: a sheet of one voxel keeps its volume
 
 constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
-/// The materials' numbers in the body's voxels, `off_body` elsewhere; what was a hole goes to the label nearest by steps
-/// through faces.
-Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image, std::span<const std::int32_t> labels,
+/// The materials' numbers in the body's voxels, `off_body` elsewhere; what was a hole goes to the
+/// label nearest by steps through faces.
+Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
+                                  std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
     const auto& mask = body.mask;
     const auto& low = body.corner;
     const auto label_of = [&](int i, int j, int k) {
-        const std::int32_t label =
-            image.contains(i + low[0], j + low[1], k + low[2]) ? image.at(i + low[0], j + low[1], k + low[2]) : 0;
+        const std::int32_t label = image.contains(i + low[0], j + low[1], k + low[2])
+                                       ? image.at(i + low[0], j + low[1], k + low[2])
+                                       : 0;
         return mask.at(i, j, k) && is_picked(label, labels) ? label : 0;
     };
     std::map<std::int32_t, std::uint16_t> numbers;
@@ -43,9 +46,11 @@ Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
     };
     std::int32_t last = 0;
     visit_all([&](int i, int j, int k) {
-        if (const std::int32_t label = label_of(i, j, k); label != 0 && label != last) numbers[last = label] = 0;
+        if (const std::int32_t label = label_of(i, j, k); label != 0 && label != last)
+            numbers[last = label] = 0;
     });
-    if (numbers.size() >= mixed) fail("image: the body has {} labels, expected fewer than {}", numbers.size(), mixed);
+    if (numbers.size() >= mixed)
+        fail("image: the body has {} labels, expected fewer than {}", numbers.size(), mixed);
     for (auto& [label, number] : numbers) {
         number = static_cast<std::uint16_t>(found.size());
         found.push_back(label);
@@ -76,7 +81,8 @@ struct Box {
 };
 
 /// Where each material's voxels lie, and how many they are.
-std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materials, std::vector<double>& counts) {
+std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materials,
+                          std::vector<double>& counts) {
     std::vector<Box> boxes(materials);
     counts.assign(materials, 0);
     for (int k = 0; k < voxels.size[2]; ++k)
@@ -118,10 +124,12 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
     std::array<AxisFilter, 3> filters;
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     const double voxel_m3 = std::abs(voxels.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    const double step_m = std::max(1e-3 * options.voxel_mm, std::cbrt(voxel_m3 * voxels.values.size() / most_samples));
+    const double step_m = std::max(1e-3 * options.voxel_mm,
+                                   std::cbrt(voxel_m3 * voxels.values.size() / most_samples));
     for (int axis = 0; axis < 3; ++axis) {
         const double spacing = voxels.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma = std::max(1e-3 * options.smoothing_mm / spacing, least_smoothing_voxels);
+        const double sigma =
+            std::max(1e-3 * options.smoothing_mm / spacing, least_smoothing_voxels);
         filters[axis] = gaussian_beyond(voxels.size[axis], sigma, step_m / spacing);
         size_[axis] = filters[axis].size();
         voxel_from_sample(axis, axis) = filters[axis].step;
@@ -141,18 +149,22 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
         materials_[m].voxels_m3 = counts[m] * voxel_m3;
         const auto& [low, high] = boxes[m];
         std::vector<float> values;
-        std::array<int, 3> size{high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}, start{};
+        std::array<int, 3> size{high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1},
+            start{};
         for (int k = low[2]; k <= high[2]; ++k)
             for (int j = low[1]; j <= high[1]; ++j)
-                for (int i = low[0]; i <= high[0]; ++i) values.push_back(voxels.at(i, j, k) == m ? 1.0f : 0.0f);
+                for (int i = low[0]; i <= high[0]; ++i)
+                    values.push_back(voxels.at(i, j, k) == m ? 1.0f : 0.0f);
         for (const int axis : {2, 1, 0})
-            values = apply(restricted(filters[axis], low[axis], high[axis], start[axis]), values, size, axis);
+            values = apply(restricted(filters[axis], low[axis], high[axis], start[axis]), values,
+                           size, axis);
         std::size_t at = 0;
         for (int k = 0; k < size[2]; ++k)
             for (int j = 0; j < size[1]; ++j)
                 for (int i = 0; i < size[0]; ++i, ++at)
                     if (values[at] > least_share)
-                        entries.push_back({static_cast<std::uint32_t>(index(i + start[0], j + start[1], k + start[2])),
+                        entries.push_back({static_cast<std::uint32_t>(
+                                               index(i + start[0], j + start[1], k + start[2])),
                                            {m, values[at]}});
     }
     first_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2] + 1, 0);
@@ -168,7 +180,8 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
     std::uint16_t best = off_body;
     for (std::uint32_t v = first_[sample]; v < first_[sample + 1]; ++v) {
         total += votes_[v].share;
-        if (const float weighted = votes_[v].share * weights_[votes_[v].material]; weighted > most) {
+        if (const float weighted = votes_[v].share * weights_[votes_[v].material];
+            weighted > most) {
             most = weighted;
             best = votes_[v].material;
         }
@@ -176,7 +189,8 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
     return total < iso_level_ ? off_body : best;
 }
 
-/// Weighs the materials' votes until the samples that each has are as many as its voxels' volume asks for.
+/// Weighs the materials' votes until the samples that each has are as many as its voxels' volume
+/// asks for.
 void LabelField::balance() {
     weights_.assign(materials_.size(), 1.0f);
     std::vector<std::uint32_t> contested;  // the samples whose winner depends on the weights
@@ -202,7 +216,8 @@ void LabelField::balance() {
             worst = std::max(worst, std::abs(ratio - 1));
             const double factor = std::clamp(std::sqrt(ratio), 0.8, 1.25);
             if (round + 1 < balance_rounds)
-                weights_[m] = static_cast<float>(std::clamp(weights_[m] * factor, 1 / heaviest, heaviest));
+                weights_[m] =
+                    static_cast<float>(std::clamp(weights_[m] * factor, 1 / heaviest, heaviest));
         }
         if (worst < balance_aim) break;
     }
@@ -212,7 +227,9 @@ void LabelField::settle_cells() {
     std::vector<std::uint16_t> at(first_.size() - 1);  // the only one who has votes at a sample
     for (std::size_t s = 0; s < at.size(); ++s) {
         const std::uint32_t votes = first_[s + 1] - first_[s];
-        at[s] = votes == 0 ? off_body : votes == 1 && winner(s) != off_body ? votes_[first_[s]].material : mixed;
+        at[s] = votes == 0                            ? off_body
+                : votes == 1 && winner(s) != off_body ? votes_[first_[s]].material
+                                                      : mixed;
     }
     cells_.assign(at.size(), mixed);
     for (int k = 0; k + 1 < size_[2]; ++k)
@@ -221,7 +238,8 @@ void LabelField::settle_cells() {
                 const std::uint16_t all = at[index(i, j, k)];
                 bool same = true;
                 for (int corner = 1; corner < 8 && same; ++corner)
-                    same = at[index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))] == all;
+                    same = at[index(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2))] ==
+                           all;
                 if (same) cells_[index(i, j, k)] = all;
             }
 }
@@ -234,7 +252,8 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
         cell[d] = static_cast<int>(sample[d]);
         t[d] = static_cast<float>(sample[d] - cell[d]);
     }
-    if (const std::uint16_t all = cells_[index(cell[0], cell[1], cell[2])]; all != mixed) return all;
+    if (const std::uint16_t all = cells_[index(cell[0], cell[1], cell[2])]; all != mixed)
+        return all;
     constexpr int most = 24;
     std::uint16_t who[most];
     float sum[most], total = 0;
@@ -265,14 +284,16 @@ std::int32_t LabelField::label_at(const Vector3& place) const {
     return m == off_body ? 0 : materials_[m].label;
 }
 
-std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t most, double least_m3) const {
+std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t most,
+                                                  double least_m3) const {
     std::vector<std::uint16_t> at(first_.size() - 1);
     for (std::size_t s = 0; s < at.size(); ++s) at[s] = winner(s);
     const double sample_m3 = std::abs(ras_from_sample_.topLeftCorner<3, 3>().determinant());
     struct Piece {
         std::uint16_t material;
         double m3;
-        std::vector<std::array<Place, 2>> edges;  ///< of samples, from one of the piece to one of another material
+        std::vector<std::array<Place, 2>>
+            edges;  ///< of samples, from one of the piece to one of another material
     };
     std::vector<Piece> pieces;
     std::vector<double> largest(materials_.size(), 0);
@@ -322,7 +343,8 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
         for (std::size_t e = 0; e < left && places.size() < before + most; ++e) {
             std::swap(piece.edges[e], piece.edges[e + random() % (piece.edges.size() - e)]);
             const Vector3 x = on_interface(piece.edges[e]);
-            if (std::all_of(places.begin(), places.end(), [&](const Vector3& p) { return (p - x).norm() >= apart; }))
+            if (std::all_of(places.begin(), places.end(),
+                            [&](const Vector3& p) { return (p - x).norm() >= apart; }))
                 places.push_back(x);
         }
     }

@@ -26,18 +26,20 @@ using LabelledDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
 /// It works in mm: some of its tolerances are absolute.
 constexpr double mm_per_m = 1e3;
 
-constexpr double surface_radius = 0.65;    ///< bound of the circumradii of interface triangles, over the edge length
-constexpr double inside_radius = 0.65;     ///< of tets
-constexpr double surface_distance = 0.12;  ///< from interface triangles to the interface, over the edge length
-constexpr double least_angle_deg = 25;     ///< of interface triangles
+constexpr double surface_radius =
+    0.65;  ///< bound of the circumradii of interface triangles, over the edge length
+constexpr double inside_radius = 0.65;  ///< of tets
+constexpr double surface_distance =
+    0.12;  ///< from interface triangles to the interface, over the edge length
+constexpr double least_angle_deg = 25;  ///< of interface triangles
 constexpr double radius_edge_ratio = 2.2;
 constexpr double place_error = 0.01;  ///< of interface nodes, over the edge length
 constexpr std::size_t seeds_a_piece = 30;
 
 Vector3 metres(const Point& p) { return Vector3(p.x(), p.y(), p.z()) / mm_per_m; }
 
-/// A labelled domain that starts from places on every piece's interface: from its own, which are random rays, small
-/// pieces are not found.
+/// A labelled domain that starts from places on every piece's interface: from its own, which are
+/// random rays, small pieces are not found.
 class SeededDomain : public LabelledDomain {
   public:
     SeededDomain(const LabelledDomain& domain, std::vector<Point> seeds)
@@ -58,7 +60,8 @@ class SeededDomain : public LabelledDomain {
     std::vector<Point> seeds_;
 };
 
-using Triangulation = CGAL::Mesh_triangulation_3<SeededDomain, CGAL::Default, CGAL::Sequential_tag>::type;
+using Triangulation =
+    CGAL::Mesh_triangulation_3<SeededDomain, CGAL::Default, CGAL::Sequential_tag>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
@@ -96,25 +99,29 @@ TetMesh all_tets(const Complex& complex) {
     return mesh;
 }
 
-int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVolumeOptions& options, int out) {
+int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVolumeOptions& options,
+                   int out) {
     CGAL::get_default_random() = CGAL::Random(1);  // else it is the time's
     const auto [low, high] = field.bounds();
     const Vector3 a = mm_per_m * low, b = mm_per_m * high;
     const double edge = mm_per_m * edge_length_m;
     const auto label_at = [&](const Point& p) { return field.label_at(metres(p)); };
     namespace p = CGAL::parameters;
-    const LabelledDomain labelled(p::function = label_at,
-                                  p::bounding_object = CGAL::Bbox_3(a[0], a[1], a[2], b[0], b[1], b[2]),
-                                  p::relative_error_bound = place_error * edge / ((b - a).norm() / 2));
+    const LabelledDomain labelled(
+        p::function = label_at,
+        p::bounding_object = CGAL::Bbox_3(a[0], a[1], a[2], b[0], b[1], b[2]),
+        p::relative_error_bound = place_error * edge / ((b - a).norm() / 2));
     std::vector<Point> seeds;
-    for (const Vector3& x :
-         field.interface_places(edge_length_m, seeds_a_piece, edge_length_m * edge_length_m * edge_length_m / 8))
+    for (const Vector3& x : field.interface_places(
+             edge_length_m, seeds_a_piece, edge_length_m * edge_length_m * edge_length_m / 8))
         seeds.emplace_back(mm_per_m * x[0], mm_per_m * x[1], mm_per_m * x[2]);
     const SeededDomain domain(labelled, std::move(seeds));
     const SizeField on_surface{edge_length_m, surface_radius, 1, &options.shorter_at};
     const SizeField distance{edge_length_m, surface_distance, 1, &options.shorter_at};
-    const SizeField inside{edge_length_m, inside_radius, options.inside_growth, &options.shorter_at};
-    const Criteria criteria(p::facet_angle = least_angle_deg, p::facet_size = on_surface, p::facet_distance = distance,
+    const SizeField inside{edge_length_m, inside_radius, options.inside_growth,
+                           &options.shorter_at};
+    const Criteria criteria(p::facet_angle = least_angle_deg, p::facet_size = on_surface,
+                            p::facet_distance = distance,
                             p::cell_radius_edge_ratio = radius_edge_ratio, p::cell_size = inside);
     Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, p::no_perturb(), p::no_exude());
     const double seconds = options.time_limit_s / 4, bound = options.least_dihedral_deg;
@@ -125,13 +132,16 @@ int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVol
 
 }  // namespace
 
-TetMesh fill_labels(const LabelField& field, double edge_length_m, const LabelVolumeOptions& options) {
-    if (!(edge_length_m > 0)) fail("CGAL: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
+TetMesh fill_labels(const LabelField& field, double edge_length_m,
+                    const LabelVolumeOptions& options) {
+    if (!(edge_length_m > 0))
+        fail("CGAL: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
     const ChildResult child =
-        options.run([&](int out) { return mesh_and_write(field, edge_length_m, options, out); }, options.time_limit_s);
+        options.run([&](int out) { return mesh_and_write(field, edge_length_m, options, out); },
+                    options.time_limit_s);
     if (child.end != ChildResult::End::returned)
-        fail("CGAL: no mesh of the labels from {} with edges of {:.2f} mm: {}", box_mm(field.bounds()), 1e3 * edge_length_m,
-             end_text(child, options.time_limit_s));
+        fail("CGAL: no mesh of the labels from {} with edges of {:.2f} mm: {}",
+             box_mm(field.bounds()), 1e3 * edge_length_m, end_text(child, options.time_limit_s));
     TetMesh mesh = unpacked_mesh(child.result, "CGAL");
     make_one_body(mesh);
     return mesh;

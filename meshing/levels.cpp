@@ -24,18 +24,20 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// tets = c V / h^3 for the edge length h that remeshing is asked for: 4.57 to 5.43 on six organs and an elephant at
-/// 60,000 and 360,000 tets, so that the first guess is within the usual tolerance for all of them. It is less than the
-/// 6 sqrt(2) of regular tets since edges inside grow. Only the first guess depends on it.
+/// tets = c V / h^3 for the edge length h that remeshing is asked for: 4.57 to 5.43 on six organs
+/// and an elephant at 60,000 and 360,000 tets, so that the first guess is within the usual
+/// tolerance for all of them. It is less than the 6 sqrt(2) of regular tets since edges inside
+/// grow. Only the first guess depends on it.
 constexpr double tets_per_cubed_edge = 4.98;
-/// The same where tets are made from labels: 5.5 on a liver with tumours, 10 where many thin organs meet.
+/// The same where tets are made from labels: 5.5 on a liver with tumours, 10 where many thin organs
+/// meet.
 constexpr double tets_per_cubed_edge_of_labels = 5.6;
 
 /// A level is coarser than the one before it if it has at most this part of its tets.
 constexpr double coarser = 0.75;
 
-/// A level that comes out badly is tried again with slightly other edges: a sharp crease of the remeshed surface, which
-/// the filling has to keep, mostly lies otherwise then.
+/// A level that comes out badly is tried again with slightly other edges: a sharp crease of the
+/// remeshed surface, which the filling has to keep, mostly lies otherwise then.
 constexpr int shape_tries = 4;
 constexpr double other_edges = 0.93;
 
@@ -48,8 +50,8 @@ constexpr int volume_steps = 4;
 /// The optimiser aims so many degrees higher than the least angle that is accepted.
 constexpr double aim_over_bound_deg = 5;
 
-/// The finest level's volume is within this of the body's, relative; where a coarser one misses it by more than the
-/// second, the user is told.
+/// The finest level's volume is within this of the body's, relative; where a coarser one misses it
+/// by more than the second, the user is told.
 constexpr double volume_limit = 0.01, volume_worth_a_note = 0.1;
 
 /// How fast edges grow away from where they are asked to be short.
@@ -65,29 +67,34 @@ TriangleMesh boundary_surface(const TetMesh& mesh) {
     return largest_part(surface);
 }
 
-/// `remesh_surface` in a child process of `seconds_left`, which get less by what it takes: CGAL's ways out of
-/// self-intersections can take for ever.
-TriangleMesh remesh_apart(const TriangleMesh& from, double& edge_length_m, int iterations, int tries,
-                          const EdgeLengthField& shorter_at, double& seconds_left) {
+/// `remesh_surface` in a child process of `seconds_left`, which get less by what it takes: CGAL's
+/// ways out of self-intersections can take for ever.
+TriangleMesh remesh_apart(const TriangleMesh& from, double& edge_length_m, int iterations,
+                          int tries, const EdgeLengthField& shorter_at, double& seconds_left) {
     const ChildResult child = run_in_child(
         [&](int out) {
-            const TriangleMesh surface = remesh_surface(from, edge_length_m, iterations, tries, shorter_at);
+            const TriangleMesh surface =
+                remesh_surface(from, edge_length_m, iterations, tries, shorter_at);
             TetMesh parcel;  // a surface travels as a mesh without tets
             parcel.nodes = surface.nodes;
             parcel.triangle_sets["surface"] = surface.triangles;
-            return write_all(out, &edge_length_m, sizeof edge_length_m) && write_mesh(out, parcel) ? 0 : 1;
+            return write_all(out, &edge_length_m, sizeof edge_length_m) && write_mesh(out, parcel)
+                       ? 0
+                       : 1;
         },
         seconds_left);
     if (child.end == ChildResult::End::failed) {
-        const std::string words = last_words(child.log), mark = "Error   : ";  // as a child says what was thrown
+        const std::string words = last_words(child.log),
+                          mark = "Error   : ";  // as a child says what was thrown
         fail("{}", words.starts_with(mark) ? words.substr(mark.size()) : words);
     }
     if (child.end != ChildResult::End::returned || child.result.size() < sizeof edge_length_m)
-        fail("surface: remeshing it from {} to edges of {:.2f} mm {}", box_mm(from.nodes), 1e3 * edge_length_m,
-             end_text(child, seconds_left));
+        fail("surface: remeshing it from {} to edges of {:.2f} mm {}", box_mm(from.nodes),
+             1e3 * edge_length_m, end_text(child, seconds_left));
     seconds_left -= child.seconds;
     std::memcpy(&edge_length_m, child.result.data(), sizeof edge_length_m);
-    TetMesh parcel = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m), "the remeshed surface");
+    TetMesh parcel = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m),
+                                   "the remeshed surface");
     return {std::move(parcel.nodes), std::move(parcel.triangle_sets.at("surface"))};
 }
 
@@ -99,8 +106,8 @@ struct Maker {
     const Materials& materials;
     NearestTriangle body{surface.nodes, surface.triangles};
     double body_volume = materials.volume_m3.value_or(signed_volume(surface));
-    TriangleMesh
-        finest{};  ///< the finest level's surface, once there: coarser levels are remeshed from it, which is quick
+    TriangleMesh finest{};  ///< the finest level's surface, once there: coarser levels are remeshed
+                            ///< from it, which is quick
     std::optional<NearestTriangle> finer_at{};
     mutable std::optional<LabelField> labels{};
 
@@ -109,17 +116,21 @@ struct Maker {
         return *labels;
     }
 
-    /// The first of at most `shape_tries` tries that is good enough. `scale`: edges over those of the finest level.
+    /// The first of at most `shape_tries` tries that is good enough. `scale`: edges over those of
+    /// the finest level.
     Level make(double edge_length_m, double scale) const {
         const auto start = Clock::now();
         std::vector<std::string> dropped;
         TriangleMesh tried = surface;
         const auto passed = [&] { return seconds_since(start); };
         int tries_of_labels = 0;
-        for (int tries = 0; tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
+        for (int tries = 0;
+             tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
             const bool from_labels =
-                materials.several || (materials.field && (tries >= surface_tries || passed() > surface_patience_s));
-            const double edge = edge_length_m * std::pow(other_edges, from_labels ? tries_of_labels++ : tries);
+                materials.several ||
+                (materials.field && (tries >= surface_tries || passed() > surface_patience_s));
+            const double edge =
+                edge_length_m * std::pow(other_edges, from_labels ? tries_of_labels++ : tries);
             const double time_left = options.gmsh_time_limit_s - passed();
             try {
                 Level level = from_labels ? make_from_labels(edge, scale, time_left, tried)
@@ -133,7 +144,8 @@ struct Maker {
                 dropped.push_back(fmt::format("edges of {:.2f} mm: {}", 1e3 * edge, error.what()));
             }
         }
-        throw MeshingFailure(fmt::format("no mesh in {} tries; {}", dropped.size(), dropped.back()), std::move(tried));
+        throw MeshingFailure(fmt::format("no mesh in {} tries; {}", dropped.size(), dropped.back()),
+                             std::move(tried));
     }
 
     /// The edge length at places on the surface, where it is not the same for all.
@@ -142,25 +154,29 @@ struct Maker {
         return [=, this](const Vector3& x) {
             double length = edge_length_m;
             if (finer_at)
-                length =
-                    std::min(length, options.finer_at_ratio * edge_length_m + gradation * finer_at->find(x).distance);
+                length = std::min(length, options.finer_at_ratio * edge_length_m +
+                                              gradation * finer_at->find(x).distance);
             for (const FineSphere& s : options.finer)
                 length = std::min(
-                    length, scale * s.edge_length_m + gradation * std::max((x - s.centre).norm() - s.radius_m, 0.0));
+                    length, scale * s.edge_length_m +
+                                gradation * std::max((x - s.centre).norm() - s.radius_m, 0.0));
             return length;
         };
     }
 
     /// Throws Error, with the place, where the level is not good enough; `tried` gets its surface.
-    Level make_from_surface(double edge_length_m, double scale, double time_limit_s, TriangleMesh& tried) const {
+    Level make_from_surface(double edge_length_m, double scale, double time_limit_s,
+                            TriangleMesh& tried) const {
         Level level;
         LevelReport& report = level.report;
         const TriangleMesh& from = finest.nodes.empty() ? surface : finest;
         const EdgeLengthField shorter_at = on_surface(edge_length_m, scale);
         tried = from;
-        const int tries = std::min(options.remesh_tries, materials.field ? remesh_tries_with_labels : 1 << 30);
+        const int tries =
+            std::min(options.remesh_tries, materials.field ? remesh_tries_with_labels : 1 << 30);
         double edge = edge_length_m;
-        tried = remesh_apart(from, edge, options.remesh_iterations, tries, shorter_at, time_limit_s);
+        tried =
+            remesh_apart(from, edge, options.remesh_iterations, tries, shorter_at, time_limit_s);
         report.edge_length_m = edge;
         GmshOptions filling = gmsh;
         filling.time_limit_s = time_limit_s;
@@ -177,8 +193,10 @@ struct Maker {
         level.mesh = fill_surface(tried, edge, filling, &report.filled_by);
         if (options.min_dihedral_deg > 0) {
             TetMesh filled = level.mesh;
-            report.optimise = raise_dihedral_angles(level.mesh, body, options.min_dihedral_deg + aim_over_bound_deg);
-            // In plates as thin as the tets' angles allow, better angles cost volume: what was good enough stays.
+            report.optimise = raise_dihedral_angles(level.mesh, body,
+                                                    options.min_dihedral_deg + aim_over_bound_deg);
+            // In plates as thin as the tets' angles allow, better angles cost volume: what was good
+            // enough stays.
             if (std::abs(volume(level.mesh) / volume(filled) - 1) > volume_limit / 2 &&
                 measure_quality(filled).min_dihedral_deg >= options.min_dihedral_deg) {
                 level.mesh = std::move(filled);
@@ -190,7 +208,8 @@ struct Maker {
     }
 
     /// The same from the labels, whose interfaces the tets share.
-    Level make_from_labels(double edge_length_m, double scale, double time_limit_s, TriangleMesh& tried) const {
+    Level make_from_labels(double edge_length_m, double scale, double time_limit_s,
+                           TriangleMesh& tried) const {
         Level level;
         LevelReport& report = level.report;
         const double bound = options.min_dihedral_deg, aim = bound + aim_over_bound_deg;
@@ -225,7 +244,8 @@ struct Maker {
         check_tet_mesh(level.mesh, "the level");
         report.quality = measure_quality(level.mesh);
         tried = boundary_surface(level.mesh);
-        if (const auto& worst = report.quality.worst.front(); worst.min_dihedral_deg < options.min_dihedral_deg)
+        if (const auto& worst = report.quality.worst.front();
+            worst.min_dihedral_deg < options.min_dihedral_deg)
             fail("the tet at {} has a dihedral angle of {:.2f} degrees, expected {:.1f} at least",
                  place_mm(worst.place), worst.min_dihedral_deg, options.min_dihedral_deg);
         if (const SelfIntersections cuts = find_self_intersections(tried); cuts.pairs > 0)
@@ -234,22 +254,26 @@ struct Maker {
         report.distance = hausdorff_distance(tried, surface, body);
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
             fail(
-                "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from it, by {:.2f} mm, "
+                "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from "
+                "it, by {:.2f} mm, "
                 "at {}",
-                1e6 * report.quality.volume_m3, 1e6 * body_volume, 1e3 * report.distance.from_body.max_m,
+                1e6 * report.quality.volume_m3, 1e6 * body_volume,
+                1e3 * report.distance.from_body.max_m,
                 place_mm(report.distance.from_body.farthest));
         sort_for_locality(level.mesh);
     }
 };
 
 /// The finest level, at the edge length that gives about the number of tets asked for.
-Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std::function<void(int)>& tell) {
+Level find_finest(const Maker& maker, std::vector<std::string>& notes,
+                  const std::function<void(int)>& tell) {
     const MeshingOptions& o = maker.options;
     const double target = static_cast<double>(o.target_tets);
     const auto miss = [&](const Level& level) {
         return std::abs(std::log(static_cast<double>(level.report.quality.tets) / target));
     };
-    const double density = maker.materials.several ? tets_per_cubed_edge_of_labels : tets_per_cubed_edge;
+    const double density =
+        maker.materials.several ? tets_per_cubed_edge_of_labels : tets_per_cubed_edge;
     double edge_length = std::cbrt(density * maker.body_volume / target);
     Level best;
     double seconds = 0;
@@ -277,32 +301,36 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes, const std
     best.report.seconds = seconds;
     best.report.dropped = std::move(dropped);
     if (miss(best) > std::log1p(o.target_tolerance))
-        notes.push_back(fmt::format("level 0: of the meshes tried the nearest to {} tets has {}", o.target_tets,
-                                    best.report.quality.tets));
+        notes.push_back(fmt::format("level 0: of the meshes tried the nearest to {} tets has {}",
+                                    o.target_tets, best.report.quality.tets));
     return best;
 }
 
 std::size_t level_count(const MeshingOptions& o, std::int64_t finest_tets) {
     if (!o.edge_lengths_mm.empty()) return o.edge_lengths_mm.size();
-    return static_cast<std::size_t>(o.levels > 0 ? o.levels : automatic_levels(finest_tets, o.coarsening));
+    return static_cast<std::size_t>(o.levels > 0 ? o.levels
+                                                 : automatic_levels(finest_tets, o.coarsening));
 }
 
 std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result) {
     std::vector<std::string> edges;
     for (const LevelReport& level : result.levels)
         edges.push_back(fmt::format("{:.3f}", 1e3 * level.edge_length_m));
-    const std::string way = result.materials.empty()
-                                ? fmt::format("remeshed from one surface to edges of {} mm, filled by Gmsh (API {})",
-                                              fmt::join(edges, ", "), gmsh_version())
-                                : fmt::format("made from {} labels with edges of {} mm by CGAL {}",
-                                              result.materials.size(), fmt::join(edges, ", "), cgal_version());
-    std::string text = fmt::format("levels {}; target_tets {}, coarsening {}, optimise_passes {}, min_dihedral_deg {}", way,
-                                   o.target_tets, o.coarsening, o.optimise_passes, o.min_dihedral_deg);
+    const std::string way =
+        result.materials.empty()
+            ? fmt::format("remeshed from one surface to edges of {} mm, filled by Gmsh (API {})",
+                          fmt::join(edges, ", "), gmsh_version())
+            : fmt::format("made from {} labels with edges of {} mm by CGAL {}",
+                          result.materials.size(), fmt::join(edges, ", "), cgal_version());
+    std::string text = fmt::format(
+        "levels {}; target_tets {}, coarsening {}, optimise_passes {}, min_dihedral_deg {}", way,
+        o.target_tets, o.coarsening, o.optimise_passes, o.min_dihedral_deg);
     if (o.inside_growth) text += fmt::format(", inside_growth {}", *o.inside_growth);
     for (const FineSphere& s : o.finer)
-        text += fmt::format(", edges of {:.3f} mm within {:.3f} mm of {}", 1e3 * s.edge_length_m, 1e3 * s.radius_m,
-                            place_mm(s.centre));
-    if (!o.finer_at.triangles.empty()) text += fmt::format(", edges at the mask's border times {}", o.finer_at_ratio);
+        text += fmt::format(", edges of {:.3f} mm within {:.3f} mm of {}", 1e3 * s.edge_length_m,
+                            1e3 * s.radius_m, place_mm(s.centre));
+    if (!o.finer_at.triangles.empty())
+        text += fmt::format(", edges at the mask's border times {}", o.finer_at_ratio);
     return text;
 }
 
@@ -311,16 +339,17 @@ void note_missing(HierarchyResult& result, const TetMesh& finest) {
     const auto volumes = region_volumes(finest);
     for (const LabelField::Material& m : result.materials)
         if (!volumes.contains(m.label))
-            result.notes.push_back(
-                fmt::format("label {}: its {:.2f} ml are too small or thin for level 0: its place is "
-                            "its neighbours'",
-                            m.label, 1e6 * m.voxels_m3));
+            result.notes.push_back(fmt::format(
+                "label {}: its {:.2f} ml are too small or thin for level 0: its place is "
+                "its neighbours'",
+                m.label, 1e6 * m.voxels_m3));
 }
 
 }  // namespace
 
 HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
-                                const ProgressCallback& progress, const GmshOptions& gmsh, const Materials& materials) {
+                                const ProgressCallback& progress, const GmshOptions& gmsh,
+                                const Materials& materials) {
     check_options(options);
     const auto tell = [&](double fraction, const std::string& what) {
         if (progress) progress(fraction, what);
@@ -343,13 +372,14 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         for (const std::string& line : level.report.dropped)
             result.notes.push_back(fmt::format("level {}: not taken: {}", meshes.size(), line));
         if (level.report.filled_by.find('(') != std::string::npos)
-            result.notes.push_back(fmt::format("level {}: filled by {}", meshes.size(), level.report.filled_by));
-        if (!materials.several && !level.mesh.regions.empty())
             result.notes.push_back(
-                fmt::format("level {}: made by {}, not from their surface", meshes.size(), level.report.filled_by));
+                fmt::format("level {}: filled by {}", meshes.size(), level.report.filled_by));
+        if (!materials.several && !level.mesh.regions.empty())
+            result.notes.push_back(fmt::format("level {}: made by {}, not from their surface",
+                                               meshes.size(), level.report.filled_by));
         if (!(std::abs(level.report.volume_ratio - 1) <= volume_worth_a_note))
-            result.notes.push_back(fmt::format("level {}: holds {:.0f} % of the body's volume", meshes.size(),
-                                               100 * level.report.volume_ratio));
+            result.notes.push_back(fmt::format("level {}: holds {:.0f} % of the body's volume",
+                                               meshes.size(), 100 * level.report.volume_ratio));
         meshes.push_back(std::move(level.mesh));
         result.levels.push_back(std::move(level.report));
     };
@@ -365,23 +395,26 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     note_missing(result, meshes.front());
     const std::size_t count = level_count(options, result.levels.front().quality.tets);
     for (std::size_t l = 1; l < count; ++l) {
-        tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count), fmt::format("level {}", l));
-        const double edge = edges.empty() ? result.levels.front().asked_edge_length_m * std::pow(options.coarsening, l)
+        tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count),
+             fmt::format("level {}", l));
+        const double edge = edges.empty() ? result.levels.front().asked_edge_length_m *
+                                                std::pow(options.coarsening, l)
                                           : 1e-3 * edges[l];
         Level level;
         try {
             level = maker.make(edge, std::pow(options.coarsening, l));
         } catch (const MeshingFailure& failure) {
-            result.notes.push_back(fmt::format("level {} of {:.2f} mm edges: left out, and what would be coarser: {}",
-                                               l, 1e3 * edge, failure.what()));
+            result.notes.push_back(
+                fmt::format("level {} of {:.2f} mm edges: left out, and what would be coarser: {}",
+                            l, 1e3 * edge, failure.what()));
             break;
         }
         const auto finer = static_cast<double>(meshes.back().tets.size());
         if (static_cast<double>(level.mesh.tets.size()) > coarser * finer) {
-            result.notes.push_back(
-                fmt::format("level {} of {:.2f} mm edges has {} tets, not fewer than {:.0f} % of the {} "
-                            "before it: left out, and what would be coarser",
-                            l, 1e3 * edge, level.mesh.tets.size(), 100 * coarser, finer));
+            result.notes.push_back(fmt::format(
+                "level {} of {:.2f} mm edges has {} tets, not fewer than {:.0f} % of the {} "
+                "before it: left out, and what would be coarser",
+                l, 1e3 * edge, level.mesh.tets.size(), 100 * coarser, finer));
             break;
         }
         take(std::move(level));
@@ -393,18 +426,21 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
 }
 
 std::string level_table(std::span<const LevelReport> levels, std::size_t first) {
-    std::string text = fmt::format("{:>5} {:>8} {:>9} {:>24} {:>24} {:>33} {:>9} {:>6}\n", "level", "edges/mm",
-                                   "volume/%", "to the surface mean/max/mm", "from it mean/max/mm",
-                                   "moves/flips/collapses/peeled", "fillings", "s");
+    std::string text =
+        fmt::format("{:>5} {:>8} {:>9} {:>24} {:>24} {:>33} {:>9} {:>6}\n", "level", "edges/mm",
+                    "volume/%", "to the surface mean/max/mm", "from it mean/max/mm",
+                    "moves/flips/collapses/peeled", "fillings", "s");
     for (std::size_t l = 0; l < levels.size(); ++l) {
         const LevelReport& r = levels[l];
         const OptimiseReport& o = r.optimise;
         text += fmt::format(
-            "{:>5} {:>8.2f} {:>9.2f} {:>15.3f} / {:>8.3f} {:>13.3f} / {:>8.3f} {:>9} / {:>5} / {:>5} / {:>5} {:>9} "
+            "{:>5} {:>8.2f} {:>9.2f} {:>15.3f} / {:>8.3f} {:>13.3f} / {:>8.3f} {:>9} / {:>5} / "
+            "{:>5} / {:>5} {:>9} "
             "{:>6.1f}\n",
-            first + l, 1e3 * r.edge_length_m, 100 * (r.volume_ratio - 1), 1e3 * r.distance.to_body.mean_m,
-            1e3 * r.distance.to_body.max_m, 1e3 * r.distance.from_body.mean_m, 1e3 * r.distance.from_body.max_m,
-            o.moves, o.flips, o.collapses, o.peeled_tets, r.fillings, r.seconds);
+            first + l, 1e3 * r.edge_length_m, 100 * (r.volume_ratio - 1),
+            1e3 * r.distance.to_body.mean_m, 1e3 * r.distance.to_body.max_m,
+            1e3 * r.distance.from_body.mean_m, 1e3 * r.distance.from_body.max_m, o.moves, o.flips,
+            o.collapses, o.peeled_tets, r.fillings, r.seconds);
     }
     return text;
 }

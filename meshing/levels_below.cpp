@@ -10,17 +10,21 @@ namespace livetet {
 
 namespace {
 
-/// Of each tet of `coarse`: the region of the tet of `fine` that its centre lies in, or is nearest to.
+/// Of each tet of `coarse`: the region of the tet of `fine` that its centre lies in, or is nearest
+/// to.
 std::vector<std::int32_t> regions_at_centres(const TetMesh& coarse, const TetMesh& fine) {
     std::map<Tet, std::int32_t> region_of_corners;
     const auto sorted = [](Tet t) {
         std::sort(t.begin(), t.end());
         return t;
     };
-    for (std::size_t e = 0; e < fine.tets.size(); ++e) region_of_corners[sorted(fine.tets[e])] = fine.regions[e];
+    for (std::size_t e = 0; e < fine.tets.size(); ++e)
+        region_of_corners[sorted(fine.tets[e])] = fine.regions[e];
     std::vector<Vector3> centres;
     for (const Tet& t : coarse.tets)
-        centres.push_back((coarse.nodes[t[0]] + coarse.nodes[t[1]] + coarse.nodes[t[2]] + coarse.nodes[t[3]]) / 4);
+        centres.push_back(
+            (coarse.nodes[t[0]] + coarse.nodes[t[1]] + coarse.nodes[t[2]] + coarse.nodes[t[3]]) /
+            4);
     const BarycentricMap map = map_into(fine, centres);
     std::vector<std::int32_t> regions;
     for (const auto& corners : map.nodes) regions.push_back(region_of_corners.at(sorted(corners)));
@@ -29,9 +33,11 @@ std::vector<std::int32_t> regions_at_centres(const TetMesh& coarse, const TetMes
 
 }  // namespace
 
-HierarchyResult levels_below(TetMesh finest, MeshingOptions options, const ProgressCallback& progress) {
+HierarchyResult levels_below(TetMesh finest, MeshingOptions options,
+                             const ProgressCallback& progress) {
     const auto finest_tets = static_cast<double>(finest.tets.size());
-    options.target_tets = std::max<std::int64_t>(least_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
+    options.target_tets = std::max<std::int64_t>(
+        least_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
     --options.levels;
     HierarchyResult result;
     std::vector<TetMesh> levels;
@@ -43,7 +49,9 @@ HierarchyResult levels_below(TetMesh finest, MeshingOptions options, const Progr
         result.notes.push_back(fmt::format("no level below that of the file: {}", failure.what()));
     }
     if (!levels.empty() && static_cast<double>(levels.front().tets.size()) >= finest_tets) {
-        result.notes.push_back(fmt::format("no level below that of the file: the coarsest that could be made has {} tets", levels.front().tets.size()));
+        result.notes.push_back(fmt::format(
+            "no level below that of the file: the coarsest that could be made has {} tets",
+            levels.front().tets.size()));
         levels.clear();
     }
     if (!finest.regions.empty())

@@ -12,7 +12,8 @@ namespace {
 
 constexpr int bits = 20;  // along each axis
 
-/// Distance along the Hilbert curve of a cell; Skilling's transform, then the bits of the axes interleaved.
+/// Distance along the Hilbert curve of a cell; Skilling's transform, then the bits of the axes
+/// interleaved.
 std::uint64_t hilbert_index(std::array<std::uint32_t, 3> x) {
     for (std::uint32_t q = 1u << (bits - 1); q > 1; q >>= 1) {
         const std::uint32_t p = q - 1;
@@ -45,17 +46,22 @@ std::vector<std::int32_t> order_of_nodes(const std::vector<Vector3>& nodes) {
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         std::array<std::uint32_t, 3> cell{};
         for (int d = 0; d < 3; ++d)
-            cell[d] = static_cast<std::uint32_t>((nodes[n][d] - box.min()[d]) / extent * ((1u << bits) - 1));
+            cell[d] = static_cast<std::uint32_t>((nodes[n][d] - box.min()[d]) / extent *
+                                                 ((1u << bits) - 1));
         key[n] = hilbert_index(cell);
     }
     std::vector<std::int32_t> order(nodes.size());
     std::iota(order.begin(), order.end(), 0);
-    const auto rank = [&](std::int32_t n) { return std::tuple(key[n], nodes[n].x(), nodes[n].y(), nodes[n].z(), n); };
-    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return rank(a) < rank(b); });
+    const auto rank = [&](std::int32_t n) {
+        return std::tuple(key[n], nodes[n].x(), nodes[n].y(), nodes[n].z(), n);
+    };
+    std::sort(order.begin(), order.end(),
+              [&](std::int32_t a, std::int32_t b) { return rank(a) < rank(b); });
     return order;
 }
 
-/// The even permutation of a tet's nodes that brings its lowest node to the front and the second lowest next.
+/// The even permutation of a tet's nodes that brings its lowest node to the front and the second
+/// lowest next.
 Tet canonical(Tet t) {
     const auto low = std::min_element(t.begin(), t.end()) - t.begin();
     if (low != 0) {

@@ -18,14 +18,16 @@ namespace livetet {
 namespace {
 
 constexpr int most_passes = 12;
-constexpr double crease_slack = 0.05;   ///< of a node's mean edge: how far it may leave the body's surface
-constexpr double turned_normal = 0.5;   ///< cosine: a boundary triangle may not turn further in one move
+constexpr double crease_slack =
+    0.05;  ///< of a node's mean edge: how far it may leave the body's surface
+constexpr double turned_normal =
+    0.5;  ///< cosine: a boundary triangle may not turn further in one move
 constexpr std::size_t widest_ring = 7;  ///< tets about an edge that is removed
 constexpr double least_gain = 1e-4;     ///< of `shape`, for a move to be worth it
 constexpr double inverted = -2;         ///< worse than any angle
 
-/// Minus the cosine of the least dihedral angle, which grows with it; `inverted` for no or negative volume. The outward
-/// normals n_i, n_j of two faces make the angle acos(-n_i . n_j).
+/// Minus the cosine of the least dihedral angle, which grows with it; `inverted` for no or negative
+/// volume. The outward normals n_i, n_j of two faces make the angle acos(-n_i . n_j).
 double shape(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) {
     const Vector3 ab = b - a, ac = c - a, ad = d - a;
     if (!(ab.dot(ac.cross(ad)) > 0)) return inverted;
@@ -62,7 +64,8 @@ class Optimiser {
         for (int pass = 0; pass < most_passes; ++pass) {
             Star poor;
             for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
-                if (alive_[t] && shape(mesh_.tets[t]) < aim_) poor.push_back(static_cast<std::int32_t>(t));
+                if (alive_[t] && shape(mesh_.tets[t]) < aim_)
+                    poor.push_back(static_cast<std::int32_t>(t));
             bool changed = false;
             for (const std::int32_t t : poor)
                 if (alive_[t] && shape(mesh_.tets[t]) < aim_) changed |= improve(t);
@@ -75,7 +78,8 @@ class Optimiser {
 
   private:
     double shape(const Tet& t) const {
-        return livetet::shape(mesh_.nodes[t[0]], mesh_.nodes[t[1]], mesh_.nodes[t[2]], mesh_.nodes[t[3]]);
+        return livetet::shape(mesh_.nodes[t[0]], mesh_.nodes[t[1]], mesh_.nodes[t[2]],
+                              mesh_.nodes[t[3]]);
     }
 
     double worst_of(const Star& tets) const {
@@ -84,20 +88,27 @@ class Optimiser {
         return worst;
     }
 
-    static bool has(const Tet& t, std::int32_t n) { return std::find(t.begin(), t.end(), n) != t.end(); }
+    static bool has(const Tet& t, std::int32_t n) {
+        return std::find(t.begin(), t.end(), n) != t.end();
+    }
 
     /// The tets that hold all of these nodes.
     Star tets_with(std::initializer_list<std::int32_t> nodes) const {
         Star found;
         for (const std::int32_t t : stars_[*nodes.begin()])
-            if (std::all_of(nodes.begin(), nodes.end(), [&](std::int32_t n) { return has(mesh_.tets[t], n); }))
+            if (std::all_of(nodes.begin(), nodes.end(),
+                            [&](std::int32_t n) { return has(mesh_.tets[t], n); }))
                 found.push_back(t);
         return found;
     }
 
-    std::int32_t region(std::int32_t t) const { return mesh_.regions.empty() ? 1 : mesh_.regions[t]; }
+    std::int32_t region(std::int32_t t) const {
+        return mesh_.regions.empty() ? 1 : mesh_.regions[t];
+    }
 
-    bool exposed(std::int32_t a, std::int32_t b, std::int32_t c) const { return tets_with({a, b, c}).size() == 1; }
+    bool exposed(std::int32_t a, std::int32_t b, std::int32_t c) const {
+        return tets_with({a, b, c}).size() == 1;
+    }
 
     /// Whether a region ends at the triangle.
     bool on_boundary(std::int32_t a, std::int32_t b, std::int32_t c) const {
@@ -130,7 +141,8 @@ class Optimiser {
                 if (f[0] != n && f[1] != n && f[2] != n) continue;
                 const Star both = tets_with({f[0], f[1], f[2]});
                 const std::int32_t here = region(t);
-                const std::int32_t there = both.size() == 1 ? 0 : region(both[0] == t ? both[1] : both[0]);
+                const std::int32_t there =
+                    both.size() == 1 ? 0 : region(both[0] == t ? both[1] : both[0]);
                 if (both.size() == 1 || here < there) found.push_back({f, patch_of(here, there)});
             }
         }
@@ -140,7 +152,8 @@ class Optimiser {
     static std::vector<Patch> patches_of(const std::vector<BoundaryTriangle>& triangles) {
         std::vector<Patch> patches;
         for (const BoundaryTriangle& f : triangles)
-            if (std::find(patches.begin(), patches.end(), f.patch) == patches.end()) patches.push_back(f.patch);
+            if (std::find(patches.begin(), patches.end(), f.patch) == patches.end())
+                patches.push_back(f.patch);
         return patches;
     }
 
@@ -150,7 +163,8 @@ class Optimiser {
     }
 
     void add(const Tet& tet, std::int32_t region) {
-        for (const std::int32_t n : tet) stars_[n].push_back(static_cast<std::int32_t>(mesh_.tets.size()));
+        for (const std::int32_t n : tet)
+            stars_[n].push_back(static_cast<std::int32_t>(mesh_.tets.size()));
         mesh_.tets.push_back(tet);
         if (!mesh_.regions.empty()) mesh_.regions.push_back(region);
         alive_.push_back(true);
@@ -161,8 +175,8 @@ class Optimiser {
         for (const std::int32_t n : mesh_.tets[t]) std::erase(stars_[n], t);
     }
 
-    /// Puts `fresh` in the place of `old` if their least angle is greater; `regions`: theirs, where those of `old`
-    /// differ.
+    /// Puts `fresh` in the place of `old` if their least angle is greater; `regions`: theirs, where
+    /// those of `old` differ.
     bool replace(const Star& old, const std::vector<Tet>& fresh, std::int64_t& count,
                  const std::vector<std::int32_t>& regions = {}) {
         const double worst = worst_of(old);
@@ -170,7 +184,8 @@ class Optimiser {
             if (shape(t) <= worst) return false;
         const std::int32_t common = region(old[0]);
         for (const std::int32_t t : old) remove(t);
-        for (std::size_t i = 0; i < fresh.size(); ++i) add(fresh[i], regions.empty() ? common : regions[i]);
+        for (std::size_t i = 0; i < fresh.size(); ++i)
+            add(fresh[i], regions.empty() ? common : regions[i]);
         ++count;
         return true;
     }
@@ -191,16 +206,21 @@ class Optimiser {
         return moved;
     }
 
-    /// Whether a tet is so flat that its faces with edge a b and those with edge c d are nearly in one plane.
+    /// Whether a tet is so flat that its faces with edge a b and those with edge c d are nearly in
+    /// one plane.
     bool flat(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) const {
         const Vector3 ab = mesh_.nodes[b] - mesh_.nodes[a], cd = mesh_.nodes[d] - mesh_.nodes[c];
         const Vector3 across = ab.cross(cd).normalized();
-        return std::abs(across.dot(mesh_.nodes[c] - mesh_.nodes[a])) <= crease_slack * (ab.norm() + cd.norm());
+        return std::abs(across.dot(mesh_.nodes[c] - mesh_.nodes[a])) <=
+               crease_slack * (ab.norm() + cd.norm());
     }
 
-    /// Asks `take` with the nodes a, b, c, d of the tet for each of its edges a b, the others behind, until it is true.
+    /// Asks `take` with the nodes a, b, c, d of the tet for each of its edges a b, the others
+    /// behind, until it is true.
     bool any_edge(const Tet& tet, const auto& take) {
-        if (std::count_if(tet.begin(), tet.end(), [&](std::int32_t n) { return on_surface_[n]; }) < 4) return false;
+        if (std::count_if(tet.begin(), tet.end(), [&](std::int32_t n) { return on_surface_[n]; }) <
+            4)
+            return false;
         for (const auto& [i, j] : tet_edges) {
             const int k = i != 0 && j != 0 ? 0 : i != 1 && j != 1 ? 1 : 2;
             if (take(tet[i], tet[j], tet[k], tet[6 - i - j - k])) return true;
@@ -210,34 +230,40 @@ class Optimiser {
 
     /// Leaves out a tet whose two faces on the boundary of the whole are nearly in one plane.
     bool peel(std::int32_t t) {
-        return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
-            if (!exposed(a, b, c) || !exposed(a, b, d) || on_boundary(c, d) || !flat(a, b, c, d)) return false;
+        return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c,
+                                                std::int32_t d) {
+            if (!exposed(a, b, c) || !exposed(a, b, d) || on_boundary(c, d) || !flat(a, b, c, d))
+                return false;
             remove(t);
             ++report.peeled_tets;
             return true;
         });
     }
 
-    /// Gives a tet whose two faces towards another region are nearly in one plane to that region, if the edge between
-    /// them, which then lies inside of it, can be removed.
+    /// Gives a tet whose two faces towards another region are nearly in one plane to that region,
+    /// if the edge between them, which then lies inside of it, can be removed.
     bool hand_over(std::int32_t t) {
         if (mesh_.regions.empty()) return false;
         const auto other_side = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
             const Star both = tets_with({a, b, c});
             return both.size() == 1 ? region(t) : region(both[0] == t ? both[1] : both[0]);
         };
-        return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
-            const std::int32_t before = region(t), after = other_side(a, b, c);
-            if (after == before || other_side(a, b, d) != after || on_boundary(c, d) || !flat(a, b, c, d)) return false;
-            mesh_.regions[t] = after;
-            if (remove_edge(a, b)) return true;
-            mesh_.regions[t] = before;
-            return false;
-        });
+        return any_edge(Tet(mesh_.tets[t]),
+                        [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+                            const std::int32_t before = region(t), after = other_side(a, b, c);
+                            if (after == before || other_side(a, b, d) != after ||
+                                on_boundary(c, d) || !flat(a, b, c, d))
+                                return false;
+                            mesh_.regions[t] = after;
+                            if (remove_edge(a, b)) return true;
+                            mesh_.regions[t] = before;
+                            return false;
+                        });
     }
 
-    /// Takes the edge a b and the tets about it away: the best triangles of their ring's polygon are joined with a and
-    /// with b (G. Klincsek, Minimal triangulations of polygonal domains, 1980).
+    /// Takes the edge a b and the tets about it away: the best triangles of their ring's polygon
+    /// are joined with a and with b (G. Klincsek, Minimal triangulations of polygonal domains,
+    /// 1980).
     bool remove_edge(std::int32_t a, std::int32_t b) {
         const Star old = tets_with({a, b});
         const std::size_t n = old.size();
@@ -253,8 +279,8 @@ class Optimiser {
         }
         std::vector<std::int32_t> ring{sides[0][0]};
         while (ring.size() < n) {
-            const auto next =
-                std::find_if(sides.begin(), sides.end(), [&](const auto& s) { return s[0] == ring.back(); });
+            const auto next = std::find_if(sides.begin(), sides.end(),
+                                           [&](const auto& s) { return s[0] == ring.back(); });
             if (next == sides.end()) return false;
             ring.push_back((*next)[1]);
         }
@@ -267,8 +293,9 @@ class Optimiser {
                 best[i][j] = inverted;
                 apex[i][j] = i + 1;
                 for (std::size_t k = i + 1; k < j; ++k) {
-                    const double worst = std::min({best[i][k], best[k][j], shape({ring[i], ring[k], ring[j], b}),
-                                                   shape({ring[i], ring[j], ring[k], a})});
+                    const double worst =
+                        std::min({best[i][k], best[k][j], shape({ring[i], ring[k], ring[j], b}),
+                                  shape({ring[i], ring[j], ring[k], a})});
                     if (worst <= best[i][j]) continue;
                     best[i][j] = worst;
                     apex[i][j] = k;
@@ -289,7 +316,8 @@ class Optimiser {
         return replace(old, fresh, report.flips);
     }
 
-    /// Three tets about a new edge in the place of two that share the face opposite to corner i of t.
+    /// Three tets about a new edge in the place of two that share the face opposite to corner i of
+    /// t.
     bool swap_face(std::int32_t t, int i) {
         const Tet tet = mesh_.tets[t];
         const std::int32_t a = tet[i];
@@ -298,8 +326,8 @@ class Optimiser {
         const Star old = tets_with({p, q, r});
         if (old.size() != 2 || region(old[0]) != region(old[1])) return false;
         const Tet& other = mesh_.tets[old[0] == t ? old[1] : old[0]];
-        const std::int32_t b =
-            *std::find_if(other.begin(), other.end(), [&](std::int32_t n) { return n != p && n != q && n != r; });
+        const std::int32_t b = *std::find_if(
+            other.begin(), other.end(), [&](std::int32_t n) { return n != p && n != q && n != r; });
         return replace(old, {{p, q, b, a}, {q, r, b, a}, {r, p, b, a}}, report.flips);
     }
 
@@ -319,7 +347,8 @@ class Optimiser {
             for (std::size_t turn = 0; turn < (guides.size() > 1 ? 3 : 1); ++turn)
                 for (const NearestTriangle* guide : guides) {
                     const Vector3 foot = guide->find(x).place, off = x - foot;
-                    x = foot + off * std::min(1.0, crease_slack * scale / std::max(off.norm(), 1e-300));
+                    x = foot +
+                        off * std::min(1.0, crease_slack * scale / std::max(off.norm(), 1e-300));
                 }
             return x;
         };
@@ -339,7 +368,8 @@ class Optimiser {
         };
         for (double step = 0.3 * scale; step > 0.01 * scale;) {
             bool found = false;
-            for (int d = 0; d < 27; ++d) found |= better(at + step * Vector3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1));
+            for (int d = 0; d < 27; ++d)
+                found |= better(at + step * Vector3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1));
             if (!found) step /= 2;
         }
         mesh_.nodes[n] = at;
@@ -350,7 +380,8 @@ class Optimiser {
 
     std::vector<std::int32_t> neighbours(std::int32_t n) const {
         std::vector<std::int32_t> found;
-        for (const std::int32_t t : stars_[n]) found.insert(found.end(), mesh_.tets[t].begin(), mesh_.tets[t].end());
+        for (const std::int32_t t : stars_[n])
+            found.insert(found.end(), mesh_.tets[t].begin(), mesh_.tets[t].end());
         std::sort(found.begin(), found.end());
         found.erase(std::unique(found.begin(), found.end()), found.end());
         return found;
@@ -368,20 +399,23 @@ class Optimiser {
             near[side].erase(std::unique(near[side].begin(), near[side].end()), near[side].end());
         }
         std::vector<std::int32_t> shared;
-        std::set_intersection(near[0].begin(), near[0].end(), near[1].begin(), near[1].end(), std::back_inserter(shared));
+        std::set_intersection(near[0].begin(), near[0].end(), near[1].begin(), near[1].end(),
+                              std::back_inserter(shared));
         return shared.size();
     }
 
-    /// Draws node `from` onto `to`. One on the boundary goes along a boundary edge, without turning the surface about
-    /// it; one where more than two regions meet stays.
+    /// Draws node `from` onto `to`. One on the boundary goes along a boundary edge, without turning
+    /// the surface about it; one where more than two regions meet stays.
     bool collapse(std::int32_t from, std::int32_t to) {
         if (on_surface_[from] && !on_boundary(from, to)) return false;
         const Star gone = tets_with({from, to});
         // The link condition: who is near both is on a tet of the edge.
-        std::vector<std::int32_t> near_from = neighbours(from), near_to = neighbours(to), both, ring;
+        std::vector<std::int32_t> near_from = neighbours(from), near_to = neighbours(to), both,
+                                  ring;
         std::set_intersection(near_from.begin(), near_from.end(), near_to.begin(), near_to.end(),
                               std::back_inserter(both));
-        for (const std::int32_t t : gone) ring.insert(ring.end(), mesh_.tets[t].begin(), mesh_.tets[t].end());
+        for (const std::int32_t t : gone)
+            ring.insert(ring.end(), mesh_.tets[t].begin(), mesh_.tets[t].end());
         std::sort(ring.begin(), ring.end());
         ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
         if (both != ring) return false;
@@ -394,7 +428,9 @@ class Optimiser {
             return corners;
         };
         for (const auto& [f, patch] : boundary)
-            if (std::find(f.begin(), f.end(), to) == f.end() && normal(drawn(f)).dot(normal(f)) < 0.9) return false;
+            if (std::find(f.begin(), f.end(), to) == f.end() &&
+                normal(drawn(f)).dot(normal(f)) < 0.9)
+                return false;
         std::vector<Tet> fresh;
         std::vector<std::int32_t> regions;
         for (const std::int32_t t : stars_[from]) {
@@ -429,7 +465,8 @@ class Optimiser {
 
 OptimiseReport raise_dihedral_angles(TetMesh& mesh, const NearestTriangle& body, double aim_deg) {
     mesh.regions.clear();
-    Optimiser optimiser(mesh, [&](const Patch&) { return &body; }, aim_deg);
+    Optimiser optimiser(
+        mesh, [&](const Patch&) { return &body; }, aim_deg);
     optimiser.run();
     return optimiser.report;
 }
@@ -439,7 +476,8 @@ OptimiseReport raise_dihedral_angles(TetMesh& mesh, double aim_deg) {
     for (const InterfaceTriangle& f : interface_triangles(mesh))
         triangles[patch_of(f.inside, f.outside)].push_back(f.nodes);
     std::map<Patch, NearestTriangle> trees;
-    for (const auto& [patch, its] : triangles) trees.emplace(patch, NearestTriangle(mesh.nodes, its));
+    for (const auto& [patch, its] : triangles)
+        trees.emplace(patch, NearestTriangle(mesh.nodes, its));
     const auto guide = [&](const Patch& patch) {
         const auto found = trees.find(patch);
         return found == trees.end() ? nullptr : &found->second;

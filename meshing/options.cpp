@@ -20,7 +20,8 @@ void positive(const char* name, double value) {
 int automatic_levels(std::int64_t finest_tets, double coarsening) {
     const double ratio = coarsening * coarsening * coarsening;
     int levels = 1;
-    for (auto tets = static_cast<double>(finest_tets); tets > coarsest_tets && levels < most_levels; tets /= ratio)
+    for (auto tets = static_cast<double>(finest_tets); tets > coarsest_tets && levels < most_levels;
+         tets /= ratio)
         ++levels;
     return std::max(levels, 2);
 }
@@ -34,20 +35,22 @@ void check_options(const MeshingOptions& o) {
     if (o.smoothing_mm) positive("mesh.smoothing_mm", *o.smoothing_mm);
     if (o.levels < 0 || o.levels > most_levels)
         fail("mesh.levels = {} must be 1 to {}, or 0: automatic", o.levels, most_levels);
-    if (o.target_tets < least_tets) fail("mesh.tets = {} must be at least {}", o.target_tets, least_tets);
+    if (o.target_tets < least_tets)
+        fail("mesh.tets = {} must be at least {}", o.target_tets, least_tets);
     if (!(o.coarsening > 1)) fail("MeshingOptions::coarsening = {} must be > 1", o.coarsening);
     for (std::size_t l = 0; l < o.edge_lengths_mm.size(); ++l) {
         positive("mesh.edge_lengths_mm", o.edge_lengths_mm[l]);
         if (l > 0 && o.edge_lengths_mm[l] <= o.edge_lengths_mm[l - 1])
-            fail("mesh.edge_lengths_mm[{}] = {} must be > {}: the finest level comes first", l, o.edge_lengths_mm[l],
-                 o.edge_lengths_mm[l - 1]);
+            fail("mesh.edge_lengths_mm[{}] = {} must be > {}: the finest level comes first", l,
+                 o.edge_lengths_mm[l], o.edge_lengths_mm[l - 1]);
     }
     positive("MeshingOptions::target_tolerance", o.target_tolerance);
     positive("MeshingOptions::target_tries", o.target_tries);
     positive("MeshingOptions::remesh_iterations", o.remesh_iterations);
     positive("MeshingOptions::remesh_tries", o.remesh_tries);
     positive("--time-limit-s", o.gmsh_time_limit_s);
-    if (o.optimise_passes < 0) fail("MeshingOptions::optimise_passes = {} must be >= 0", o.optimise_passes);
+    if (o.optimise_passes < 0)
+        fail("MeshingOptions::optimise_passes = {} must be >= 0", o.optimise_passes);
     if (o.inside_growth && !(*o.inside_growth >= 1 && *o.inside_growth <= 10))
         fail("--inside-growth = {} must be from 1 to 10", *o.inside_growth);
     for (const FineSphere& s : o.finer) {

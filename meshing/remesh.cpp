@@ -39,7 +39,8 @@ Mesh to_cgal(const TriangleMesh& surface) {
     Mesh mesh;
     for (const Vector3& x : surface.nodes) mesh.add_vertex({x.x(), x.y(), x.z()});
     for (const auto& [a, b, c] : surface.triangles)
-        if (mesh.add_face(Mesh::Vertex_index(a), Mesh::Vertex_index(b), Mesh::Vertex_index(c)) == Mesh::null_face())
+        if (mesh.add_face(Mesh::Vertex_index(a), Mesh::Vertex_index(b), Mesh::Vertex_index(c)) ==
+            Mesh::null_face())
             fail("surface: the triangle at {} makes a node or an edge non-manifold",
                  place_mm((surface.nodes[a] + surface.nodes[b] + surface.nodes[c]) / 3));
     return mesh;
@@ -65,19 +66,22 @@ TriangleMesh cleaned_soup(const TriangleMesh& surface) {
     std::vector<std::vector<std::size_t>> polygons;
     for (const Vector3& x : surface.nodes) points.emplace_back(x.x(), x.y(), x.z());
     for (const auto& [a, b, c] : surface.triangles)
-        polygons.push_back({static_cast<std::size_t>(a), static_cast<std::size_t>(b), static_cast<std::size_t>(c)});
+        polygons.push_back({static_cast<std::size_t>(a), static_cast<std::size_t>(b),
+                            static_cast<std::size_t>(c)});
     PMP::repair_polygon_soup(points, polygons);
     TriangleMesh clean;
     const auto take = [&] {
         clean = {};
         for (const Point& p : points) clean.nodes.push_back(vector(p));
         for (const auto& t : polygons)
-            clean.triangles.push_back(
-                {static_cast<std::int32_t>(t[0]), static_cast<std::int32_t>(t[1]), static_cast<std::int32_t>(t[2])});
+            clean.triangles.push_back({static_cast<std::int32_t>(t[0]),
+                                       static_cast<std::int32_t>(t[1]),
+                                       static_cast<std::int32_t>(t[2])});
     };
     take();
     if (polygons.empty() || check_topology(clean).non_manifold_edges > 0) return clean;
-    PMP::orient_polygon_soup(points, polygons);  // also gives each sheet at a pinched node a node of its own
+    PMP::orient_polygon_soup(
+        points, polygons);  // also gives each sheet at a pinched node a node of its own
     take();
     return clean;
 }
@@ -96,21 +100,26 @@ void fill_small_holes(Mesh& mesh, double widest, std::vector<std::string>& notes
     Eigen::AlignedBox3d largest;
     for (const auto hole : holes) {
         Eigen::AlignedBox3d box;
-        for (const auto h : CGAL::halfedges_around_face(hole, mesh)) box.extend(vector(mesh.point(mesh.target(h))));
+        for (const auto h : CGAL::halfedges_around_face(hole, mesh))
+            box.extend(vector(mesh.point(mesh.target(h))));
         if (box.diagonal().norm() > widest) continue;
         std::vector<Face> patch;
         PMP::triangulate_hole(mesh, hole, std::back_inserter(patch));
         if (filled++ == 0 || box.diagonal().norm() > largest.diagonal().norm()) largest = box;
     }
     if (filled > 0)
-        notes.push_back(fmt::format("surface: {} hole{} filled, the widest of {:.2f} mm at {}", filled, filled == 1 ? "" : "s",
-                                    1e3 * largest.diagonal().norm(), place_mm(largest.center())));
+        notes.push_back(fmt::format("surface: {} hole{} filled, the widest of {:.2f} mm at {}",
+                                    filled, filled == 1 ? "" : "s", 1e3 * largest.diagonal().norm(),
+                                    place_mm(largest.center())));
 }
 
-/// The part that encloses most; a line about the others: bodies of their own, and hollows (wound inwards).
+/// The part that encloses most; a line about the others: bodies of their own, and hollows (wound
+/// inwards).
 TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& notes) {
     std::vector<TriangleMesh> parts = parts_of(surface);
-    const auto by_volume = [](const TriangleMesh& a, const TriangleMesh& b) { return signed_volume(a) > signed_volume(b); };
+    const auto by_volume = [](const TriangleMesh& a, const TriangleMesh& b) {
+        return signed_volume(a) > signed_volume(b);
+    };
     std::sort(parts.begin(), parts.end(), by_volume);
     double apart = 0, hollow = 0;
     for (std::size_t p = 1; p < parts.size(); ++p) {
@@ -119,16 +128,20 @@ TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& n
     }
     if (apart > 0)
         notes.push_back(fmt::format(
-            "surface: of {} parts the largest is meshed, {:.2f} ml; {:.2f} ml in the others are left out, most of them from {}",
+            "surface: of {} parts the largest is meshed, {:.2f} ml; {:.2f} ml in the others are "
+            "left out, most of them from {}",
             parts.size(), 1e6 * signed_volume(parts[0]), 1e6 * apart, box_mm(parts[1].nodes)));
-    if (hollow > 0) notes.push_back(fmt::format("surface: hollows of {:.2f} ml are filled", 1e6 * hollow));
+    if (hollow > 0)
+        notes.push_back(fmt::format("surface: hollows of {:.2f} ml are filled", 1e6 * hollow));
     return std::move(parts.front());
 }
 
 [[noreturn]] void refuse(const SurfaceTopology& t) {
     fail(
-        "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at {}; expected none, "
-        "and merging double nodes, dropping degenerate triangles and filling small holes did not mend it",
+        "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at "
+        "{}; expected none, "
+        "and merging double nodes, dropping degenerate triangles and filling small holes did not "
+        "mend it",
         t.border_edges, t.non_manifold_edges, place_mm(t.place));
 }
 
@@ -143,17 +156,20 @@ SelfIntersections self_intersections(const Mesh& mesh) {
 }
 
 /// What is still wrong with a remeshed surface, or nothing.
-std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface, double asked_volume) {
+std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface,
+                                    double asked_volume) {
     const SurfaceTopology topology = check_topology(surface);
     if (!topology.closed() || topology.degenerate_triangles > 0)
-        return fmt::format("{} border, {} non-manifold edges and {} degenerate triangles, first at {}",
-                           topology.border_edges, topology.non_manifold_edges, topology.degenerate_triangles,
-                           place_mm(topology.place));
+        return fmt::format(
+            "{} border, {} non-manifold edges and {} degenerate triangles, first at {}",
+            topology.border_edges, topology.non_manifold_edges, topology.degenerate_triangles,
+            place_mm(topology.place));
     if (const SelfIntersections cuts = self_intersections(mesh); cuts.pairs > 0)
-        return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs, place_mm(cuts.place));
+        return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs,
+                           place_mm(cuts.place));
     if (const double v = signed_volume(surface); v < 0.5 * asked_volume)
-        return fmt::format("a volume of {:.3f} ml where the surface has {:.3f} ml, from {}", 1e6 * v, 1e6 * asked_volume,
-                           box_mm(surface.nodes));
+        return fmt::format("a volume of {:.3f} ml where the surface has {:.3f} ml, from {}",
+                           1e6 * v, 1e6 * asked_volume, box_mm(surface.nodes));
     return {};
 }
 
@@ -164,16 +180,18 @@ void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthFiel
         std::vector<Face> faces;
         for (const Face f : mesh.faces()) {
             Vector3 centre = Vector3::Zero();
-            for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) centre += vector(mesh.point(v)) / 3;
+            for (const auto v : mesh.vertices_around_face(mesh.halfedge(f)))
+                centre += vector(mesh.point(v)) / 3;
             if (shorter_at(centre) < length / std::sqrt(step)) faces.push_back(f);
         }
         if (faces.empty()) return;
-        PMP::isotropic_remeshing(faces, length, mesh, CGAL::parameters::number_of_iterations(iterations));
+        PMP::isotropic_remeshing(faces, length, mesh,
+                                 CGAL::parameters::number_of_iterations(iterations));
     }
 }
 
-/// Shifts the nodes along their normals, all by as much, until the mesh encloses `volume` again: chords of triangles
-/// lie inside of what is round. In three steps of at most a tenth of an edge.
+/// Shifts the nodes along their normals, all by as much, until the mesh encloses `volume` again:
+/// chords of triangles lie inside of what is round. In three steps of at most a tenth of an edge.
 void keep_volume(Mesh& mesh, double volume, double edge_length) {
     for (int step = 0; step < 3; ++step) {
         const TriangleMesh now = from_cgal(mesh);
@@ -186,8 +204,9 @@ void keep_volume(Mesh& mesh, double volume, double edge_length) {
         }
         const double shift = (volume - signed_volume(now)) / area;
         for (const auto v : mesh.vertices()) {
-            const Vector3 x = vector(mesh.point(v)) + std::clamp(shift, -edge_length / 10, edge_length / 10) *
-                                                          area_normals[static_cast<Mesh::size_type>(v)].normalized();
+            const Vector3 x = vector(mesh.point(v)) +
+                              std::clamp(shift, -edge_length / 10, edge_length / 10) *
+                                  area_normals[static_cast<Mesh::size_type>(v)].normalized();
             mesh.point(v) = {x.x(), x.y(), x.z()};
         }
     }
@@ -195,13 +214,16 @@ void keep_volume(Mesh& mesh, double volume, double edge_length) {
 
 }  // namespace
 
-SelfIntersections find_self_intersections(const TriangleMesh& surface) { return self_intersections(to_cgal(surface)); }
+SelfIntersections find_self_intersections(const TriangleMesh& surface) {
+    return self_intersections(to_cgal(surface));
+}
 
 TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string>* notes) {
     std::vector<std::string> said;
     check_topology(surface);
     TriangleMesh clean = cleaned_soup(surface);
-    if (clean.triangles.empty()) fail("surface: all its {} triangles are degenerate", surface.triangles.size());
+    if (clean.triangles.empty())
+        fail("surface: all its {} triangles are degenerate", surface.triangles.size());
     SurfaceTopology topology = check_topology(clean);
     if (topology.non_manifold_edges > 0) refuse(topology);
     Mesh mesh = to_cgal(clean);
@@ -212,20 +234,22 @@ TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string
     if (!topology.closed()) refuse(topology);
     clean = largest_of(clean, said);
     if (notes) notes->insert(notes->end(), said.begin(), said.end());
-    if (!(signed_volume(clean) > 0)) fail("surface: it encloses no volume, expected the surface of a body");
+    if (!(signed_volume(clean) > 0))
+        fail("surface: it encloses no volume, expected the surface of a body");
     return clean;
 }
 
-TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations, int tries,
-                            const EdgeLengthField& shorter_at) {
+TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations,
+                            int tries, const EdgeLengthField& shorter_at) {
     const double asked_volume = signed_volume(surface), asked_length = edge_length_m;
     const Mesh original = to_cgal(surface);
     std::optional<std::string> fault;
     for (int attempt = 0; attempt < tries; ++attempt) {
         edge_length_m = asked_length * std::pow(0.85, attempt);
         Mesh mesh = original;
-        PMP::isotropic_remeshing(mesh.faces(), edge_length_m, mesh,
-                                 CGAL::parameters::number_of_iterations(iterations).number_of_relaxation_steps(3));
+        PMP::isotropic_remeshing(
+            mesh.faces(), edge_length_m, mesh,
+            CGAL::parameters::number_of_iterations(iterations).number_of_relaxation_steps(3));
         if (shorter_at) refine(mesh, edge_length_m, iterations, shorter_at);
         if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
             PMP::experimental::remove_self_intersections(mesh);
@@ -234,11 +258,13 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, 
         if (fault) continue;
         const Mesh unshifted = mesh;
         keep_volume(mesh, asked_volume, edge_length_m);
-        if (fault_of(mesh, from_cgal(mesh), asked_volume)) mesh = unshifted;  // a thin place met itself: rather less volume
+        if (fault_of(mesh, from_cgal(mesh), asked_volume))
+            mesh = unshifted;  // a thin place met itself: rather less volume
         return largest_part(from_cgal(mesh));
     }
     fail(
-        "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed surface that does not cut "
+        "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed "
+        "surface that does not cut "
         "itself: ask for smaller edges",
         1e3 * asked_length, 1e3 * edge_length_m,
         fault.value_or(fmt::format("nothing of the body from {}", box_mm(surface.nodes))));

@@ -16,7 +16,8 @@ constexpr double degenerate_shape = 1e-12;
 
 bool is_degenerate(const TriangleMesh& surface, const Triangle& t) {
     const Vector3 &a = surface.nodes[t[0]], &b = surface.nodes[t[1]], &c = surface.nodes[t[2]];
-    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    const double longest =
+        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
     return (b - a).cross(c - a).norm() <= degenerate_shape * longest;
 }
 
@@ -25,7 +26,8 @@ void check_indices(const TriangleMesh& surface) {
     const auto count = static_cast<std::int32_t>(surface.nodes.size());
     for (std::size_t i = 0; i < surface.triangles.size(); ++i)
         for (const std::int32_t n : surface.triangles[i])
-            if (n < 0 || n >= count) fail("surface: triangle {} names node {}, expected 0 to {}", i, n, count - 1);
+            if (n < 0 || n >= count)
+                fail("surface: triangle {} names node {}, expected 0 to {}", i, n, count - 1);
     for (std::int32_t n = 0; n < count; ++n)
         if (!surface.nodes[n].allFinite()) fail("surface: node {} is not at a finite place", n);
 }
@@ -67,21 +69,25 @@ SurfaceTopology check_topology(const TriangleMesh& surface) {
                   (surface.nodes[t[0]] + surface.nodes[t[1]] + surface.nodes[t[2]]) / 3);
     const std::vector<DirectedEdge> edges = sorted_edges(surface);
     for (std::size_t i = 0, j = 0; i < edges.size(); i = j) {
-        while (j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high) ++j;
+        while (j < edges.size() && edges[j].low == edges[i].low && edges[j].high == edges[i].high)
+            ++j;
         const Vector3 middle = (surface.nodes[edges[i].low] + surface.nodes[edges[i].high]) / 2;
         if (j - i == 1) found(3, result.border_edges, middle);
         if (j - i > 2) found(4, result.non_manifold_edges, middle);
-        if (j - i == 2 && edges[i].upwards == edges[i + 1].upwards) found(2, result.misoriented_edges, middle);
+        if (j - i == 2 && edges[i].upwards == edges[i + 1].upwards)
+            found(2, result.misoriented_edges, middle);
     }
     return result;
 }
 
 double signed_volume(const TriangleMesh& surface) {
     if (surface.nodes.empty()) return 0;
-    const Vector3 origin = surface.nodes.front();  // near the surface: less cancellation than about the world's
+    const Vector3 origin =
+        surface.nodes.front();  // near the surface: less cancellation than about the world's
     double sum = 0;
     for (const Triangle& t : surface.triangles)
-        sum += (surface.nodes[t[0]] - origin).dot((surface.nodes[t[1]] - origin).cross(surface.nodes[t[2]] - origin));
+        sum += (surface.nodes[t[0]] - origin)
+                   .dot((surface.nodes[t[1]] - origin).cross(surface.nodes[t[2]] - origin));
     return sum / 6;
 }
 
@@ -130,9 +136,10 @@ std::vector<TriangleMesh> parts_of(const TriangleMesh& surface) {
 TriangleMesh largest_part(const TriangleMesh& surface) {
     const std::vector<TriangleMesh> split = parts_of(surface);
     if (split.empty()) return {};
-    return *std::max_element(split.begin(), split.end(), [](const TriangleMesh& a, const TriangleMesh& b) {
-        return signed_volume(a) < signed_volume(b);
-    });
+    return *std::max_element(split.begin(), split.end(),
+                             [](const TriangleMesh& a, const TriangleMesh& b) {
+                                 return signed_volume(a) < signed_volume(b);
+                             });
 }
 
 std::string place_mm(const Vector3& x) {

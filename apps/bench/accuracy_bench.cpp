@@ -17,7 +17,8 @@ namespace livetet {
 
 namespace {
 
-constexpr TrackerKind trackers[] = {{1.4, 0.5}, {0.5, 0.2}};  // by the makers of electromagnetic ones
+constexpr TrackerKind trackers[] = {{1.4, 0.5},
+                                    {0.5, 0.2}};  // by the makers of electromagnetic ones
 constexpr int most_sensors = 6;
 
 MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCallback& progress) {
@@ -25,40 +26,46 @@ MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCa
 }
 
 /// The runs of one cell's column: all seeds.
-AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds, const ProgressCallback& progress = {}) {
+AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds,
+                         const ProgressCallback& progress = {}) {
     AccuracySeries series;
     for (int seed = 1; seed <= seeds; ++seed) {
-        if (progress) progress(static_cast<double>(seed - 1) / seeds, fmt::format("run {} of {}", seed, seeds));
+        if (progress)
+            progress(static_cast<double>(seed - 1) / seeds,
+                     fmt::format("run {} of {}", seed, seeds));
         c.seed = static_cast<std::uint64_t>(seed);
         series.runs.push_back(model.run(c));
     }
     return series;
 }
 
-AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ, const TrackerKind& tracker, int seeds,
-                         ProgressLine& progress, double from, double to) {
+AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
+                         const TrackerKind& tracker, int seeds, ProgressLine& progress, double from,
+                         double to) {
     const std::vector<std::size_t> judged = judged_targets(organ.truth);
     AccuracyTable table{tracker, {}, {}, {}};
     for (std::size_t d = 0; d < organ.truth.depths.size(); ++d) {
         table.depths_mm.push_back(1e3 * organ.truth.depths[d]);
         double squares = 0;
-        for (const std::size_t i : judged) squares += organ.truth.targets[i].displacement[d].squaredNorm();
+        for (const std::size_t i : judged)
+            squares += organ.truth.targets[i].displacement[d].squaredNorm();
         table.motion_mm.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
     }
     for (int sensors = 1; sensors <= most_sensors; ++sensors)
-        table.by_sensors.push_back(
-            run_seeds(model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, seeds,
-                      [&](double fraction, std::string_view what) {
-                          progress.update(from + (to - from) * (sensors - 1 + fraction) / most_sensors,
-                                          fmt::format("{} mm, {} of {} sensors, {}", tracker.position_rms_mm, sensors,
-                                                      most_sensors, what));
-                      }));
+        table.by_sensors.push_back(run_seeds(
+            model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, seeds,
+            [&](double fraction, std::string_view what) {
+                progress.update(from + (to - from) * (sensors - 1 + fraction) / most_sensors,
+                                fmt::format("{} mm, {} of {} sensors, {}", tracker.position_rms_mm,
+                                            sensors, most_sensors, what));
+            }));
     return table;
 }
 
 /// The causes one after another: the tracker, the organ's motion, then the model's parts.
-std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy, const PressedOrgan& organ,
-                                       const PhantomImages& images, const std::vector<AccuracyTable>& tables, int seeds,
+std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy,
+                                       const PressedOrgan& organ, const PhantomImages& images,
+                                       const std::vector<AccuracyTable>& tables, int seeds,
                                        ProgressLine& progress) {
     std::vector<AccuracyLimit> limits;
     const int some = std::min(seeds, 20);
@@ -69,18 +76,21 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     const auto [position, rotation] = tables.front().tracker;
     for (const AccuracyTable& t : tables)
         for (const int sensors : {1, most_sensors})
-            limits.push_back({fmt::format("as above, tracker of {} mm", t.tracker.position_rms_mm), sensors,
-                              t.by_sensors[sensors - 1]});
-    add(fmt::format("tracker of {} mm", position), model, {position, rotation, most_true_sensors}, some);
+            limits.push_back({fmt::format("as above, tracker of {} mm", t.tracker.position_rms_mm),
+                              sensors, t.by_sensors[sensors - 1]});
+    add(fmt::format("tracker of {} mm", position), model, {position, rotation, most_true_sensors},
+        some);
     for (const int sensors : {1, most_sensors})
-        add(fmt::format("tracker of {} mm, organ still: no lag", position), model, {position, rotation, sensors, 1, false}, some);
+        add(fmt::format("tracker of {} mm, organ still: no lag", position), model,
+            {position, rotation, sensors, 1, false}, some);
     add("no noise, organ moving: the filter's lag", model, {0, 0, 1}, some);
     for (const int sensors : {1, most_sensors, most_true_sensors})
         add("no noise, organ still: model, mesh, sensors", model, {0, 0, sensors, 1, false}, 1);
     {
         AccuracyModel finer(accuracy_scene(), mesh_model(images, 60000, {}), organ);
         for (const int sensors : {1, most_sensors})
-            add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer, {0, 0, sensors, 1, false}, 1);
+            add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer,
+                {0, 0, sensors, 1, false}, 1);
     }
     Scene scene = accuracy_scene();
     scene.strain = StrainModel::neohookean;
@@ -98,11 +108,16 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
 
 int tell(const AccuracyVerdict& verdict) {
     if (verdict.lost.empty()) {
-        fmt::print("\ndeforming is better than rigid-only in all {} cells where the press is larger than the noise\n", verdict.cells);
+        fmt::print(
+            "\ndeforming is better than rigid-only in all {} cells where the press is larger than "
+            "the noise\n",
+            verdict.cells);
         return 0;
     }
-    fmt::print("\ndeforming is NOT better than rigid-only in {} of {} cells where the press is larger than the noise:\n",
-               verdict.lost.size(), verdict.cells);
+    fmt::print(
+        "\ndeforming is NOT better than rigid-only in {} of {} cells where the press is larger "
+        "than the noise:\n",
+        verdict.lost.size(), verdict.cells);
     for (const std::string& cell : verdict.lost) fmt::print("  {}\n", cell);
     return 1;
 }
@@ -111,7 +126,8 @@ int tell(const AccuracyVerdict& verdict) {
 
 int bench_accuracy(const AccuracyArguments& arguments) {
     PetscSession session("livetet", {});
-    if (session.ranks() > 1) fail("bench accuracy runs on one rank, found {}: start it without mpirun", session.ranks());
+    if (session.ranks() > 1)
+        fail("bench accuracy runs on one rank, found {}: start it without mpirun", session.ranks());
     ProgressLine progress("accuracy");
     const auto part = [&](double from, double to, const std::string& what) -> ProgressCallback {
         return [&progress, from, to, what](double fraction, std::string_view words) {
@@ -122,27 +138,31 @@ int bench_accuracy(const AccuracyArguments& arguments) {
     // 1. the organ as it truly is, and the model's mesh
     const PhantomImages images = make_phantom_images(0.0015, 1);
     const PressedOrgan organ =
-        press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030}, part(0, 0.2, "truth"));
+        press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030},
+                    part(0, 0.2, "truth"));
     const MeshHierarchy hierarchy = mesh_model(images, arguments.tets, part(0.2, 0.22, "model"));
     AccuracyModel model(accuracy_scene(), hierarchy, organ);
-    fmt::print("truth: {}\nmodel: corotated, {} P1 tets, {} nodes; {} of {} targets judged\n", organ.truth.provenance,
-               model.mesh().tets.size(), model.mesh().nodes.size(), judged_targets(organ.truth).size(),
-               organ.truth.targets.size());
+    fmt::print("truth: {}\nmodel: corotated, {} P1 tets, {} nodes; {} of {} targets judged\n",
+               organ.truth.provenance, model.mesh().tets.size(), model.mesh().nodes.size(),
+               judged_targets(organ.truth).size(), organ.truth.targets.size());
 
     // 2. every cell, and what limits it
     std::vector<AccuracyTable> tables;
     for (const TrackerKind& tracker : trackers) {
         const double from = 0.22 + 0.34 * static_cast<double>(tables.size());
-        tables.push_back(fill_table(model, organ, tracker, arguments.seeds, progress, from, from + 0.34));
+        tables.push_back(
+            fill_table(model, organ, tracker, arguments.seeds, progress, from, from + 0.34));
         print(tables.back());
     }
-    const auto limits = find_limits(model, hierarchy, organ, images, tables, arguments.seeds, progress);
+    const auto limits =
+        find_limits(model, hierarchy, organ, images, tables, arguments.seeds, progress);
     const std::vector<double>& depths_mm = tables.front().depths_mm;
     print(limits, depths_mm);
 
     // 3. the files, and the verdict
     if (!arguments.json.empty()) {
-        nlohmann::json result{{"truth", organ.truth.provenance}, {"model_tets", model.mesh().tets.size()}};
+        nlohmann::json result{{"truth", organ.truth.provenance},
+                              {"model_tets", model.mesh().tets.size()}};
         for (const AccuracyTable& t : tables) result["tables"].push_back(json_of(t));
         for (const AccuracyLimit& l : limits) result["limits"].push_back(json_of(l, depths_mm));
         write_text_file(arguments.json, result.dump(2) + "\n");

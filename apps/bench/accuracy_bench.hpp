@@ -12,8 +12,9 @@ struct AccuracyArguments {
     std::filesystem::path json, csv, figure;
 };
 
-/// Error at targets inside the pressed phantom, rigid-only and deforming: by the tracker's noise, the depth of the press
-/// and the number of sensors, and what limits it. 0 where deforming is better in every cell, else 1.
+/// Error at targets inside the pressed phantom, rigid-only and deforming: by the tracker's noise,
+/// the depth of the press and the number of sensors, and what limits it. 0 where deforming is
+/// better in every cell, else 1.
 int bench_accuracy(const AccuracyArguments& arguments);
 
 }  // namespace livetet

@@ -16,7 +16,9 @@ constexpr std::pair<const char*, double AccuracyErrors::*> errors_by_name[] = {
     {"registration", &AccuracyErrors::registration},
     {"deformation", &AccuracyErrors::deformation}};
 
-std::string text_of(const MeanAndSpread& m) { return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd); }
+std::string text_of(const MeanAndSpread& m) {
+    return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd);
+}
 
 /// Of each depth: mean and standard deviation of each error, mm.
 json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm) {
@@ -34,7 +36,8 @@ json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm)
 
 }  // namespace
 
-MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth, double AccuracyErrors::* error) {
+MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth,
+                         double AccuracyErrors::*error) {
     const auto n = static_cast<double>(series.runs.size());
     MeanAndSpread m;
     for (const auto& run : series.runs) m.mean += run[depth].*error / n;
@@ -52,17 +55,21 @@ AccuracyVerdict judge(const std::vector<AccuracyTable>& tables) {
                 if (t.depths_mm[d] <= t.tracker.position_rms_mm) continue;
                 ++verdict.cells;
                 const double rigid = over_seeds(t.by_sensors[k], d, &AccuracyErrors::rigid).mean;
-                const double deforming = over_seeds(t.by_sensors[k], d, &AccuracyErrors::deforming).mean;
+                const double deforming =
+                    over_seeds(t.by_sensors[k], d, &AccuracyErrors::deforming).mean;
                 if (!(deforming < rigid))
-                    verdict.lost.push_back(fmt::format("noise {} mm, press {} mm, {} sensors: {:.2f} against {:.2f} mm",
-                                                       t.tracker.position_rms_mm, t.depths_mm[d], k + 1, deforming, rigid));
+                    verdict.lost.push_back(fmt::format(
+                        "noise {} mm, press {} mm, {} sensors: {:.2f} against {:.2f} mm",
+                        t.tracker.position_rms_mm, t.depths_mm[d], k + 1, deforming, rigid));
             }
     return verdict;
 }
 
 void print(const AccuracyTable& t) {
-    fmt::print("\ntracker of {} mm and {} degrees RMS, {} runs a cell: RMS error at the targets, mm, mean +- standard deviation\n",
-               t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, t.by_sensors.front().runs.size());
+    fmt::print(
+        "\ntracker of {} mm and {} degrees RMS, {} runs a cell: RMS error at the targets, mm, mean "
+        "+- standard deviation\n",
+        t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, t.by_sensors.front().runs.size());
     fmt::print("{:>6} {:>12} {:>14}", "press", "true motion", "rigid-only");
     for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
         fmt::print(" {:>20}", fmt::format("{} sensor{} (gain)", k + 1, k ? "s" : ""));
@@ -72,22 +79,27 @@ void print(const AccuracyTable& t) {
         fmt::print("{:>6} {:>12.2f} {:>14}", t.depths_mm[d], t.motion_mm[d], text_of(rigid));
         for (const AccuracySeries& series : t.by_sensors) {
             const MeanAndSpread deforming = over_seeds(series, d, &AccuracyErrors::deforming);
-            fmt::print(" {:>20}", fmt::format("{} ({:.1f})", text_of(deforming), rigid.mean / deforming.mean));
+            fmt::print(" {:>20}",
+                       fmt::format("{} ({:.1f})", text_of(deforming), rigid.mean / deforming.mean));
         }
         fmt::print("\n");
     }
 }
 
 void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm) {
-    fmt::print("\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming by press\n");
+    fmt::print(
+        "\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming "
+        "by press\n");
     fmt::print("{:<62} {:>7} {:>4} {:>12}", "", "sensors", "runs", "registration");
     for (const double depth : depths_mm) fmt::print(" {:>7}", fmt::format("{} mm", depth));
     fmt::print("\n");
     for (const AccuracyLimit& l : limits) {
         double registration = 0;
         for (std::size_t d = 0; d < depths_mm.size(); ++d)
-            registration += over_seeds(l.series, d, &AccuracyErrors::registration).mean / static_cast<double>(depths_mm.size());
-        fmt::print("{:<62} {:>7} {:>4} {:>12.2f}", l.name, l.sensors, l.series.runs.size(), registration);
+            registration += over_seeds(l.series, d, &AccuracyErrors::registration).mean /
+                            static_cast<double>(depths_mm.size());
+        fmt::print("{:<62} {:>7} {:>4} {:>12.2f}", l.name, l.sensors, l.series.runs.size(),
+                   registration);
         for (std::size_t d = 0; d < depths_mm.size(); ++d)
             fmt::print(" {:>7.2f}", over_seeds(l.series, d, &AccuracyErrors::deforming).mean);
         fmt::print("\n");
@@ -95,13 +107,15 @@ void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& 
 }
 
 std::string csv_of(const std::vector<AccuracyTable>& tables) {
-    std::string text = "position_rms_mm,rotation_rms_deg,sensors,run,press_mm,rigid_mm,deforming_mm,registration_mm,deformation_mm\n";
+    std::string text =
+        "position_rms_mm,rotation_rms_deg,sensors,run,press_mm,rigid_mm,deforming_mm,registration_"
+        "mm,deformation_mm\n";
     for (const AccuracyTable& t : tables)
         for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
             for (std::size_t r = 0; r < t.by_sensors[k].runs.size(); ++r)
                 for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
-                    text += fmt::format("{},{},{},{},{}", t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, k + 1,
-                                        r + 1, t.depths_mm[d]);
+                    text += fmt::format("{},{},{},{},{}", t.tracker.position_rms_mm,
+                                        t.tracker.rotation_rms_deg, k + 1, r + 1, t.depths_mm[d]);
                     for (const auto& [name, error] : errors_by_name)
                         text += fmt::format(",{:.4f}", t.by_sensors[k].runs[r][d].*error);
                     text += "\n";
@@ -129,9 +143,13 @@ json json_of(const AccuracyLimit& limit, const std::vector<double>& depths_mm) {
 }
 
 SpreadChart chart_of(const AccuracyTable& t) {
-    SpreadChart chart{fmt::format("Tracker of {} mm and {} degrees RMS", t.tracker.position_rms_mm, t.tracker.rotation_rms_deg),
-                      "press depth [mm]", "error at the targets, RMS [mm]", {}};
-    const auto add = [&](const std::string& name, const AccuracySeries& series, double AccuracyErrors::* error) {
+    SpreadChart chart{fmt::format("Tracker of {} mm and {} degrees RMS", t.tracker.position_rms_mm,
+                                  t.tracker.rotation_rms_deg),
+                      "press depth [mm]",
+                      "error at the targets, RMS [mm]",
+                      {}};
+    const auto add = [&](const std::string& name, const AccuracySeries& series,
+                         double AccuracyErrors::*error) {
         SpreadLine line{name, t.depths_mm, {}, {}};
         for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
             const MeanAndSpread m = over_seeds(series, d, error);
@@ -143,8 +161,8 @@ SpreadChart chart_of(const AccuracyTable& t) {
     add("rigid-only", t.by_sensors.front(), &AccuracyErrors::rigid);
     for (const std::size_t sensors : {1, 3, 6})
         if (sensors <= t.by_sensors.size())
-            add(fmt::format("deforming, {} sensor{}", sensors, sensors > 1 ? "s" : ""), t.by_sensors[sensors - 1],
-                &AccuracyErrors::deforming);
+            add(fmt::format("deforming, {} sensor{}", sensors, sensors > 1 ? "s" : ""),
+                t.by_sensors[sensors - 1], &AccuracyErrors::deforming);
     add("registration alone", t.by_sensors.front(), &AccuracyErrors::registration);
     return chart;
 }

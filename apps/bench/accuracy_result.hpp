@@ -23,10 +23,11 @@ struct MeanAndSpread {
 };
 
 /// One of the errors at a depth, over the seeds.
-MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth, double AccuracyErrors::* error);
+MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth,
+                         double AccuracyErrors::*error);
 
-/// All runs with one tracker: `by_sensors[k]` with k + 1 deformation sensors. The seeds, so the rigid-only errors, are the
-/// same for all of them.
+/// All runs with one tracker: `by_sensors[k]` with k + 1 deformation sensors. The seeds, so the
+/// rigid-only errors, are the same for all of them.
 struct AccuracyTable {
     TrackerKind tracker;
     std::vector<double> depths_mm;
@@ -34,8 +35,8 @@ struct AccuracyTable {
     std::vector<AccuracySeries> by_sensors;
 };
 
-/// How many cells (a depth larger than the tracker's noise, a number of sensors) there are, and in which of them the mean
-/// deforming error is not below the mean rigid-only one.
+/// How many cells (a depth larger than the tracker's noise, a number of sensors) there are, and in
+/// which of them the mean deforming error is not below the mean rigid-only one.
 struct AccuracyVerdict {
     int cells = 0;
     std::vector<std::string> lost;

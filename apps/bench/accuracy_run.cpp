@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/bench/realtime_cases.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
-#include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "geometry/umeyama.hpp"
 #include "tracking/dwell.hpp"
@@ -18,7 +18,8 @@ namespace livetet {
 
 namespace {
 
-/// Of the press, s: the sensors' places at rest are measured, then each depth is come to and held, judged at the end.
+/// Of the press, s: the sensors' places at rest are measured, then each depth is come to and held,
+/// judged at the end.
 constexpr double rest_s = 1.2, ramp_s = 0.7, hold_s = 1.1, judged_s = 0.5;
 
 SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
@@ -28,12 +29,15 @@ SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
     return tracker;
 }
 
-/// Seeds of the errors of one run: each tool has its own, so that one tool more changes nothing for the others.
+/// Seeds of the errors of one run: each tool has its own, so that one tool more changes nothing for
+/// the others.
 std::uint64_t seed_of(const AccuracyCase& c, int tool) {
-    return static_cast<std::uint64_t>(most_true_sensors + 2) * c.seed + static_cast<std::uint64_t>(tool);
+    return static_cast<std::uint64_t>(most_true_sensors + 2) * c.seed +
+           static_cast<std::uint64_t>(tool);
 }
 
-/// The fiducials touched one after the other, averaged in the reference sensor's frame, registered by Umeyama's method.
+/// The fiducials touched one after the other, averaged in the reference sensor's frame, registered
+/// by Umeyama's method.
 RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
     SimulatedTrackerOptions tracker = tracker_of(c);
     tracker.seed = seed_of(c, 0);
@@ -42,11 +46,13 @@ RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
     std::vector<FrameWindow> windows;
     for (std::size_t i = 0; i < in_image.size(); ++i) {
         const double begin = touch_begins_s(tracker, i) * tracker.rate_Hz;
-        windows.push_back({static_cast<std::size_t>(std::ceil(begin)),
-                           static_cast<std::size_t>(std::floor(begin + tracker.dwell_s * tracker.rate_Hz))});
+        windows.push_back(
+            {static_cast<std::size_t>(std::ceil(begin)),
+             static_cast<std::size_t>(std::floor(begin + tracker.dwell_s * tracker.rate_Hz))});
     }
     const Recording touching = simulate_touching(tracker, in_image);
-    for (const Dwell& d : dwells_in_windows(touching, tracker.tool_from_tip, windows, {.reference = "Reference"}))
+    for (const Dwell& d :
+         dwells_in_windows(touching, tracker.tool_from_tip, windows, {.reference = "Reference"}))
         in_reference.push_back(*d.tip_in_reference);
     return rigid_part(register_points<ImageFrame, Reference>(in_reference, in_image).to_from_from);
 }
@@ -72,14 +78,16 @@ double depth_at(double time_s, const std::vector<double>& depths) {
 /// The tracker in front of the pressed organ: sample after sample of a run.
 class RecordedPress {
   public:
-    RecordedPress(const AccuracyCase& c, const PressedOrgan& organ) : case_(c), organ_(organ), tracker_(tracker_of(c)) {
+    RecordedPress(const AccuracyCase& c, const PressedOrgan& organ)
+        : case_(c), organ_(organ), tracker_(tracker_of(c)) {
         for (int tool = 1; tool <= c.sensors + 1; ++tool) {
             tracker_.seed = seed_of(c, tool);
             noise_.emplace_back(tracker_);
         }
     }
     std::size_t size() const {
-        const double duration = rest_s + static_cast<double>(organ_.truth.depths.size()) * (ramp_s + hold_s);
+        const double duration =
+            rest_s + static_cast<double>(organ_.truth.depths.size()) * (ramp_s + hold_s);
         return static_cast<std::size_t>(std::floor(duration * tracker_.rate_Hz));
     }
     double time_s(std::size_t k) const { return static_cast<double>(k) / tracker_.rate_Hz; }
@@ -91,11 +99,12 @@ class RecordedPress {
     }
     TrackerSample sample(std::size_t k) {
         const auto tracker_from_image = this->tracker_from_image(k);
-        TrackerSample sample{time_s(k), {noise_[0](pose_of(tracker_from_image * tracker_.image_from_reference))}};
+        TrackerSample sample{
+            time_s(k), {noise_[0](pose_of(tracker_from_image * tracker_.image_from_reference))}};
         const double depth = depth_at(time_s(k), organ_.truth.depths);
         for (int i = 0; i < case_.sensors; ++i)
-            sample.poses.push_back(
-                noise_[i + 1](pose_of(tracker_from_image * sensor_at(organ_, organ_.sensors[i], depth))));
+            sample.poses.push_back(noise_[i + 1](
+                pose_of(tracker_from_image * sensor_at(organ_, organ_.sensors[i], depth))));
         return sample;
     }
 
@@ -119,7 +128,9 @@ std::vector<std::size_t> judged_targets(const Truth& truth) {
     std::vector<std::size_t> judged;
     for (std::size_t i = 0; i < truth.targets.size(); ++i)
         if (displacement_of(truth, truth.targets[i], press).norm() > press / 5) judged.push_back(i);
-    if (judged.empty()) fail("bench accuracy: no target moves by more than a fifth of a press of {} mm", 1e3 * press);
+    if (judged.empty())
+        fail("bench accuracy: no target moves by more than a fifth of a press of {} mm",
+             1e3 * press);
     return judged;
 }
 
@@ -179,8 +190,9 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
         }
     }
     for (std::size_t d = 0; d < sums.size(); ++d)
-        for (double AccuracyErrors::* e :
-             {&AccuracyErrors::rigid, &AccuracyErrors::deforming, &AccuracyErrors::registration, &AccuracyErrors::deformation})
+        for (double AccuracyErrors::*e :
+             {&AccuracyErrors::rigid, &AccuracyErrors::deforming, &AccuracyErrors::registration,
+              &AccuracyErrors::deformation})
             sums[d].*e = 1e3 * std::sqrt(sums[d].*e / counts[d]);
     return sums;
 }

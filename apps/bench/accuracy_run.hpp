@@ -17,15 +17,17 @@ struct AccuracyCase {
     bool organ_moves = true;  ///< as a whole, in front of the tracker
 };
 
-/// RMS over the judged targets and the last half second at one depth of the press, mm, in the tracker's frame, with
-/// T = tracker_from_image, x a target at rest and u its displacement:
-///   rigid-only    |T_est x - T_true (x + u_true)|       deforming     |T_est (x + u_est) - T_true (x + u_true)|
-///   registration  |T_est x - T_true x|                  deformation   |u_est - u_true|
+/// RMS over the judged targets and the last half second at one depth of the press, mm, in the
+/// tracker's frame, with T = tracker_from_image, x a target at rest and u its displacement:
+///   rigid-only    |T_est x - T_true (x + u_true)|       deforming     |T_est (x + u_est) - T_true
+///   (x + u_true)| registration  |T_est x - T_true x|                  deformation   |u_est -
+///   u_true|
 struct AccuracyErrors {
     double rigid = 0, deforming = 0, registration = 0, deformation = 0;
 };
 
-/// The targets that are judged, at every depth the same: those that move by more than a fifth of a press of 15 mm.
+/// The targets that are judged, at every depth the same: those that move by more than a fifth of a
+/// press of 15 mm.
 std::vector<std::size_t> judged_targets(const Truth& truth);
 
 /// The phantom's scene as `livetet track` follows it.
@@ -37,9 +39,9 @@ class AccuracyModel {
     /// `scene`: without sensors, each run has its own. The organ must outlive the model.
     AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const PressedOrgan& organ);
 
-    /// Fiducials are touched and registered; then the organ moves, is pressed from one depth to the next and held at
-    /// each, and the model follows. The same case gives the same noise, the reference sensor's whatever other sensors
-    /// there are.
+    /// Fiducials are touched and registered; then the organ moves, is pressed from one depth to the
+    /// next and held at each, and the model follows. The same case gives the same noise, the
+    /// reference sensor's whatever other sensors there are.
     std::vector<AccuracyErrors> run(const AccuracyCase& c);
 
     const TetMesh& mesh() const { return body_.mesh(); }

@@ -16,7 +16,8 @@ namespace livetet {
 namespace {
 
 constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // of the patches, m
-/// The disc that presses has a rounded rim. Under a sharp one the body is not brought to rest beyond 27 mm.
+/// The disc that presses has a rounded rim. Under a sharp one the body is not brought to rest
+/// beyond 27 mm.
 constexpr double flat_radius = 0.009, rim_share = 0.65;
 
 struct SensorRing {
@@ -36,14 +37,17 @@ std::pair<Vector3, Vector3> across(const Vector3& axis) {
 std::vector<Vector3> sensor_places() {
     constexpr double degree = std::numbers::pi / 180;
     std::vector<Vector3> places{phantom::sensor_place()};
-    const Vector3 outwards = phantom::organ_normal(places.front()), centre = places.front() - depth_of_centre * outwards;
+    const Vector3 outwards = phantom::organ_normal(places.front()),
+                  centre = places.front() - depth_of_centre * outwards;
     const auto [side, other] = across(outwards);
     for (const SensorRing& ring : rings)
         for (int i = 0; i < ring.places; ++i) {
-            const double turn = 2 * std::numbers::pi * (i * ring.stride % ring.places) / ring.places;
+            const double turn =
+                2 * std::numbers::pi * (i * ring.stride % ring.places) / ring.places;
             const Vector3 sideways = std::cos(turn) * side + std::sin(turn) * other;
-            places.push_back(phantom::organ_exit(
-                centre, std::cos(ring.tilt_deg * degree) * outwards + std::sin(ring.tilt_deg * degree) * sideways));
+            places.push_back(
+                phantom::organ_exit(centre, std::cos(ring.tilt_deg * degree) * outwards +
+                                                std::sin(ring.tilt_deg * degree) * sideways));
         }
     return places;
 }
@@ -75,9 +79,11 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     std::vector<NamedPoint> points = targets;
     const std::vector<Vector3> places = sensor_places();
     for (const Vector3& place : places)
-        for (const Vector3& p : places_around(place)) points.push_back({fmt::format("S{}", points.size()), p});
-    solve_truth(with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)), points,
-                organ.truth, progress, {StrainModel::neohookean, rim_share, flat_radius});
+        for (const Vector3& p : places_around(place))
+            points.push_back({fmt::format("S{}", points.size()), p});
+    solve_truth(
+        with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
+        points, organ.truth, progress, {StrainModel::neohookean, rim_share, flat_radius});
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;
@@ -94,13 +100,15 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     return organ;
 }
 
-RigidTransform<ImageFrame, Sensor> sensor_at(const PressedOrgan& organ, const TrueSensor& sensor, double depth) {
+RigidTransform<ImageFrame, Sensor> sensor_at(const PressedOrgan& organ, const TrueSensor& sensor,
+                                             double depth) {
     std::vector<Vector3> rest, now;
     for (const TruthTarget& p : sensor.around) {
         rest.push_back(p.position);
         now.push_back(p.position + displacement_of(organ.truth, p, depth));
     }
-    return rigid_part(register_points<ImageFrame, ImageFrame>(rest, now).to_from_from) * sensor.at_rest;
+    return rigid_part(register_points<ImageFrame, ImageFrame>(rest, now).to_from_from) *
+           sensor.at_rest;
 }
 
 }  // namespace livetet

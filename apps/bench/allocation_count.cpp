@@ -3,7 +3,8 @@
 #include <cerrno>
 #include <cstddef>
 
-// A program that uses this file gets its memory through the functions below. They count, then pass on to glibc's own.
+// A program that uses this file gets its memory through the functions below. They count, then pass
+// on to glibc's own.
 
 namespace {
 thread_local std::uint64_t count = 0;

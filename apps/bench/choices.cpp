@@ -16,17 +16,20 @@ namespace {
 constexpr double tightest = 1e-9;
 constexpr int finer_in_time = 4;
 
-constexpr std::array<std::pair<StrainModel, const char*>, 4> strains{{{StrainModel::linear, "linear"},
-                                                                       {StrainModel::corotated, "corotated"},
-                                                                       {StrainModel::green, "Green"},
-                                                                       {StrainModel::neohookean, "neo-Hookean"}}};
-constexpr std::array<std::pair<TimeScheme, const char*>, 3> schemes{{{TimeScheme::implicit_euler, "Euler"},
-                                                                      {TimeScheme::newmark, "Newmark"},
-                                                                      {TimeScheme::generalized_alpha, "generalized-alpha"}}};
+constexpr std::array<std::pair<StrainModel, const char*>, 4> strains{
+    {{StrainModel::linear, "linear"},
+     {StrainModel::corotated, "corotated"},
+     {StrainModel::green, "Green"},
+     {StrainModel::neohookean, "neo-Hookean"}}};
+constexpr std::array<std::pair<TimeScheme, const char*>, 3> schemes{
+    {{TimeScheme::implicit_euler, "Euler"},
+     {TimeScheme::newmark, "Newmark"},
+     {TimeScheme::generalized_alpha, "generalized-alpha"}}};
 
 bool is_dynamic(const Scene& scene) { return scene.time.scheme != TimeScheme::static_equilibrium; }
 
-/// The linear tolerance that goes with a Newton tolerance: a linear solve need not outdo the last linearisation.
+/// The linear tolerance that goes with a Newton tolerance: a linear solve need not outdo the last
+/// linearisation.
 void solve_to(Scene& scene, double tolerance) {
     scene.solver.newton_tolerance = tolerance;
     scene.solver.relative_tolerance = std::max(1e-3, std::min(0.1, tolerance));
@@ -41,7 +44,9 @@ Choices::Choices(const Scene& scene, MeshHierarchy hierarchy, const std::filesys
     scene_.track.reset();
     scene_.output = {};
     scene_.mesh = {};
-    if (scene_.time.adaptive_tolerance_mm > 0) fail("time.adaptive_tolerance_mm is set, expected fixed steps: they are one of the choices");
+    if (scene_.time.adaptive_tolerance_mm > 0)
+        fail(
+            "time.adaptive_tolerance_mm is set, expected fixed steps: they are one of the choices");
     MeshHierarchy rest = hierarchy_;
     for (std::size_t l = 0; l < hierarchy_.levels.size(); ++l) {
         write_hierarchy(folder_ / fmt::format("level{}.h5", l), rest);
@@ -54,13 +59,15 @@ Choices::Choices(const Scene& scene, MeshHierarchy hierarchy, const std::filesys
 SceneChoice Choices::on_level(std::size_t level) const {
     SceneChoice choice{"", fmt::format("level {}", level), level, scene_};
     choice.scene.mesh.file = folder_ / fmt::format("level{}.h5", level);
-    if (level + 1 == hierarchy_.levels.size()) choice.scene.solver.kind = SolverKind::automatic;  // nothing below for multigrid
+    if (level + 1 == hierarchy_.levels.size())
+        choice.scene.solver.kind = SolverKind::automatic;  // nothing below for multigrid
     return choice;
 }
 
 std::vector<SceneChoice> Choices::all() const {
     std::vector<SceneChoice> all;
-    const auto add = [&](SceneChoice choice, const std::string& varied, const std::string& name, auto&& change) {
+    const auto add = [&](SceneChoice choice, const std::string& varied, const std::string& name,
+                         auto&& change) {
         choice.varied = varied;
         choice.name += ", " + name;
         change(choice.scene);
@@ -72,10 +79,11 @@ std::vector<SceneChoice> Choices::all() const {
         for (const double tolerance : {1e-1, 1e-2, usual})
             for (std::size_t l = elements == Elements::p2 ? 1 : 0; l < levels; ++l) {
                 const std::string order = elements == Elements::p2 ? "P2" : "P1";
-                add(on_level(l), fmt::format("{}, to {}", order, digits(tolerance)), fmt::format("{}, {}", order, digits(tolerance)), [&](Scene& s) {
-                    s.elements = elements;
-                    solve_to(s, tolerance);
-                });
+                add(on_level(l), fmt::format("{}, to {}", order, digits(tolerance)),
+                    fmt::format("{}, {}", order, digits(tolerance)), [&](Scene& s) {
+                        s.elements = elements;
+                        solve_to(s, tolerance);
+                    });
             }
     const auto with = [&](const std::string& varied, const std::string& name, auto&& change) {
         add(on_level(0), varied, "P1, " + name, [&](Scene& s) {
@@ -85,17 +93,20 @@ std::vector<SceneChoice> Choices::all() const {
         });
     };
     for (const auto& [strain, name] : strains)
-        if (strain != scene_.strain) with("strain model", name, [&](Scene& s) { s.strain = strain; });
+        if (strain != scene_.strain)
+            with("strain model", name, [&](Scene& s) { s.strain = strain; });
     if (levels > 1)
         with("solver", "multigrid, Galerkin", [](Scene& s) {
             s.solver.kind = SolverKind::multigrid;
             s.solver.coarse = CoarseOperator::galerkin;
         });
-    const bool can_be_live = scene_.strain == StrainModel::linear || scene_.strain == StrainModel::corotated;
-    if (levels > 1 && can_be_live) with("solver", "live kernels", [](Scene& s) {
-        s.solver.kind = SolverKind::live;
-        s.formulation = Formulation::displacement;
-    });
+    const bool can_be_live =
+        scene_.strain == StrainModel::linear || scene_.strain == StrainModel::corotated;
+    if (levels > 1 && can_be_live)
+        with("solver", "live kernels", [](Scene& s) {
+            s.solver.kind = SolverKind::live;
+            s.formulation = Formulation::displacement;
+        });
     with("solver", "BoomerAMG", [](Scene& s) { s.solver.kind = SolverKind::boomeramg; });
     with("solver", "GAMG", [](Scene& s) { s.solver.kind = SolverKind::gamg; });
     with("solver", "Cholesky", [](Scene& s) { s.solver.kind = SolverKind::direct; });
@@ -109,10 +120,12 @@ std::vector<SceneChoice> Choices::all() const {
         for (const auto& [scheme, name] : schemes)
             for (const int longer : {1, 2, 4})
                 if (scheme != scene_.time.scheme || longer != 1)
-                    with(name, fmt::format("{}, {:.3g} ms", name, 1e3 * longer * scene_.time.step_s), [&](Scene& s) {
-                        s.time.scheme = scheme;
-                        s.time.step_s *= longer;
-                    });
+                    with(name,
+                         fmt::format("{}, {:.3g} ms", name, 1e3 * longer * scene_.time.step_s),
+                         [&](Scene& s) {
+                             s.time.scheme = scheme;
+                             s.time.step_s *= longer;
+                         });
     return all;
 }
 

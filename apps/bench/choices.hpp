@@ -23,13 +23,15 @@ class Choices {
     /// Writes the levels of `hierarchy` from each on as hierarchy files into `folder`.
     Choices(const Scene& scene, MeshHierarchy hierarchy, const std::filesystem::path& folder);
 
-    /// The scene on each level with P1 and P2 (P2 not on the finest: that is the reference's), to three tolerances; with
-    /// each strain model; each solver; and where it is dynamic each scheme with three steps.
+    /// The scene on each level with P1 and P2 (P2 not on the finest: that is the reference's), to
+    /// three tolerances; with each strain model; each solver; and where it is dynamic each scheme
+    /// with three steps.
     std::vector<SceneChoice> all() const;
 
-    // What a choice's error is made of: each has one cause of error fewer than the one before. `tight` solves its
-    // equations to 1e-9; `fine_in_time` takes a quarter of the scene's step, too; `same_model` has the scene's strain
-    // model, too; the reference has ten-node tets on the finest mesh, too.
+    // What a choice's error is made of: each has one cause of error fewer than the one before.
+    // `tight` solves its equations to 1e-9; `fine_in_time` takes a quarter of the scene's step,
+    // too; `same_model` has the scene's strain model, too; the reference has ten-node tets on the
+    // finest mesh, too.
     Scene tight(const SceneChoice& choice) const;
     Scene fine_in_time(const SceneChoice& choice) const;
     Scene same_model(const SceneChoice& choice) const;

@@ -8,10 +8,10 @@
 
 #include "apps/bench/beam_mesh.hpp"
 #include "apps/bench/solve_run.hpp"
-#include "base/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
+#include "base/work_folder.hpp"
 #include "io/hierarchy_file.hpp"
 #include "meshing/refine.hpp"
 #ifdef LIVETET_IMAGES
@@ -27,7 +27,8 @@ using nlohmann::json;
 
 constexpr double tolerance = 1e-8;
 constexpr int most_iterations = 2000;
-constexpr double most_meshed_nodes = 5e5;  ///< beyond, the finest mesh is cut from the next: Gmsh takes minutes for a million nodes
+constexpr double most_meshed_nodes =
+    5e5;  ///< beyond, the finest mesh is cut from the next: Gmsh takes minutes for a million nodes
 
 struct SolveMethod {
     std::string name, solver;
@@ -52,12 +53,12 @@ struct Setting {
     std::string against;  ///< what is varied: "nodes", "nu", ...
     double value = 0;
     double edge_m = 0.0054;
-    int refine = 0;         ///< cut so often from a mesh that much coarser
+    int refine = 0;  ///< cut so often from a mesh that much coarser
     double poisson = 0.45;
-    double contrast = 1;    ///< of Young's modulus, the upper half to the lower
-    double stretch = 1;     ///< of the mesh along z
-    int levels = 0;         ///< 0: all
-    int smoothing = 0;      ///< 0: the solver's own
+    double contrast = 1;  ///< of Young's modulus, the upper half to the lower
+    double stretch = 1;   ///< of the mesh along z
+    int levels = 0;       ///< 0: all
+    int smoothing = 0;    ///< 0: the solver's own
 };
 
 std::string name_of(const Setting& s, const SolveMethod& m) { return s.against + ", " + m.name; }
@@ -81,23 +82,29 @@ class Beams {
         const fs::path scene = folder_ / fmt::format("{}.yaml", ++count_);
         const double top = 1e3 * 0.1 * s.stretch;
         write_text_file(
-            scene, fmt::format("mesh: {{file: {}, refine: {}}}\n"
-                               "strain: linear\nformulation: displacement\n"
-                               "materials: [{{region: 1, young_Pa: 5000, poisson: {}}}, {{region: 2, young_Pa: {}, poisson: {}}}]\n"
-                               "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
-                               "drive: [{{box_mm: [83.5, 33.5, {}, 116.5, 66.5, {}], displacement_mm: [0, 0, -1]}}]\n"
-                               "solver: {{{}, smoothing_steps: {}, relative_tolerance: {}, max_iterations: {}, newton_tolerance: 0.5, max_newton: 1}}\n"
-                               "output: {{file: result.h5}}\n",
-                               mesh, s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001, top + 0.001, method.solver, s.smoothing, tolerance,
-                               most_iterations));
+            scene,
+            fmt::format("mesh: {{file: {}, refine: {}}}\n"
+                        "strain: linear\nformulation: displacement\n"
+                        "materials: [{{region: 1, young_Pa: 5000, poisson: {}}}, {{region: 2, "
+                        "young_Pa: {}, poisson: {}}}]\n"
+                        "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
+                        "drive: [{{box_mm: [83.5, 33.5, {}, 116.5, 66.5, {}], displacement_mm: [0, "
+                        "0, -1]}}]\n"
+                        "solver: {{{}, smoothing_steps: {}, relative_tolerance: {}, "
+                        "max_iterations: {}, newton_tolerance: 0.5, max_newton: 1}}\n"
+                        "output: {{file: result.h5}}\n",
+                        mesh, s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001,
+                        top + 0.001, method.solver, s.smoothing, tolerance, most_iterations));
         Point point{s, method.name, "", 0, 0, 0};
         try {
             const SolveRun run = run_solve(method.name, "", 1, scene);
             point.nodes = run.unknowns / 3;
             point.iterations = run.iterations_a_solve();
             point.seconds = run.assembly_s + run.preconditioner_s + run.linear_s;
-            if (point.iterations >= most_iterations) point.failure = fmt::format("not in {} iterations", most_iterations);
-            else if (!run.converged) point.failure = "did not converge";
+            if (point.iterations >= most_iterations)
+                point.failure = fmt::format("not in {} iterations", most_iterations);
+            else if (!run.converged)
+                point.failure = "did not converge";
         } catch (const Error& error) {
             point.failure = error.what();
         }
@@ -109,7 +116,8 @@ class Beams {
         const std::string name = fmt::format("{:.6f}_{}_{}.h5", s.edge_m, s.stretch, s.levels);
         if (fs::exists(folder_ / name)) return name;
         MeshHierarchy hierarchy = mesh_beam(s.edge_m, {});
-        if (s.levels > 0 && hierarchy.levels.size() > static_cast<std::size_t>(s.levels)) hierarchy.levels.resize(s.levels);
+        if (s.levels > 0 && hierarchy.levels.size() > static_cast<std::size_t>(s.levels))
+            hierarchy.levels.resize(s.levels);
         for (TetMesh& level : hierarchy.levels) {
             for (const Tet& t : level.tets) {
                 double z = 0;
@@ -126,15 +134,21 @@ class Beams {
     int count_ = 0;
 };
 
-/// The edge of the beam's mesh with about so many nodes; the power is what meshes from 10^3 to 10^6 nodes came to.
-double edge_for(double nodes) { return std::cbrt(4.955 * 0.002 / (5.75 * nodes)) / std::cbrt(0.877 * std::pow(nodes / 1000, 0.062)); }
+/// The edge of the beam's mesh with about so many nodes; the power is what meshes from 10^3 to 10^6
+/// nodes came to.
+double edge_for(double nodes) {
+    return std::cbrt(4.955 * 0.002 / (5.75 * nodes)) /
+           std::cbrt(0.877 * std::pow(nodes / 1000, 0.062));
+}
 
 void print(const std::vector<Point>& points) {
-    fmt::print("\n{:<12} {:>9} {:<22} {:>9} {:>4} {:>11} {:>7} {:>9}\n", "against", "", "preconditioner", "nodes", "cut", "iterations", "factor", "seconds");
+    fmt::print("\n{:<12} {:>9} {:<22} {:>9} {:>4} {:>11} {:>7} {:>9}\n", "against", "",
+               "preconditioner", "nodes", "cut", "iterations", "factor", "seconds");
     for (const Point& p : points) {
         fmt::print("{:<12} {:>9.4g} {:<22} ", p.setting.against, p.setting.value, p.method);
         if (p.failure.empty())
-            fmt::print("{:>9.0f} {:>4} {:>11.0f} {:>7.3f} {:>9.2f}\n", p.nodes, p.setting.refine, p.iterations, p.factor(), p.seconds);
+            fmt::print("{:>9.0f} {:>4} {:>11.0f} {:>7.3f} {:>9.2f}\n", p.nodes, p.setting.refine,
+                       p.iterations, p.factor(), p.seconds);
         else
             fmt::print("{}\n", p.failure);
     }
@@ -143,27 +157,37 @@ void print(const std::vector<Point>& points) {
 std::string csv_text(const std::vector<Point>& points) {
     std::string text = "against,value,preconditioner,nodes,cut,iterations,factor,seconds,failure\n";
     for (const Point& p : points)
-        text += fmt::format("{},{},\"{}\",{},{},{},{:.4f},{:.4f},\"{}\"\n", p.setting.against, p.setting.value, p.method, p.nodes, p.setting.refine, p.iterations, p.factor(),
-                            p.seconds, p.failure);
+        text += fmt::format("{},{},\"{}\",{},{},{},{:.4f},{:.4f},\"{}\"\n", p.setting.against,
+                            p.setting.value, p.method, p.nodes, p.setting.refine, p.iterations,
+                            p.factor(), p.seconds, p.failure);
     return text;
 }
 
 json json_of(const std::vector<Point>& points) {
     json list = json::array();
     for (const Point& p : points)
-        list.push_back({{"against", p.setting.against}, {"value", p.setting.value}, {"preconditioner", p.method}, {"nodes", p.nodes}, {"cut", p.setting.refine},
-                        {"iterations", p.iterations}, {"factor", p.factor()}, {"seconds", p.seconds}, {"failure", p.failure}});
+        list.push_back({{"against", p.setting.against},
+                        {"value", p.setting.value},
+                        {"preconditioner", p.method},
+                        {"nodes", p.nodes},
+                        {"cut", p.setting.refine},
+                        {"iterations", p.iterations},
+                        {"factor", p.factor()},
+                        {"seconds", p.seconds},
+                        {"failure", p.failure}});
     return list;
 }
 
 #ifdef LIVETET_IMAGES
 void draw(const fs::path& path, const std::vector<Point>& points) {
-    WorkPrecisionChart iterations{"Iterations to 1e-8", "iterations", {}, "nodes"}, seconds{"Time to 1e-8", "seconds, operator and solve", {}, "nodes"};
+    WorkPrecisionChart iterations{"Iterations to 1e-8", "iterations", {}, "nodes"},
+        seconds{"Time to 1e-8", "seconds, operator and solve", {}, "nodes"};
     for (const SolveMethod& m : methods()) {
         WorkPrecisionLine of_iterations{m.name, {}, {}}, of_seconds{m.name, {}, {}};
         for (const Point& p : points) {
             if (p.setting.against != "nodes" || p.method != m.name || !p.failure.empty()) continue;
-            for (WorkPrecisionLine* line : {&of_iterations, &of_seconds}) line->seconds.push_back(p.nodes);
+            for (WorkPrecisionLine* line : {&of_iterations, &of_seconds})
+                line->seconds.push_back(p.nodes);
             of_iterations.error.push_back(p.iterations);
             of_seconds.error.push_back(p.seconds);
         }
@@ -185,11 +209,18 @@ int bench_convergence(const ConvergenceArguments& a) {
     for (double nodes = a.least_nodes; nodes < 1.01 * a.most_nodes; nodes *= std::sqrt(10)) {
         for (const SolveMethod& m : methods()) {
             if (nodes > m.most_nodes) continue;
-            const int cuts = m.name.ends_with("nested") ? (nodes > 3e4 ? 2 : 1) : nodes > most_meshed_nodes ? 1 : 0;
-            all.emplace_back(Setting{.against = "nodes", .value = std::round(nodes), .edge_m = std::pow(2, cuts) * edge_for(nodes), .refine = cuts}, m);
+            const int cuts = m.name.ends_with("nested")  ? (nodes > 3e4 ? 2 : 1)
+                             : nodes > most_meshed_nodes ? 1
+                                                         : 0;
+            all.emplace_back(Setting{.against = "nodes",
+                                     .value = std::round(nodes),
+                                     .edge_m = std::pow(2, cuts) * edge_for(nodes),
+                                     .refine = cuts},
+                             m);
         }
     }
-    const auto vary = [&](const std::string& against, std::initializer_list<double> values, auto&& set) {
+    const auto vary = [&](const std::string& against, std::initializer_list<double> values,
+                          auto&& set) {
         for (const double value : values)
             for (const std::size_t m : {0, 1, 3, 4}) {
                 Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
@@ -200,42 +231,56 @@ int bench_convergence(const ConvergenceArguments& a) {
     vary("nu", {0, 0.3, 0.45, 0.49, 0.499}, [](Setting& s, double v) { s.poisson = v; });
     vary("contrast", {1, 1e2, 1e4, 1e6}, [](Setting& s, double v) { s.contrast = v; });
     vary("anisotropy", {1, 0.3, 0.1, 0.03}, [](Setting& s, double v) { s.stretch = v; });
-    for (const auto& [against, values] : {std::pair{"levels", std::vector<double>{2, 3, 4}}, std::pair{"smoothing", std::vector<double>{1, 2, 4, 6, 8}}})
+    for (const auto& [against, values] :
+         {std::pair{"levels", std::vector<double>{2, 3, 4}},
+          std::pair{"smoothing", std::vector<double>{1, 2, 4, 6, 8}}})
         for (const double value : values)
             for (const std::size_t m : {0, 1}) {
                 Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
                 (s.against == "levels" ? s.levels : s.smoothing) = static_cast<int>(value);
                 all.emplace_back(s, methods()[m]);
             }
-    std::erase_if(all, [&](const auto& solve) { return name_of(solve.first, solve.second).find(a.only) == std::string::npos; });
+    std::erase_if(all, [&](const auto& solve) {
+        return name_of(solve.first, solve.second).find(a.only) == std::string::npos;
+    });
     if (all.empty()) fail("--only {}: no solve has this in its name", a.only);
-    if (!a.figure.empty() && std::none_of(all.begin(), all.end(), [](const auto& solve) { return solve.first.against == "nodes"; }))
+    if (!a.figure.empty() && std::none_of(all.begin(), all.end(), [](const auto& solve) {
+            return solve.first.against == "nodes";
+        }))
         fail("--only {}: leaves nothing for --figure, which shows what is against nodes", a.only);
     std::vector<Point> points;
     {
         ProgressLine progress("convergence");
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto& [setting, method] = all[k];
-            progress.update(static_cast<double>(k) / static_cast<double>(all.size()),
-                            fmt::format("{} {:.4g}, {}", setting.against, setting.value, method.name));
+            progress.update(
+                static_cast<double>(k) / static_cast<double>(all.size()),
+                fmt::format("{} {:.4g}, {}", setting.against, setting.value, method.name));
             points.push_back(beams.solve(setting, method));
         }
     }
     print(points);
     double at_ten_thousand = 0, most = 0;
     for (const Point& p : points)
-        if (p.setting.against == "nodes" && p.method == methods().front().name && p.setting.value > 9e3) {
+        if (p.setting.against == "nodes" && p.method == methods().front().name &&
+            p.setting.value > 9e3) {
             if (at_ten_thousand == 0) at_ten_thousand = p.iterations;
             most = std::max(most, p.failure.empty() ? p.iterations : 1e9);
         }
     const bool holds = most <= 1.2 * at_ten_thousand;
-    fmt::print("\ncut: how often the finest mesh was cut from the next one, the levels below being meshed each on its own (beyond {:.0e} nodes Gmsh takes\n"
-               "minutes); BoomerAMG, GAMG, ICC, Jacobi and Galerkin end where they would take minutes\n", most_meshed_nodes);
+    fmt::print(
+        "\ncut: how often the finest mesh was cut from the next one, the levels below being meshed "
+        "each on its own (beyond {:.0e} nodes Gmsh takes\n"
+        "minutes); BoomerAMG, GAMG, ICC, Jacobi and Galerkin end where they would take minutes\n",
+        most_meshed_nodes);
     if (at_ten_thousand > 0)
-        fmt::print("\nmultigrid's iterations: {} at 10^4 nodes, {} at most beyond: grow by {:.0f} %, asked at most 20: {}\n", at_ten_thousand, most,
-                   100 * (most / at_ten_thousand - 1), holds ? "holds" : "MISSED");
+        fmt::print(
+            "\nmultigrid's iterations: {} at 10^4 nodes, {} at most beyond: grow by {:.0f} %, "
+            "asked at most 20: {}\n",
+            at_ten_thousand, most, 100 * (most / at_ten_thousand - 1), holds ? "holds" : "MISSED");
     else
-        fmt::print("\nmultigrid's growth is judged from 10^4 nodes on: no such mesh was asked for\n");
+        fmt::print(
+            "\nmultigrid's growth is judged from 10^4 nodes on: no such mesh was asked for\n");
     if (!a.csv.empty()) write_text_file(a.csv, csv_text(points));
     if (!a.json.empty()) write_text_file(a.json, json_of(points).dump(2) + "\n");
 #ifdef LIVETET_IMAGES

@@ -9,11 +9,16 @@ std::string distribution_heads(const std::string& unit) {
 }
 
 std::string distribution_row(const std::string& name, const Distribution& values) {
-    return fmt::format("{:<44} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f}\n", name, values.median, values.p95, values.p99, values.worst);
+    return fmt::format("{:<44} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f}\n", name, values.median,
+                       values.p95, values.p99, values.worst);
 }
 
 nlohmann::json json_of(const Distribution& values) {
-    return {{"median", values.median}, {"p95", values.p95}, {"p99", values.p99}, {"worst", values.worst}, {"count", values.count}};
+    return {{"median", values.median},
+            {"p95", values.p95},
+            {"p99", values.p99},
+            {"worst", values.worst},
+            {"count", values.count}};
 }
 
 }  // namespace livetet

@@ -13,12 +13,12 @@
 #include "apps/bench/distribution_table.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/live/frame_loop.hpp"
-#include "base/interruptible.hpp"
-#include "apps/phantom/phantom.hpp"
 #include "apps/live/tracker_server.hpp"
-#include "base/work_folder.hpp"
+#include "apps/phantom/phantom.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/interruptible.hpp"
+#include "base/work_folder.hpp"
 #include "config/yaml.hpp"
 #include "io/openigtlink/parser.hpp"
 #include "io/openigtlink/source.hpp"
@@ -52,7 +52,8 @@ class ArrivalTimes {
     std::map<std::uint64_t, double> times_;
 };
 
-/// What a client sees of a frame: when its last message was there, and how long the frame itself says that it took.
+/// What a client sees of a frame: when its last message was there, and how long the frame itself
+/// says that it took.
 struct SeenFrame {
     std::uint64_t sample = 0;
     double seen_s = 0, computed_ms = 0;
@@ -78,7 +79,8 @@ class FrameReader {
 
   private:
     void read() {
-        igtl::MessageParser parser([](const igtl::Header& header) { return header.type == "STRING"; });
+        igtl::MessageParser parser(
+            [](const igtl::Header& header) { return header.type == "STRING"; });
         std::array<std::uint8_t, 65536> buffer;
         std::error_code failure;
         while (const std::size_t size = socket_.read_some(asio::buffer(buffer), failure))
@@ -120,10 +122,12 @@ Scene published_scene(double budget_ms) {
 
 int bench_latency(const LatencyArguments& arguments) {
     PetscSession session("livetet", {});
-    if (session.ranks() > 1) fail("bench latency runs on one rank, found {}: start it without mpirun", session.ranks());
+    if (session.ranks() > 1)
+        fail("bench latency runs on one rank, found {}: start it without mpirun", session.ranks());
     MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
-        return mesh_phantom(make_phantom_images(0.0015, 1), {"", arguments.tets, 0, 0, 0}, progress.callback());
+        return mesh_phantom(make_phantom_images(0.0015, 1), {"", arguments.tets, 0, 0, 0},
+                            progress.callback());
     }();
     SimulatedTrackerOptions tracker = phantom_tracker({.rate_Hz = arguments.rate_Hz});
     tracker.presses = 1 + static_cast<int>(arguments.seconds / 3);
@@ -146,8 +150,9 @@ int bench_latency(const LatencyArguments& arguments) {
             arrivals.keep(sample);
         };
         OpenIgtLinkSource source("127.0.0.1", server.port(), {"Reference", "Sensor"}, options);
-        LiveModel model(scene, body, [&](const std::string& tool) { return source.index_of(tool); },
-                        tracker.image_from_reference, true);
+        LiveModel model(
+            scene, body, [&](const std::string& tool) { return source.index_of(tool); },
+            tracker.image_from_reference, true);
         Announcer announcer(body.mesh(), source, 0, scene.track->publish);
         FrameReader reader(announcer.port());
         const Interruptible interruptible;
@@ -169,15 +174,21 @@ int bench_latency(const LatencyArguments& arguments) {
         told.push_back(ms - frame.computed_ms);
     }
     if (whole.empty()) fail("bench latency: no frame came back in {} s", arguments.seconds);
-    const Distribution all = distribution(whole), compute = distribution(computed), tell = distribution(told);
-    fmt::print("{} tets, a tracker of {:g} Hz, budget {:g} ms, every frame published: {} of {} samples computed, {} frames seen "
-               "by a client\n\n",
-               body.mesh().tets.size(), arguments.rate_Hz, arguments.budget_ms, counts.frames, counts.samples, seen.size());
-    fmt::print("{}{}{}{}", distribution_heads("ms"), distribution_row("from a message's arrival to the client", all), distribution_row("  until the frame is computed", compute),
+    const Distribution all = distribution(whole), compute = distribution(computed),
+                       tell = distribution(told);
+    fmt::print(
+        "{} tets, a tracker of {:g} Hz, budget {:g} ms, every frame published: {} of {} samples "
+        "computed, {} frames seen "
+        "by a client\n\n",
+        body.mesh().tets.size(), arguments.rate_Hz, arguments.budget_ms, counts.frames,
+        counts.samples, seen.size());
+    fmt::print("{}{}{}{}", distribution_heads("ms"),
+               distribution_row("from a message's arrival to the client", all),
+               distribution_row("  until the frame is computed", compute),
                distribution_row("  surface, tools, status: built, sent, read", tell));
     const bool held = all.median < median_allowed_ms && all.p99 < p99_allowed_ms;
-    fmt::print("\nasked for: median under {:g} ms, 99 % under {:g} ms: {}\n", median_allowed_ms, p99_allowed_ms,
-               held ? "held" : "MISSED");
+    fmt::print("\nasked for: median under {:g} ms, 99 % under {:g} ms: {}\n", median_allowed_ms,
+               p99_allowed_ms, held ? "held" : "MISSED");
     if (!arguments.json.empty())
         write_text_file(arguments.json, json{{"tets", body.mesh().tets.size()},
                                              {"rate_Hz", arguments.rate_Hz},

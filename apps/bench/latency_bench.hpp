@@ -12,9 +12,10 @@ struct LatencyArguments {
     std::filesystem::path json;
 };
 
-/// From a tracker's message to the published frame that used it: a tracker server, `track`'s own frame loop with its
-/// recorder and its server, and a client that reads every frame, all over TCP on this machine. Prints a table; returns the
-/// exit status: 0, or 1 where the median is above 15 ms or the 99th percentile above 25 ms.
+/// From a tracker's message to the published frame that used it: a tracker server, `track`'s own
+/// frame loop with its recorder and its server, and a client that reads every frame, all over TCP
+/// on this machine. Prints a table; returns the exit status: 0, or 1 where the median is above 15
+/// ms or the 99th percentile above 25 ms.
 int bench_latency(const LatencyArguments& arguments);
 
 }  // namespace livetet

@@ -21,7 +21,9 @@ double measure_bandwidth(int threads) {
         const auto start = std::chrono::steady_clock::now();
         team.run([&](int t) {
             const std::size_t n = values.size() / threads;
-            sums[t] += Eigen::Map<const Eigen::VectorXd>(values.data() + t * n, static_cast<Eigen::Index>(n)).sum();
+            sums[t] += Eigen::Map<const Eigen::VectorXd>(values.data() + t * n,
+                                                         static_cast<Eigen::Index>(n))
+                           .sum();
         });
         best = std::min(best, seconds_since(start));
     }

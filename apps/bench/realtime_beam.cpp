@@ -16,21 +16,25 @@ Constraints beam_constraints(const TetMesh& mesh, double t) {
         const Vector3& x = mesh.nodes[i];
         const std::int32_t n = static_cast<std::int32_t>(i);
         if (x.x() < 1e-9) constraints.prescribe(std::span(&n, 1), Vector3::Zero());
-        if (x.z() > 0.1 - 1e-9 && std::abs(x.x() - 0.1) <= 0.0165 && std::abs(x.y() - 0.05) <= 0.0165)
-            constraints.prescribe(std::span(&n, 1), {0, 0, -0.02 * std::sin(2 * std::numbers::pi * 0.75 * t)});
+        if (x.z() > 0.1 - 1e-9 && std::abs(x.x() - 0.1) <= 0.0165 &&
+            std::abs(x.y() - 0.05) <= 0.0165)
+            constraints.prescribe(std::span(&n, 1),
+                                  {0, 0, -0.02 * std::sin(2 * std::numbers::pi * 0.75 * t)});
     }
     return constraints;
 }
 
 }  // namespace
 
-RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy, int threads, double bandwidth,
-                    ProgressLine& progress) {
+RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy, int threads,
+                            double bandwidth, ProgressLine& progress) {
     constexpr double dt = 1.0 / 30;
     constexpr int steps = 30;
     const Material material{.young_Pa = 5000, .poisson = 0.45, .density_kg_per_m3 = 1000};
-    const ElasticModel model{std::span(&material, 1), StrainModel::corotated, Formulation::displacement};
-    const TimeOptions time{.scheme = TimeScheme::implicit_euler, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.1};
+    const ElasticModel model{std::span(&material, 1), StrainModel::corotated,
+                             Formulation::displacement};
+    const TimeOptions time{
+        .scheme = TimeScheme::implicit_euler, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.1};
     const TetMesh& mesh = hierarchy.levels.front();
     RealtimeResult result;
     result.name = size.name;
@@ -45,11 +49,13 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
 
     std::vector<Vector3> reached;
     {
-        DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, model, time, {.kind = SolverKind::live, .threads = threads});
+        DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, model, time,
+                            {.kind = SolverKind::live, .threads = threads});
         result.threads = body.threads();
         reached.resize(mesh.nodes.size());
         std::vector<Measured> frames;
-        for (int turn = 0; turn < 12; ++turn) {  // the same thirty steps, often enough for a 99th percentile
+        for (int turn = 0; turn < 12;
+             ++turn) {  // the same thirty steps, often enough for a 99th percentile
             body.set_displacement(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             body.set_velocity(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             for (int k = 1; k <= steps; ++k) {
@@ -70,15 +76,18 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
             progress.update(0.3 * turn / 12, size.name + ": times");
         }
         take_times(result, frames);
-        for (const Measured& m : frames) result.estimate_mean += m.step.solve_error / static_cast<double>(frames.size()) / 0.02;
+        for (const Measured& m : frames)
+            result.estimate_mean += m.step.solve_error / static_cast<double>(frames.size()) / 0.02;
         result.bytes = bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, true);
     }
-    DeformableBody converged(PETSC_COMM_SELF, hierarchy, {}, model, time, {.kind = SolverKind::live, .threads = threads});
+    DeformableBody converged(PETSC_COMM_SELF, hierarchy, {}, model, time,
+                             {.kind = SolverKind::live, .threads = threads});
     for (int k = 1; k <= steps; ++k) {
         progress.update(0.3 + 0.7 * k / steps, size.name + ": converged run");
         converged.set_constraints(beam_constraints(mesh, k * dt));
         result.references_not_converged +=
-            !converged.step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2}).converged;
+            !converged.step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
+                 .converged;
     }
     const std::vector<Vector3> truth = converged.displacement();
     double gap = 0, size_of = 0;

@@ -15,18 +15,26 @@ namespace livetet {
 
 int bench_realtime(const RealtimeArguments& arguments) {
     PetscSession session("livetet", {});
-    if (session.ranks() > 1) fail("bench realtime runs on one rank, found {}: start it without mpirun", session.ranks());
-    const PhantomSize phantoms[] = {{"P60", 60000, 150, 0.005, 0.02}, {"V68", 360000, 30, 0.01, 0.03}};
-    const BeamSize beams[] = {{"beamA", 0.0050, 0.006, 0.006, 2}, {"beamB", 0.00272, 0.06, 0.01, 4}};
+    if (session.ranks() > 1)
+        fail("bench realtime runs on one rank, found {}: start it without mpirun", session.ranks());
+    const PhantomSize phantoms[] = {{"P60", 60000, 150, 0.005, 0.02},
+                                    {"V68", 360000, 30, 0.01, 0.03}};
+    const BeamSize beams[] = {{"beamA", 0.0050, 0.006, 0.006, 2},
+                              {"beamB", 0.00272, 0.06, 0.01, 4}};
     const auto asked = [&](const std::string& name) {
-        return std::find(arguments.sizes.begin(), arguments.sizes.end(), name) != arguments.sizes.end();
+        return std::find(arguments.sizes.begin(), arguments.sizes.end(), name) !=
+               arguments.sizes.end();
     };
     for (const std::string& name : arguments.sizes)
         if (name != "P60" && name != "V68" && name != "beamA" && name != "beamB")
             fail("--size {}: no such case, there are P60, V68, beamA, beamB", name);
-    const int threads = arguments.threads > 0 ? arguments.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
+    const int threads =
+        arguments.threads > 0
+            ? arguments.threads
+            : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
     const double bandwidth = measure_bandwidth(threads);
-    fmt::print("memory bandwidth, {} thread{}: {:.1f} GB/s\n\n", threads, threads == 1 ? "" : "s", bandwidth / 1e9);
+    fmt::print("memory bandwidth, {} thread{}: {:.1f} GB/s\n\n", threads, threads == 1 ? "" : "s",
+               bandwidth / 1e9);
     if (arguments.frames > 0) print_realtime_header();
     std::vector<RealtimeResult> results;
     std::vector<WorkPrecisionChart> charts;
@@ -37,15 +45,21 @@ int bench_realtime(const RealtimeArguments& arguments) {
     };
     for (const PhantomSize& size : phantoms) {
         if (!asked(size.name)) continue;
-        const MeshHierarchy hierarchy = mesh_phantom(make_phantom_images(0.0015, 1), size, progress.callback());
+        const MeshHierarchy hierarchy =
+            mesh_phantom(make_phantom_images(0.0015, 1), size, progress.callback());
         if (arguments.frames > 0)
             for (const double nu : {0.45, 0.49})
-                for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::newmark})
-                    keep(measure_phantom(size, hierarchy, nu, scheme, arguments, bandwidth, progress));
-        if (!arguments.figure.empty() && charts.empty()) charts.push_back(measure_methods(size, hierarchy, arguments.threads, progress));
+                for (const TimeScheme scheme :
+                     {TimeScheme::static_equilibrium, TimeScheme::newmark})
+                    keep(measure_phantom(size, hierarchy, nu, scheme, arguments, bandwidth,
+                                         progress));
+        if (!arguments.figure.empty() && charts.empty())
+            charts.push_back(measure_methods(size, hierarchy, arguments.threads, progress));
     }
     for (const BeamSize& size : beams)
-        if (asked(size.name) && arguments.frames > 0) keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads, bandwidth, progress));
+        if (asked(size.name) && arguments.frames > 0)
+            keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads,
+                              bandwidth, progress));
     bool all = true;
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {

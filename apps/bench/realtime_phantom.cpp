@@ -3,10 +3,10 @@
 #include <numbers>
 
 #include "apps/bench/allocation_count.hpp"
+#include "apps/bench/realtime_cases.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
-#include "apps/bench/realtime_cases.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/node_selection.hpp"
 #include "meshing/image_surface.hpp"
@@ -17,13 +17,16 @@ namespace livetet {
 
 using nlohmann::json;
 
-MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size, const ProgressCallback& progress) {
+MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size,
+                           const ProgressCallback& progress) {
     MeshingOptions options;
     options.target_tets = size.tets;
     options.target_tolerance = 0.03;
-    MeshHierarchy hierarchy =
-        std::move(build_hierarchy(surface_of_labels(images.labels, options).surface, options, progress).hierarchy);
-    hierarchy.levels.front().node_sets["fixed"] = nodes_in_mask(hierarchy.levels.front(), images.fixed_mask);
+    MeshHierarchy hierarchy = std::move(
+        build_hierarchy(surface_of_labels(images.labels, options).surface, options, progress)
+            .hierarchy);
+    hierarchy.levels.front().node_sets["fixed"] =
+        nodes_in_mask(hierarchy.levels.front(), images.fixed_mask);
     return hierarchy;
 }
 
@@ -51,11 +54,11 @@ Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
     return scene;
 }
 
-/// The organ moves, the sensor is pressed by `depth(t)` metres, t from the end of `rest_s` at rest, while the sensor's place
-/// is measured.
+/// The organ moves, the sensor is pressed by `depth(t)` metres, t from the end of `rest_s` at rest,
+/// while the sensor's place is measured.
 template <class Depth>
-std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double rate, int frames, Depth&& depth,
-                                        double rest_s = 0.6) {
+std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double rate, int frames,
+                                        Depth&& depth, double rest_s = 0.6) {
     TrackerNoise noise(tracker);
     std::vector<TrackerSample> samples;
     const int rest = static_cast<int>(std::ceil(rest_s * rate));
@@ -76,16 +79,20 @@ std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double 
 /// A body on a phantom's mesh that follows samples, and one that solves the same steps to the end.
 class Follower {
   public:
-    Follower(const Scene& scene, const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker)
+    Follower(const Scene& scene, const MeshHierarchy& hierarchy,
+             const SimulatedTrackerOptions& tracker)
         : scene_(scene),
           body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
-          model_(scene_, body_, tool_finder({"Reference", "Sensor"}), tracker.image_from_reference) {}
+          model_(scene_, body_, tool_finder({"Reference", "Sensor"}),
+                 tracker.image_from_reference) {}
 
-    Measured frame(const TrackerSample& sample, FrameLimits limits, std::optional<double> budget_s = {}) {
+    Measured frame(const TrackerSample& sample, FrameLimits limits,
+                   std::optional<double> budget_s = {}) {
         Measured m;
         const auto start = Clock::now();
         if (budget_s)
-            limits.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*budget_s));
+            limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
+                                          std::chrono::duration<double>(*budget_s));
         const Frame& frame = model_.advance(sample, limits);
         m.seconds = seconds_since(start);
         m.step = frame.step;
@@ -96,19 +103,25 @@ class Follower {
 
     /// The same, compared with the converged solve of the same step.
     Measured judged_frame(const TrackerSample& sample, const FrameLimits& limits, double dt) {
-        if (!reference_) {  // the same kernels: they agree with the plain path (LiveSolver tests) and are twenty times as fast
+        if (!reference_) {  // the same kernels: they agree with the plain path (LiveSolver tests)
+                            // and are twenty times as fast
             SolverOptions converged = scene_.solver;
             converged.kind = SolverKind::live;
-            reference_ = std::make_unique<DeformableBody>(PETSC_COMM_SELF, body_.hierarchy, std::span<const std::vector<std::int32_t>>{},
-                                                          elastic_model(scene_, true), scene_.time, converged);
+            reference_ = std::make_unique<DeformableBody>(
+                PETSC_COMM_SELF, body_.hierarchy, std::span<const std::vector<std::int32_t>>{},
+                elastic_model(scene_, true), scene_.time, converged);
         }
         const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;
         if (!is_static) reference_->copy_state(*body_.body);
         Measured m = frame(sample, limits);
-        if (is_static) reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
+        if (is_static)
+            reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
         reference_->set_constraints(model_.constraints());
         reference_->move_constraints(model_.driven(), model_.driven_to());
-        m.reference_converged = reference_->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2}).converged;
+        m.reference_converged =
+            reference_
+                ->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
+                .converged;
         const Gap gap = gap_between(body_.body->displacement(), reference_->displacement());
         m.error = gap.rms;
         m.node_error = gap.node;
@@ -133,7 +146,8 @@ double press_depth(double t) { return 0.0075 * (1 - std::cos(2 * std::numbers::p
 
 SimulatedTrackerOptions bench_tracker() { return phantom_tracker(PhantomOptions{}); }
 
-/// One jump of 10 mm within a frame, the filter off so that nothing softens it: the ten frames after it.
+/// One jump of 10 mm within a frame, the filter off so that nothing softens it: the ten frames
+/// after it.
 json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double rate,
                   const FrameLimits& limits) {
     Scene scene = pressed;
@@ -141,13 +155,16 @@ json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double r
     SimulatedTrackerOptions tracker = bench_tracker();
     tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
     constexpr int before = 5, after = 10;
-    const auto samples = record_press(tracker, rate, before + after, [&](double t) { return t * rate < before - 0.5 ? 0.0 : 0.01; });
+    const auto samples = record_press(tracker, rate, before + after, [&](double t) {
+        return t * rate < before - 0.5 ? 0.0 : 0.01;
+    });
     Follower follower(scene, hierarchy, tracker);
     json errors = json::array();
     bool finite = true;
     for (std::size_t k = 0; k < samples.size(); ++k) {
         const bool judged = k + after >= samples.size();
-        const Measured m = judged ? follower.judged_frame(samples[k], limits, 1 / rate) : follower.frame(samples[k], limits);
+        const Measured m = judged ? follower.judged_frame(samples[k], limits, 1 / rate)
+                                  : follower.frame(samples[k], limits);
         finite = finite && !m.step.kept_old && std::isfinite(m.error);
         if (judged) errors.push_back(m.error / 0.01);
     }
@@ -162,8 +179,9 @@ struct FrameMethod {
 
 }  // namespace
 
-RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hierarchy, double nu, TimeScheme scheme,
-                       const RealtimeArguments& arguments, double bandwidth, ProgressLine& progress) {
+RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hierarchy, double nu,
+                               TimeScheme scheme, const RealtimeArguments& arguments,
+                               double bandwidth, ProgressLine& progress) {
     RealtimeResult result;
     result.name = size.name;
     result.motion = scheme == TimeScheme::static_equilibrium ? "static" : "newmark";
@@ -191,47 +209,58 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
         frames.reserve(samples.size());
         taken.reserve(samples.size());
         for (std::size_t k = 0; k < samples.size(); ++k) {
-            if (k % 100 == 0) progress.update(0.5 * static_cast<double>(k) / samples.size(), title + ": times");
+            if (k % 100 == 0)
+                progress.update(0.5 * static_cast<double>(k) / samples.size(), title + ": times");
             const auto allocations = allocations_of_this_thread();
             const long blocked = times_blocked();
             const Measured m = follower.frame(samples[k], {}, budget);
-            taken.push_back({{}, std::max(1, m.step.solves[0].iterations), m.step.half_renewed});  // not of a solve that was done again
+            taken.push_back({{},
+                             std::max(1, m.step.solves[0].iterations),
+                             m.step.half_renewed});  // not of a solve that was done again
             if (k < first) continue;
             result.allocations += allocations_of_this_thread() - allocations;
             result.blocked += times_blocked() - blocked;
             frames.push_back(m);
         }
         take_times(result, frames);
-        result.bytes = bytes_of_frame(follower.body(), result.tets, result.nodes, result.cycles_mean,
-                                      scheme != TimeScheme::static_equilibrium);
+        result.bytes = bytes_of_frame(follower.body(), result.tets, result.nodes,
+                                      result.cycles_mean, scheme != TimeScheme::static_equilibrium);
     }
     // 2. the errors: the same frames by as much work, some of them judged
-    const auto every = static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
+    const auto every =
+        static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
     Follower follower(scene, hierarchy, tracker);
     std::vector<Measured> frames;
     for (std::size_t k = 0; k < samples.size(); ++k) {
         const bool judged = k >= first && (k - first) % every == every / 2;
-        if (judged) progress.update(0.5 + 0.5 * static_cast<double>(k) / samples.size(), title + ": errors");
+        if (judged)
+            progress.update(0.5 + 0.5 * static_cast<double>(k) / samples.size(),
+                            title + ": errors");
         frames.push_back(judged ? follower.judged_frame(samples[k], taken[k], 1 / rate)
                                 : follower.frame(samples[k], taken[k]));
     }
     take_errors(result, frames);
     result.jump = measure_jump(scene, hierarchy, rate,
-                               {{}, std::max(1, static_cast<int>(std::lround(result.cycles_mean))), 2 * result.half_renewed > result.frames});
+                               {{},
+                                std::max(1, static_cast<int>(std::lround(result.cycles_mean))),
+                                2 * result.half_renewed > result.frames});
     return result;
 }
 
-WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy& hierarchy, int threads,
-                                   ProgressLine& progress) {
+WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy& hierarchy,
+                                   int threads, ProgressLine& progress) {
     const double rate = size.rate;
     WorkPrecisionChart chart{fmt::format("{}: {} tets, static, nu = 0.45, {:.0f} Hz", size.name,
                                          hierarchy.levels.front().tets.size(), rate),
-                             "mean error of a frame, % of the largest displacement", {}};
+                             "mean error of a frame, % of the largest displacement",
+                             {}};
     const std::vector<FrameMethod> methods = {
         {"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
         {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
         {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
-        {"PCMG Galerkin", {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin}, {1, 2, 3, 5}},
+        {"PCMG Galerkin",
+         {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
+         {1, 2, 3, 5}},
         {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
         {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
     const SimulatedTrackerOptions tracker = bench_tracker();
@@ -244,19 +273,23 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
         return scene;
     };
     constexpr int frames = 16, every = 4;
-    const auto samples = record_press(tracker, rate, frames + 1, [](double t) { return press_depth(t + 0.2); }, 0.1);
-    const std::size_t pressed = samples.size() - frames - 1;  // at once, a fifth of a second into the press
+    const auto samples = record_press(
+        tracker, rate, frames + 1, [](double t) { return press_depth(t + 0.2); }, 0.1);
+    const std::size_t pressed =
+        samples.size() - frames - 1;  // at once, a fifth of a second into the press
 
     // Equilibria have no past: what the frames are judged by is the same for all methods.
     std::vector<std::vector<Vector3>> equilibria;
     {
-        Follower follower(scene_for({.kind = SolverKind::live, .threads = threads}), hierarchy, tracker);
+        Follower follower(scene_for({.kind = SolverKind::live, .threads = threads}), hierarchy,
+                          tracker);
         for (std::size_t k = 0; k < samples.size(); ++k) {
             if (k < pressed || (k - pressed) % every != 0) {
                 (void)follower.frame(samples[k], {{}, 5});
                 continue;
             }
-            progress.update(static_cast<double>(k) / samples.size(), "figure: " + size.name + ", equilibria");
+            progress.update(static_cast<double>(k) / samples.size(),
+                            "figure: " + size.name + ", equilibria");
             (void)follower.judged_frame(samples[k], {{}, 5}, 1 / rate);
             equilibria.push_back(follower.converged());
         }
@@ -264,10 +297,14 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
     double done = 0;
     for (const FrameMethod& method : methods) {
         WorkPrecisionLine line{method.name, {}, {}};
-        const bool makes_hierarchies = method.solver.kind == SolverKind::gamg || method.solver.kind == SolverKind::boomeramg;
-        const std::size_t last = makes_hierarchies ? pressed + every : samples.size() - 1;  // anew in every frame: seconds each
+        const bool makes_hierarchies =
+            method.solver.kind == SolverKind::gamg || method.solver.kind == SolverKind::boomeramg;
+        const std::size_t last = makes_hierarchies
+                                     ? pressed + every
+                                     : samples.size() - 1;  // anew in every frame: seconds each
         for (const int iterations : method.iterations) {
-            progress.update(done, fmt::format("figure: {}, {}, {} iterations", size.name, method.name, iterations));
+            progress.update(done, fmt::format("figure: {}, {}, {} iterations", size.name,
+                                              method.name, iterations));
             Follower follower(scene_for(method.solver), hierarchy, tracker);
             std::vector<double> seconds;
             double error = 0, largest = 0, judged = 0;
@@ -277,7 +314,8 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
                 if (k <= pressed) continue;
                 seconds.push_back(m.seconds);
                 if ((k - pressed) % every != 0) continue;
-                const Gap gap = gap_between(follower.body().displacement(), equilibria[(k - pressed) / every]);
+                const Gap gap =
+                    gap_between(follower.body().displacement(), equilibria[(k - pressed) / every]);
                 error += gap.rms;
                 largest = std::max(largest, gap.largest);
                 ++judged;

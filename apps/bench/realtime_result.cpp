@@ -17,12 +17,15 @@ long times_blocked() {
     return usage.ru_nvcsw;
 }
 
-// Batches and rotations in float, once for the rotations and once for the forces; about forty passes over vectors of doubles
-// in a step and nine more an iteration.
-double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations, bool dynamic) {
+// Batches and rotations in float, once for the rotations and once for the forces; about forty
+// passes over vectors of doubles in a step and nine more an iteration.
+double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
+                      bool dynamic) {
     const double batches = static_cast<double>(tets) / batch_width<float>;
-    const double forces = batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
-    const double vectors = 24.0 * static_cast<double>(nodes) * ((dynamic ? 45 : 28) + 9 * iterations);
+    const double forces =
+        batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
+    const double vectors =
+        24.0 * static_cast<double>(nodes) * ((dynamic ? 45 : 28) + 9 * iterations);
     ElasticOperator& op = body.elastic_operator();
     return forces + vectors + op.bytes_of_update() + op.bytes_of_solve(iterations);
 }
@@ -83,7 +86,8 @@ void take_errors(RealtimeResult& result, const std::vector<Measured>& frames) {
         result.node_error_worst = std::max(result.node_error_worst, m.node_error / largest);
         result.estimate_mean += m.step.solve_error / largest;
     }
-    for (double* mean : {&result.error_mean, &result.node_error_mean, &result.estimate_mean}) *mean /= std::max(count, 1.0);
+    for (double* mean : {&result.error_mean, &result.node_error_mean, &result.estimate_mean})
+        *mean /= std::max(count, 1.0);
 }
 
 json json_of(const RealtimeResult& r) {
@@ -121,29 +125,42 @@ json json_of(const RealtimeResult& r) {
 }
 
 void print_realtime_header() {
-    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>15} {:>9} {:>15} | {:>6} {:>6} {:>6}  {}\n", "case", "motion", "nu",
-               "tets", "nodes", "median", "p99", "fps", "asked", "error mean/worst", "estimate", "worst node", "cycles",
-               "bytes", "alloc", "held");
-    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>16} {:>9} {:>15} | {:>6} {:>6} {:>6}\n", "", "", "", "", "", "ms", "ms",
-               "at p99", "", "% RMS of nodes", "%", "% mean/worst", "", "of bw", "+block");
+    fmt::print(
+        "{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>15} {:>9} {:>15} | {:>6} "
+        "{:>6} {:>6}  {}\n",
+        "case", "motion", "nu", "tets", "nodes", "median", "p99", "fps", "asked",
+        "error mean/worst", "estimate", "worst node", "cycles", "bytes", "alloc", "held");
+    fmt::print(
+        "{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7} {:>7} {:>6} {:>6} | {:>16} {:>9} {:>15} | {:>6} "
+        "{:>6} {:>6}\n",
+        "", "", "", "", "", "ms", "ms", "at p99", "", "% RMS of nodes", "%", "% mean/worst", "",
+        "of bw", "+block");
 }
 
 void print_row(const RealtimeResult& r) {
-    fmt::print("{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7.2f} {:>7.2f} {:>6.0f} {:>6.0f} | {:>7.3f} / {:>6.3f} {:>9.3f} {:>6.2f} / {:>6.2f} | {:>6.2f} {:>5.0f}% {:>6}  {}\n",
-               r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.seconds.median, 1e3 * r.seconds.p99, r.rate(), r.rate_asked,
-               100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean, 100 * r.node_error_mean, 100 * r.node_error_worst,
-               r.cycles_mean, 100 * r.bytes / r.seconds.median / r.bandwidth, fmt::format("{}+{}", r.allocations, r.blocked),
-               r.held() ? "yes" : "NO");
+    fmt::print(
+        "{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7.2f} {:>7.2f} {:>6.0f} {:>6.0f} | {:>7.3f} / {:>6.3f} "
+        "{:>9.3f} {:>6.2f} / {:>6.2f} | {:>6.2f} {:>5.0f}% {:>6}  {}\n",
+        r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.seconds.median, 1e3 * r.seconds.p99,
+        r.rate(), r.rate_asked, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
+        100 * r.node_error_mean, 100 * r.node_error_worst, r.cycles_mean,
+        100 * r.bytes / r.seconds.median / r.bandwidth,
+        fmt::format("{}+{}", r.allocations, r.blocked), r.held() ? "yes" : "NO");
     std::string stages;
-    for (const auto& [name, ms] : r.stages.items()) stages += fmt::format("  {} {:.2f}", name, ms.get<double>());
+    for (const auto& [name, ms] : r.stages.items())
+        stages += fmt::format("  {} {:.2f}", name, ms.get<double>());
     fmt::print("       ms by stage:{}\n", stages);
     if (r.references_not_converged > 0)
-        fmt::print("       {} of the frames' references did not converge: errors against what they reached\n",
-                   r.references_not_converged);
+        fmt::print(
+            "       {} of the frames' references did not converge: errors against what they "
+            "reached\n",
+            r.references_not_converged);
     if (!r.jump.is_null()) {
         std::string errors;
-        for (const auto& e : r.jump["error"]) errors += fmt::format(" {:.2f}", 100 * e.get<double>());
-        fmt::print("       10 mm jump, % RMS in the ten frames after:{}{}\n", errors, r.jump["finite"].get<bool>() ? "" : "  NOT FINITE");
+        for (const auto& e : r.jump["error"])
+            errors += fmt::format(" {:.2f}", 100 * e.get<double>());
+        fmt::print("       10 mm jump, % RMS in the ten frames after:{}{}\n", errors,
+                   r.jump["finite"].get<bool>() ? "" : "  NOT FINITE");
     }
     std::fflush(stdout);
 }

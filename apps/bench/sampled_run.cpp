@@ -14,7 +14,8 @@
 
 namespace livetet {
 
-SamplePoints::SamplePoints(const TetMesh& mesh, const std::vector<NamedPoint>& named) : places(mesh.nodes), volume(mesh.nodes.size(), 0) {
+SamplePoints::SamplePoints(const TetMesh& mesh, const std::vector<NamedPoint>& named)
+    : places(mesh.nodes), volume(mesh.nodes.size(), 0) {
     const std::vector<double> of_tets = tet_volumes(mesh);
     for (std::size_t e = 0; e < mesh.tets.size(); ++e)
         for (const std::int32_t n : mesh.tets[e]) volume[n] += of_tets[e] / 4;
@@ -73,7 +74,8 @@ const SampledRun& SceneRuns::run(const Scene& scene) {
             const ResultReader result(file);
             const PointSampler sampler(result.mesh(), points_.places, Outside::extrapolated);
             run.times_s = result.times_s();
-            for (std::size_t k = 0; k < result.frame_count(); ++k) run.displacement.push_back(sampler.sample(result.displacement(k)));
+            for (std::size_t k = 0; k < result.frame_count(); ++k)
+                run.displacement.push_back(sampler.sample(result.displacement(k)));
         }
         std::filesystem::remove(file);
     } catch (const Error& error) {

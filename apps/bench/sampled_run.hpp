@@ -13,7 +13,8 @@
 
 namespace livetet {
 
-/// Where displacements are compared: the nodes of a mesh, each for its share of the volume, and a scene's probes.
+/// Where displacements are compared: the nodes of a mesh, each for its share of the volume, and a
+/// scene's probes.
 struct SamplePoints {
     std::vector<Vector3> places;  ///< m; the nodes first, then the probes
     std::vector<double> volume;   ///< m^3, of each node
@@ -35,9 +36,9 @@ struct SampledRun {
 
 /// How far two runs are from each other over the times that both have.
 struct Difference {
-    double l2_m = 0;                     ///< root of the mean square over the volume, and over the times
+    double l2_m = 0;  ///< root of the mean square over the volume, and over the times
     double largest_m = 0;
-    std::vector<double> probes_m;        ///< largest of each probe
+    std::vector<double> probes_m;  ///< largest of each probe
 };
 
 Difference difference(const SamplePoints& points, const SampledRun& a, const SampledRun& b);
@@ -45,7 +46,8 @@ Difference difference(const SamplePoints& points, const SampledRun& a, const Sam
 /// Runs scenes one by one, each once however often it is asked for.
 class SceneRuns {
   public:
-    SceneRuns(std::filesystem::path folder, const SamplePoints& points) : folder_(std::move(folder)), points_(points) {}
+    SceneRuns(std::filesystem::path folder, const SamplePoints& points)
+        : folder_(std::move(folder)), points_(points) {}
 
     const SampledRun& run(const Scene& scene);
     /// The same scene once more, for its times alone.

@@ -7,11 +7,11 @@
 
 #include "apps/bench/solve_run.hpp"
 #include "apps/scene/body_factory.hpp"
-#include "base/work_folder.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/progress.hpp"
+#include "base/work_folder.hpp"
 #include "config/yaml.hpp"
 #include "io/hierarchy_file.hpp"
 
@@ -37,20 +37,28 @@ std::vector<Variant> variants_of(const Scene& scene) {
         set(everything);
         all.push_back({"with " + name, one});
     };
-    force("rotations", scene.strain == StrainModel::linear, [](Scene& s) { s.strain = StrainModel::corotated; });
-    const bool could_be_mixed = std::all_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.poisson > 0; });
-    force("pressures", could_be_mixed && resolved_formulation(elastic_model(scene, false)) == Formulation::displacement,
+    force("rotations", scene.strain == StrainModel::linear,
+          [](Scene& s) { s.strain = StrainModel::corotated; });
+    const bool could_be_mixed = std::all_of(scene.materials.begin(), scene.materials.end(),
+                                            [](const Material& m) { return m.poisson > 0; });
+    force("pressures",
+          could_be_mixed &&
+              resolved_formulation(elastic_model(scene, false)) == Formulation::displacement,
           [](Scene& s) { s.formulation = Formulation::mixed; });
-    force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium, [&](Scene& s) {
-        // As many steps, each so long that the body comes to rest in it.
-        s.time.scheme = TimeScheme::implicit_euler;
-        s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
-        s.time.step_s = 100;
-        s.time.duration_s = 100 * scene.time.load_steps;
-        for (DriveOptions& d : s.drive) d.ramp_s = s.time.duration_s;
-    });
+    force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium,
+          [&](Scene& s) {
+              // As many steps, each so long that the body comes to rest in it.
+              s.time.scheme = TimeScheme::implicit_euler;
+              s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
+              s.time.step_s = 100;
+              s.time.duration_s = 100 * scene.time.load_steps;
+              for (DriveOptions& d : s.drive) d.ramp_s = s.time.duration_s;
+          });
     force("every field kept", scene.output.fields.size() < 5 && scene.output.has_file(),
-          [](Scene& s) { s.output.fields = {"stress", "von_mises", "strain_energy", "volume_change", "reactions"}; });
+          [](Scene& s) {
+              s.output.fields = {"stress", "von_mises", "strain_energy", "volume_change",
+                                 "reactions"};
+          });
     force("a result file", !scene.output.has_file(), [](Scene& s) { s.output.file = "result.h5"; });
     if (all.size() > 2) all.push_back({"with all of these", everything});
     return all;
@@ -62,13 +70,16 @@ int bench_savings(const SavingsArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);
     std::vector<Variant> all = variants_of(scene);
-    if (all.size() == 1) fail("{}: nothing is left out of it that could be forced on", a.scene.string());
+    if (all.size() == 1)
+        fail("{}: nothing is left out of it that could be forced on", a.scene.string());
     {
         ProgressLine progress("savings");
         write_hierarchy(folder / "mesh.h5", load_mesh(scene.mesh, progress.callback()));
         for (int round = 0; round < a.repeats; ++round)
             for (std::size_t k = 0; k < all.size(); ++k) {
-                progress.update(static_cast<double>(round * all.size() + k) / static_cast<double>(a.repeats * all.size()), all[k].name);
+                progress.update(static_cast<double>(round * all.size() + k) /
+                                    static_cast<double>(a.repeats * all.size()),
+                                all[k].name);
                 Scene own = all[k].scene;
                 own.mesh = MeshSource();
                 own.mesh.file = folder / "mesh.h5";
@@ -85,19 +96,30 @@ int bench_savings(const SavingsArguments& a) {
             }
     }
     const auto total = [](const Variant& v) {
-        return distribution(v.setup_s).median + distribution(v.steps_s).median + distribution(v.output_s).median;
+        return distribution(v.setup_s).median + distribution(v.steps_s).median +
+               distribution(v.output_s).median;
     };
-    fmt::print("\n{:<32} {:>10} {:>17} {:>10} {:>9} {:>9} {:>7}\n", "", "set-up, s", "steps, s", "output, s", "in all", "peak, MB", "ratio");
+    fmt::print("\n{:<32} {:>10} {:>17} {:>10} {:>9} {:>9} {:>7}\n", "", "set-up, s", "steps, s",
+               "output, s", "in all", "peak, MB", "ratio");
     nlohmann::json list = nlohmann::json::array();
     for (const Variant& v : all) {
         const auto [least, most] = std::minmax_element(v.steps_s.begin(), v.steps_s.end());
-        const Distribution setup = distribution(v.setup_s), steps = distribution(v.steps_s), output = distribution(v.output_s);
-        fmt::print("{:<32} {:>10.3f} {:>9.3f} ± {:<5.3f} {:>10.3f} {:>9.3f} {:>9.1f} {:>7.2f}\n", v.name, setup.median, steps.median, (*most - *least) / 2,
-                   output.median, total(v), v.peak_bytes / 1e6, total(v) / total(all.front()));
-        list.push_back({{"variant", v.name}, {"setup_s", setup.median}, {"steps_s", steps.median}, {"output_s", output.median}, {"total_s", total(v)},
-                        {"peak_bytes", v.peak_bytes}, {"ratio", total(v) / total(all.front())}});
+        const Distribution setup = distribution(v.setup_s), steps = distribution(v.steps_s),
+                           output = distribution(v.output_s);
+        fmt::print("{:<32} {:>10.3f} {:>9.3f} ± {:<5.3f} {:>10.3f} {:>9.3f} {:>9.1f} {:>7.2f}\n",
+                   v.name, setup.median, steps.median, (*most - *least) / 2, output.median,
+                   total(v), v.peak_bytes / 1e6, total(v) / total(all.front()));
+        list.push_back({{"variant", v.name},
+                        {"setup_s", setup.median},
+                        {"steps_s", steps.median},
+                        {"output_s", output.median},
+                        {"total_s", total(v)},
+                        {"peak_bytes", v.peak_bytes},
+                        {"ratio", total(v) / total(all.front())}});
     }
-    fmt::print("medians of {} rounds, each through all; ± half the way from the least to the most\n", a.repeats);
+    fmt::print(
+        "medians of {} rounds, each through all; ± half the way from the least to the most\n",
+        a.repeats);
     if (!a.json.empty()) write_text_file(a.json, list.dump(2) + "\n");
     return 0;
 }

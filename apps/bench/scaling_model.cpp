@@ -25,7 +25,9 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
         const double active = std::clamp(tets_a_node * here / least_tets_a_rank, 1.0, ranks);
         const double each = here / active;
         const double surface = 6 * std::pow(each, 2.0 / 3);
-        const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s + 24 * surface / m.bytes_a_second : 0;
+        const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s +
+                                                 24 * surface / m.bytes_a_second
+                                           : 0;
         // Work on all levels adds up to 4/3 of the finest one's, measured together.
         const double compute = 0.75 * m.seconds_an_unknown * 3 * each;
         if (active >= ranks) {
@@ -46,31 +48,45 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
 ScalingModel::ScalingModel(const SolveRun& r)
     : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
       partition_s_an_unknown(r.partition_s / r.unknowns),
-      // tets and nodes; places in the next level and PETSc's numbers, of coarser levels, too, an eighth each; what the scene
-      // prescribes, and the result
-      replicated_bytes_an_unknown((tets_a_node * sizeof(Tet) + sizeof(Vector3) +
-                                   (sizeof(std::array<std::int32_t, 4>) + sizeof(std::array<double, 4>) + sizeof(double) +
-                                    sizeof(std::int32_t)) * 8.0 / 7 +
-                                   2 * sizeof(Vector3)) /
-                                  3) {
+      // tets and nodes; places in the next level and PETSc's numbers, of coarser levels, too, an
+      // eighth each; what the scene prescribes, and the result
+      replicated_bytes_an_unknown(
+          (tets_a_node * sizeof(Tet) + sizeof(Vector3) +
+           (sizeof(std::array<std::int32_t, 4>) + sizeof(std::array<double, 4>) + sizeof(double) +
+            sizeof(std::int32_t)) *
+               8.0 / 7 +
+           2 * sizeof(Vector3)) /
+          3) {
     for (double ranks = 1; ranks <= 1e5; ranks *= 10) points.push_back(point_at(*this, ranks));
 }
 
 void print(const ScalingModel& m) {
-    fmt::print("\nmodel of weak scaling, {:.0e} unknowns a rank, {:.1f} us and {:.0f} GB/s a message; measured here: {:.2f} us an unknown and "
-               "iteration, METIS {:.2f} us an unknown\n",
-               m.unknowns_a_rank, 1e6 * m.latency_s, m.bytes_a_second / 1e9, 1e6 * m.seconds_an_unknown, 1e6 * m.partition_s_an_unknown);
-    fmt::print("{:>8} {:>6} | {:>10} {:>10} {:>13} {:>10} {:>10} {:>10} | {:>14} {:>10}\n", "ranks", "levels", "compute ms", "ghosts ms",
-               "coarse lev. ms", "dots ms", "iteration", "efficiency", "whole mesh, GB", "METIS, s");
+    fmt::print(
+        "\nmodel of weak scaling, {:.0e} unknowns a rank, {:.1f} us and {:.0f} GB/s a message; "
+        "measured here: {:.2f} us an unknown and "
+        "iteration, METIS {:.2f} us an unknown\n",
+        m.unknowns_a_rank, 1e6 * m.latency_s, m.bytes_a_second / 1e9, 1e6 * m.seconds_an_unknown,
+        1e6 * m.partition_s_an_unknown);
+    fmt::print("{:>8} {:>6} | {:>10} {:>10} {:>13} {:>10} {:>10} {:>10} | {:>14} {:>10}\n", "ranks",
+               "levels", "compute ms", "ghosts ms", "coarse lev. ms", "dots ms", "iteration",
+               "efficiency", "whole mesh, GB", "METIS, s");
     for (const ScalingPoint& p : m.points)
-        fmt::print("{:>8.0f} {:>6.0f} | {:>10.1f} {:>10.2f} {:>14.2f} {:>10.3f} {:>10.1f} {:>9.0f}% | {:>14.2f} {:>10.1f}\n", p.ranks, p.levels,
-                   1e3 * p.compute_s, 1e3 * p.halo_s, 1e3 * p.coarse_s, 1e3 * p.reductions_s, 1e3 * p.iteration_s(),
-                   100 * m.points.front().iteration_s() / p.iteration_s(), p.replicated_bytes / 1e9, p.partition_s);
-    const auto first = std::find_if(m.points.begin(), m.points.end(), [](const ScalingPoint& p) { return p.replicated_bytes > 4e9; });
+        fmt::print(
+            "{:>8.0f} {:>6.0f} | {:>10.1f} {:>10.2f} {:>14.2f} {:>10.3f} {:>10.1f} {:>9.0f}% | "
+            "{:>14.2f} {:>10.1f}\n",
+            p.ranks, p.levels, 1e3 * p.compute_s, 1e3 * p.halo_s, 1e3 * p.coarse_s,
+            1e3 * p.reductions_s, 1e3 * p.iteration_s(),
+            100 * m.points.front().iteration_s() / p.iteration_s(), p.replicated_bytes / 1e9,
+            p.partition_s);
+    const auto first = std::find_if(m.points.begin(), m.points.end(),
+                                    [](const ScalingPoint& p) { return p.replicated_bytes > 4e9; });
     if (first != m.points.end())
-        fmt::print("What hurts first: every rank holds the whole mesh, {:.0f} bytes an unknown, over 4 GB a rank from {:.0e} unknowns on, and METIS runs "
-                   "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as that ({} tets each), visited ever more often.\n",
-                   m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, least_tets_a_rank);
+        fmt::print(
+            "What hurts first: every rank holds the whole mesh, {:.0f} bytes an unknown, over 4 GB "
+            "a rank from {:.0e} unknowns on, and METIS runs "
+            "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as "
+            "that ({} tets each), visited ever more often.\n",
+            m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, least_tets_a_rank);
 }
 
 nlohmann::json json_of(const ScalingModel& m) {

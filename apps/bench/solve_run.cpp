@@ -4,16 +4,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/run_program.hpp"
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/run_program.hpp"
 
 namespace livetet {
 
 using nlohmann::json;
 
-SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene) {
+SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
+                   const std::filesystem::path& scene) {
     std::filesystem::path told = scene, log = scene;
     told.replace_extension(fmt::format("{}.json", ranks));
     log.replace_extension(fmt::format("{}.log", ranks));
@@ -24,12 +25,18 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
         start.replace(place, 2, fmt::format("{}", ranks));
     else if (!launcher.empty())
         fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
-    const std::string command =
-        fmt::format("{} '{}' solve '{}' --json '{}'", start, std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string());
+    const std::string command = fmt::format(
+        "{} '{}' solve '{}' --json '{}'", start,
+        std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string());
     const int status = run_program(command, log);
-    if (!std::filesystem::exists(told)) fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status, last_words(read_text_file(log)));
+    if (!std::filesystem::exists(told))
+        fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status,
+             last_words(read_text_file(log)));
     const json j = json::parse(read_text_file(told));
-    SolveRun run{.name = name, .solver = j.at("solver"), .ranks = j.at("ranks"), .converged = j.at("converged")};
+    SolveRun run{.name = name,
+                 .solver = j.at("solver"),
+                 .ranks = j.at("ranks"),
+                 .converged = j.at("converged")};
     run.unknowns = 3 * j.at("nodes").get<double>();
     run.mesh_s = j.at("mesh_s");
     run.partition_s = j.at("partition_s");
@@ -55,8 +62,10 @@ std::string solver_at_its_best(const std::string& kind) {
     if (kind == "gamg") return plain + ", petsc_options: -pc_gamg_reuse_interpolation true";
     if (kind == "boomeramg")
         return plain +
-               ", petsc_options: -pc_hypre_boomeramg_nodal_coarsen 0 -pc_hypre_boomeramg_vec_interp_variant 0 "
-               "-pc_hypre_boomeramg_agg_nl 1 -pc_hypre_boomeramg_P_max 4 -pc_hypre_boomeramg_coarsen_type HMIS "
+               ", petsc_options: -pc_hypre_boomeramg_nodal_coarsen 0 "
+               "-pc_hypre_boomeramg_vec_interp_variant 0 "
+               "-pc_hypre_boomeramg_agg_nl 1 -pc_hypre_boomeramg_P_max 4 "
+               "-pc_hypre_boomeramg_coarsen_type HMIS "
                "-pc_hypre_boomeramg_interp_type ext+i";
     return plain;
 }

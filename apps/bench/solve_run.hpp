@@ -12,25 +12,32 @@ struct SolveRun {
     int ranks = 1;
     bool converged = false;
     double unknowns = 0;
-    double mesh_s = 0, partition_s = 0, setup_s = 0, forces_s = 0, assembly_s = 0, preconditioner_s = 0, linear_s = 0, output_s = 0;
+    double mesh_s = 0, partition_s = 0, setup_s = 0, forces_s = 0, assembly_s = 0,
+           preconditioner_s = 0, linear_s = 0, output_s = 0;
     int steps = 0, linearisations = 0, iterations = 0;
     double largest_mm = 0;
     double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
 
     /// From a mesh in memory to equilibrium.
-    double solution_s() const { return partition_s + setup_s + forces_s + assembly_s + preconditioner_s + linear_s; }
+    double solution_s() const {
+        return partition_s + setup_s + forces_s + assembly_s + preconditioner_s + linear_s;
+    }
     double bytes_an_unknown() const { return peak_bytes / unknowns; }
-    double iterations_a_solve() const { return linearisations > 0 ? static_cast<double>(iterations) / linearisations : 0; }
+    double iterations_a_solve() const {
+        return linearisations > 0 ? static_cast<double>(iterations) / linearisations : 0;
+    }
 };
 
-/// Starts the program on so many ranks, or alone where the launcher is empty; what it prints goes to a log beside the scene. Throws Error where it fails, with
-/// its last words; not where it does not converge.
-SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks, const std::filesystem::path& scene);
+/// Starts the program on so many ranks, or alone where the launcher is empty; what it prints goes
+/// to a log beside the scene. Throws Error where it fails, with its last words; not where it does
+/// not converge.
+SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
+                   const std::filesystem::path& scene);
 
 nlohmann::json json_of(const SolveRun& run);
 
-/// The keys of a scene's `solver` for a kind, the others than ours at the best of their options that were found on a pressed
-/// beam (the README says which were tried).
+/// The keys of a scene's `solver` for a kind, the others than ours at the best of their options
+/// that were found on a pressed beam (the README says which were tried).
 std::string solver_at_its_best(const std::string& kind);
 
 }  // namespace livetet

@@ -22,9 +22,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array strains{StrainModel::linear, StrainModel::corotated, StrainModel::green, StrainModel::neohookean};
+constexpr std::array strains{StrainModel::linear, StrainModel::corotated, StrainModel::green,
+                             StrainModel::neohookean};
 constexpr std::array strain_names{"linear", "corotated", "green", "neohookean"};
-constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler, TimeScheme::newmark, TimeScheme::generalized_alpha};
+constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
+                             TimeScheme::newmark, TimeScheme::generalized_alpha};
 constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
 constexpr std::array way_names{"solve", "track"};
 constexpr std::array verdict_names{"pass", "fail", "refused"};
@@ -38,7 +40,9 @@ std::vector<StabilityColumn> columns() {
 }
 
 std::string name_of(const StabilityColumn& c) {
-    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)], strain_names[static_cast<int>(c.strain)], scheme_names[static_cast<int>(c.scheme)]);
+    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)],
+                       strain_names[static_cast<int>(c.strain)],
+                       scheme_names[static_cast<int>(c.scheme)]);
 }
 
 std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
@@ -46,25 +50,36 @@ std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.grou
 /// Why a cell is known to fail; empty where it should not. The README's limits say the same.
 std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
-    const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn || c.motion == PatchMotion::through;
+    const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||
+                          c.motion == PatchMotion::through;
     const bool thin = (c.least_dihedral_deg > 0 && c.least_dihedral_deg <= 1) || c.edge_ratio >= 10;
-    const bool pressed_by_euler = column.scheme == TimeScheme::implicit_euler && !tracked && (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
+    const bool pressed_by_euler =
+        column.scheme == TimeScheme::implicit_euler && !tracked &&
+        (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
     if (column.strain == StrainModel::green && (moves || squeezed || thin || pressed_by_euler))
-        return "Green's strain: its energy falls in compression below 1/sqrt 3 of the length, which the press does to tets of the patch's size, and does not "
+        return "Green's strain: its energy falls in compression below 1/sqrt 3 of the length, "
+               "which the press does to tets of the patch's size, and does not "
                "bring a tet back that is inside out; corotated and neohookean are for that";
     if (moves && column.strain != StrainModel::linear)
-        return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a frame, do not always find the way home in the time of "
+        return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a "
+               "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
     if (tracked && c.poisson > 0.499)
-        return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's iterations do not converge in its budget";
-    if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked && column.strain == StrainModel::corotated)
-        return "a patch that jumps by the body's length or presses through its far wall turns tets inside out, where the nearest rotation switches: 50 "
+        return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
+               "iterations do not converge in its budget";
+    if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
+        column.strain == StrainModel::corotated)
+        return "a patch that jumps by the body's length or presses through its far wall turns tets "
+               "inside out, where the nearest rotation switches: 50 "
                "linearisations are not always enough";
     if (c.edge_ratio >= 100 && !tracked && column.strain == StrainModel::corotated)
-        return "tets a hundred times thinner than wide bend with what lies under them, and their rotations far more than that: 50 linearisations are not "
+        return "tets a hundred times thinner than wide bend with what lies under them, and their "
+               "rotations far more than that: 50 linearisations are not "
                "always enough";
-    if ((c.motion == PatchMotion::turn || c.motion == PatchMotion::jump) && column.strain == StrainModel::neohookean)
-        return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, which one linearisation a frame does not always undo, "
+    if ((c.motion == PatchMotion::turn || c.motion == PatchMotion::jump) &&
+        column.strain == StrainModel::neohookean)
+        return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
+               "which one linearisation a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
     return {};
 }
@@ -88,11 +103,15 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
     for (std::size_t k = 0; k < all.size(); ++k) {
         const bool new_way = k == 0 || all[k].way != all[k - 1].way;
         if (new_way || all[k].strain != all[k - 1].strain) {
-            const std::size_t place = std::max(models.size() + 1, letters.size() + 3) + (new_way && k > 0 ? 2 : 0);
-            models += std::string(place - models.size(), ' ') + strain_names[static_cast<int>(all[k].strain)];
+            const std::size_t place =
+                std::max(models.size() + 1, letters.size() + 3) + (new_way && k > 0 ? 2 : 0);
+            models += std::string(place - models.size(), ' ') +
+                      strain_names[static_cast<int>(all[k].strain)];
             letters.resize(place, ' ');
         }
-        if (new_way) ways += std::string(letters.size() - ways.size(), ' ') + way_names[static_cast<int>(all[k].way)];
+        if (new_way)
+            ways += std::string(letters.size() - ways.size(), ' ') +
+                    way_names[static_cast<int>(all[k].way)];
         places.push_back(letters.size());
         letters += fmt::format("{} ", scheme_names[static_cast<int>(all[k].scheme)][0]);
     }
@@ -105,15 +124,21 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
         }
         fmt::print("{}\n", line);
     }
-    fmt::print("\n. passes   r refused   x fails, a known limit   F FAILS   (s static, e euler, n newmark, g generalized_alpha)\n");
+    fmt::print(
+        "\n. passes   r refused   x fails, a known limit   F FAILS   (s static, e euler, n "
+        "newmark, g generalized_alpha)\n");
     // What fails for one reason, together.
     std::map<std::string, std::vector<std::string>> by_reason;
     for (const Row& row : rows)
         for (std::size_t k = 0; k < all.size(); ++k) {
             const StabilityCell& cell = row.cells[k];
             if (cell.verdict == Verdict::pass) continue;
-            const std::string known = cell.verdict == Verdict::refused ? "refused: " + cell.reason : known_limit(row.trial, all[k]);
-            const std::string text = fmt::format("{}; {}{}", name_of(row.trial), name_of(all[k]), cell.verdict == Verdict::refused ? "" : ": " + cell.reason);
+            const std::string known = cell.verdict == Verdict::refused
+                                          ? "refused: " + cell.reason
+                                          : known_limit(row.trial, all[k]);
+            const std::string text =
+                fmt::format("{}; {}{}", name_of(row.trial), name_of(all[k]),
+                            cell.verdict == Verdict::refused ? "" : ": " + cell.reason);
             by_reason[known.empty() ? "FAILS, not known to" : known].push_back(text);
         }
     for (const auto& [reason, cells] : by_reason) {
@@ -123,15 +148,20 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
 }
 
 std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
-    std::string text = "extreme,value,stepped_as,strain,scheme,verdict,reason,known_limit,steps,linearisations,energy_growth,left,late,seconds\n";
+    std::string text =
+        "extreme,value,stepped_as,strain,scheme,verdict,reason,known_limit,steps,linearisations,"
+        "energy_growth,left,late,seconds\n";
     for (const Row& row : rows)
         for (std::size_t k = 0; k < row.cells.size(); ++k) {
             const StabilityCell& c = row.cells[k];
-            text += fmt::format("\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f}\n", row.trial.group, row.trial.value,
-                                way_names[static_cast<int>(all[k].way)], strain_names[static_cast<int>(all[k].strain)],
-                                scheme_names[static_cast<int>(all[k].scheme)], verdict_names[static_cast<int>(c.verdict)], c.reason,
-                                c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps, c.linearisations, c.energy_growth, c.left,
-                                c.late, c.seconds);
+            text += fmt::format(
+                "\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f}\n",
+                row.trial.group, row.trial.value, way_names[static_cast<int>(all[k].way)],
+                strain_names[static_cast<int>(all[k].strain)],
+                scheme_names[static_cast<int>(all[k].scheme)],
+                verdict_names[static_cast<int>(c.verdict)], c.reason,
+                c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps,
+                c.linearisations, c.energy_growth, c.left, c.late, c.seconds);
         }
     return text;
 }
@@ -141,25 +171,39 @@ json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& a
     for (const Row& row : rows)
         for (std::size_t k = 0; k < all.size(); ++k) {
             const StabilityCell& c = row.cells[k];
-            list.push_back({{"extreme", row.trial.group}, {"value", row.trial.value}, {"stepped_as", way_names[static_cast<int>(all[k].way)]},
-                            {"strain", strain_names[static_cast<int>(all[k].strain)]}, {"scheme", scheme_names[static_cast<int>(all[k].scheme)]},
-                            {"verdict", verdict_names[static_cast<int>(c.verdict)]}, {"reason", c.reason},
-                            {"known_limit", c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : ""}, {"steps", c.steps},
-                            {"linearisations", c.linearisations}, {"energy_growth", c.energy_growth}, {"left", c.left}, {"late", c.late},
-                            {"seconds", c.seconds}});
+            list.push_back(
+                {{"extreme", row.trial.group},
+                 {"value", row.trial.value},
+                 {"stepped_as", way_names[static_cast<int>(all[k].way)]},
+                 {"strain", strain_names[static_cast<int>(all[k].strain)]},
+                 {"scheme", scheme_names[static_cast<int>(all[k].scheme)]},
+                 {"verdict", verdict_names[static_cast<int>(c.verdict)]},
+                 {"reason", c.reason},
+                 {"known_limit", c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : ""},
+                 {"steps", c.steps},
+                 {"linearisations", c.linearisations},
+                 {"energy_growth", c.energy_growth},
+                 {"left", c.left},
+                 {"late", c.late},
+                 {"seconds", c.seconds}});
         }
     return list;
 }
 
 #ifdef LIVETET_IMAGES
-void draw(const std::filesystem::path& path, const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
+          const std::vector<StabilityColumn>& all) {
     MatrixPicture picture{"Stability: what passes, what is refused, what fails", {}, {}, {}};
     for (const StabilityColumn& c : all)
-        picture.columns.push_back({way_names[static_cast<int>(c.way)], strain_names[static_cast<int>(c.strain)], scheme_names[static_cast<int>(c.scheme)]});
+        picture.columns.push_back({way_names[static_cast<int>(c.way)],
+                                   strain_names[static_cast<int>(c.strain)],
+                                   scheme_names[static_cast<int>(c.scheme)]});
     for (const Row& row : rows) {
         picture.rows.push_back(name_of(row.trial));
         for (const StabilityCell& c : row.cells)
-            picture.cells.push_back(c.verdict == Verdict::pass ? MatrixCell::good : c.verdict == Verdict::refused ? MatrixCell::neither : MatrixCell::bad);
+            picture.cells.push_back(c.verdict == Verdict::pass      ? MatrixCell::good
+                                    : c.verdict == Verdict::refused ? MatrixCell::neither
+                                                                    : MatrixCell::bad);
     }
     write_matrix_picture(path, picture);
 }
@@ -170,12 +214,19 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows, const
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
-    if (same_file(a.csv, a.json)) fail("--csv and --json: both name {}, expected two files", a.csv.string());
+    if (same_file(a.csv, a.json))
+        fail("--csv and --json: both name {}, expected two files", a.csv.string());
     std::vector<StabilityColumn> all = columns();
-    std::erase_if(all, [&](const StabilityColumn& c) { return name_of(c).find(a.column) == std::string::npos; });
-    if (all.empty()) fail("--column {}: no column has this in its name, they are as \"{}\"", a.column, name_of(columns().back()));
+    std::erase_if(all, [&](const StabilityColumn& c) {
+        return name_of(c).find(a.column) == std::string::npos;
+    });
+    if (all.empty())
+        fail("--column {}: no column has this in its name, they are as \"{}\"", a.column,
+             name_of(columns().back()));
     std::vector<StabilityCase> trials = stability_cases();
-    std::erase_if(trials, [&](const StabilityCase& c) { return name_of(c).find(a.only) == std::string::npos; });
+    std::erase_if(trials, [&](const StabilityCase& c) {
+        return name_of(c).find(a.only) == std::string::npos;
+    });
     if (trials.empty()) fail("--only {}: no case has this in its name", a.only);
     const StabilityLimits limits{a.noise_frames, a.budget_ms / 1e3};
     std::vector<Row> rows;
@@ -183,13 +234,16 @@ int bench_stability(const StabilityArguments& a) {
         ProgressLine progress("stability");
         for (std::size_t r = 0; r < trials.size(); ++r) {
             rows.push_back({trials[r], {}});
-            const bool is_long = trials[r].motion == PatchMotion::noise;  // as many frames as take long on any mesh
+            const bool is_long =
+                trials[r].motion == PatchMotion::noise;  // as many frames as take long on any mesh
             const MeshHierarchy hierarchy = stability_mesh(trials[r], is_long ? 2 : a.cells);
             for (std::size_t k = 0; k < all.size(); ++k) {
-                progress.update(static_cast<double>(r * all.size() + k) / static_cast<double>(trials.size() * all.size()),
+                progress.update(static_cast<double>(r * all.size() + k) /
+                                    static_cast<double>(trials.size() * all.size()),
                                 fmt::format("{}: {}", name_of(trials[r]), name_of(all[k])));
                 rows.back().cells.push_back(run_stability(trials[r], all[k], hierarchy, limits));
-                if (!a.csv.empty()) write_text_file(a.csv, csv_text(rows, all));  // what hours have told stays told
+                if (!a.csv.empty())
+                    write_text_file(a.csv, csv_text(rows, all));  // what hours have told stays told
             }
         }
     }
@@ -201,7 +255,8 @@ int bench_stability(const StabilityArguments& a) {
             ++count[static_cast<int>(row.cells[k].verdict)];
             unknown += letter(row, k, all) == 'F';
         }
-    fmt::print("\n{} pass, {} refused, {} fail, {} of them not known to\n", count[0], count[2], count[1], unknown);
+    fmt::print("\n{} pass, {} refused, {} fail, {} of them not known to\n", count[0], count[2],
+               count[1], unknown);
     if (!a.json.empty()) write_text_file(a.json, json_of(rows, all).dump(2) + "\n");
 #ifdef LIVETET_IMAGES
     if (!a.figure.empty()) draw(a.figure, rows, all);

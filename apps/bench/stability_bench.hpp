@@ -13,8 +13,8 @@ struct StabilityArguments {
     std::filesystem::path csv, json, figure;
 };
 
-/// Every stability case in every strain model and scheme, as `solve` and as `track` step them: matrix, files, picture.
-/// Returns the exit status: 1 where a cell fails that is not a known limit.
+/// Every stability case in every strain model and scheme, as `solve` and as `track` step them:
+/// matrix, files, picture. Returns the exit status: 1 where a cell fails that is not a known limit.
 int bench_stability(const StabilityArguments& arguments);
 
 }  // namespace livetet

@@ -8,10 +8,10 @@
 #include <random>
 #include <set>
 
+#include "apps/verification/meshes.hpp"
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
 #include "meshing/quality.hpp"
-#include "apps/verification/meshes.hpp"
 
 namespace livetet {
 
@@ -24,13 +24,15 @@ double least_dihedral(const TetMesh& mesh, std::span<const Tet> tets) {
     double least = 180;
     for (const Tet& t : tets) {
         if (!(signed_volume(mesh, t) > 0)) return 0;
-        for (const double angle : dihedral_angles_deg(mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]))
+        for (const double angle : dihedral_angles_deg(mesh.nodes[t[0]], mesh.nodes[t[1]],
+                                                      mesh.nodes[t[2]], mesh.nodes[t[3]]))
             least = std::min(least, angle);
     }
     return least;
 }
 
-/// Moves inner nodes, no two of one tet, towards the opposite face of one of their tets until the least angle there is `angle`.
+/// Moves inner nodes, no two of one tet, towards the opposite face of one of their tets until the
+/// least angle there is `angle`.
 void flatten(TetMesh& mesh, double angle) {
     std::vector<std::vector<Tet>> around(mesh.nodes.size());
     for (const Tet& t : mesh.tets)
@@ -57,32 +59,41 @@ void flatten(TetMesh& mesh, double angle) {
     }
     const double least = least_dihedral(mesh, mesh.tets);
     if (flattened == 0 || least > 1.01 * angle || least < 0.99 * angle)
-        fail("stability: {} tets flattened to {:.3g} degrees, expected {:.3g}", flattened, least, angle);
+        fail("stability: {} tets flattened to {:.3g} degrees, expected {:.3g}", flattened, least,
+             angle);
 }
 
 }  // namespace
 
 int StabilityCase::driven_steps(int noise_frames) const {
     switch (motion) {
-        case PatchMotion::none: return 0;
-        case PatchMotion::jump: return 1;
-        case PatchMotion::press: return 10;
-        case PatchMotion::through: return 20;
-        case PatchMotion::turn: return 40;
-        case PatchMotion::noise: return noise_frames;
+        case PatchMotion::none:
+            return 0;
+        case PatchMotion::jump:
+            return 1;
+        case PatchMotion::press:
+            return 10;
+        case PatchMotion::through:
+            return 20;
+        case PatchMotion::turn:
+            return 40;
+        case PatchMotion::noise:
+            return noise_frames;
     }
     return 0;
 }
 
 double StabilityCase::period_s() const {
-    const double frequency = 3.516 / (2 * std::numbers::pi * extent.x() * extent.x()) *
-                             std::sqrt(young_Pa * extent.z() * extent.z() / (12 * density_kg_per_m3));
+    const double frequency =
+        3.516 / (2 * std::numbers::pi * extent.x() * extent.x()) *
+        std::sqrt(young_Pa * extent.z() * extent.z() / (12 * density_kg_per_m3));
     return 1 / frequency;
 }
 
 std::vector<StabilityCase> stability_cases() {
     std::vector<StabilityCase> cases;
-    const auto vary = [&](const std::string& group, std::initializer_list<double> values, auto&& set) {
+    const auto vary = [&](const std::string& group, std::initializer_list<double> values,
+                          auto&& set) {
         for (const double value : values) {
             StabilityCase c;
             c.group = group;
@@ -98,19 +109,29 @@ std::vector<StabilityCase> stability_cases() {
         set(c);
         cases.push_back(c);
     };
-    vary("Poisson's ratio", {0, 0.3, 0.45, 0.49, 0.499, 0.4999}, [](StabilityCase& c, double v) { c.poisson = v; });
-    vary("Young's modulus, Pa", {1, 1e6, 1e9, 1e12}, [](StabilityCase& c, double v) { c.young_Pa = v; });
+    vary("Poisson's ratio", {0, 0.3, 0.45, 0.49, 0.499, 0.4999},
+         [](StabilityCase& c, double v) { c.poisson = v; });
+    vary("Young's modulus, Pa", {1, 1e6, 1e9, 1e12},
+         [](StabilityCase& c, double v) { c.young_Pa = v; });
     vary("contrast", {1e2, 1e4, 1e6, 1e8}, [](StabilityCase& c, double v) { c.contrast = v; });
-    vary("density, kg/m^3", {1e-6, 1, 1e6}, [](StabilityCase& c, double v) { c.density_kg_per_m3 = v; });
-    vary("least angle, degrees", {10, 5, 1, 0.1, 0.01}, [](StabilityCase& c, double v) { c.least_dihedral_deg = v; });
+    vary("density, kg/m^3", {1e-6, 1, 1e6},
+         [](StabilityCase& c, double v) { c.density_kg_per_m3 = v; });
+    vary("least angle, degrees", {10, 5, 1, 0.1, 0.01},
+         [](StabilityCase& c, double v) { c.least_dihedral_deg = v; });
     vary("edge ratio", {10, 100, 1000}, [](StabilityCase& c, double v) { c.edge_ratio = v; });
-    vary("time step, s", {1e-5, 1e-3, 0.1, 1, 10}, [](StabilityCase& c, double v) { c.step_s = v; });
-    add("patch", "jumps by the body's length", [](StabilityCase& c) { c.motion = PatchMotion::jump; });
+    vary("time step, s", {1e-5, 1e-3, 0.1, 1, 10},
+         [](StabilityCase& c, double v) { c.step_s = v; });
+    add("patch", "jumps by the body's length",
+        [](StabilityCase& c) { c.motion = PatchMotion::jump; });
     add("patch", "turns by 720 degrees", [](StabilityCase& c) { c.motion = PatchMotion::turn; });
-    add("patch", "presses through the far wall", [](StabilityCase& c) { c.motion = PatchMotion::through; });
-    add("start", "flat", [](StabilityCase& c) { c.start = StartState::flat, c.motion = PatchMotion::none; });
-    add("start", "everted", [](StabilityCase& c) { c.start = StartState::everted, c.motion = PatchMotion::none; });
-    add("start", "random", [](StabilityCase& c) { c.start = StartState::random, c.motion = PatchMotion::none; });
+    add("patch", "presses through the far wall",
+        [](StabilityCase& c) { c.motion = PatchMotion::through; });
+    add("start", "flat",
+        [](StabilityCase& c) { c.start = StartState::flat, c.motion = PatchMotion::none; });
+    add("start", "everted",
+        [](StabilityCase& c) { c.start = StartState::everted, c.motion = PatchMotion::none; });
+    add("start", "random",
+        [](StabilityCase& c) { c.start = StartState::random, c.motion = PatchMotion::none; });
     add("held by", "a line", [](StabilityCase& c) { c.held = HeldBy::line; });
     add("held by", "one node", [](StabilityCase& c) { c.held = HeldBy::node; });
     add("noise", "of 1.4 mm", [](StabilityCase& c) { c.motion = PatchMotion::noise; });
@@ -130,8 +151,10 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
         if (c.edge_ratio > 1)
             for (Vector3& x : mesh.nodes) {
                 const double below = extent.z() - layer;
-                if (std::abs(x.z() - below) < layer / 4) x.z() = below;  // a plane, as the thin layer's other side is
-                x.z() = x.z() <= below ? x.z() * (extent.z() - thin) / below : extent.z() - (extent.z() - x.z()) / c.edge_ratio;
+                if (std::abs(x.z() - below) < layer / 4)
+                    x.z() = below;  // a plane, as the thin layer's other side is
+                x.z() = x.z() <= below ? x.z() * (extent.z() - thin) / below
+                                       : extent.z() - (extent.z() - x.z()) / c.edge_ratio;
             }
         if (levels.empty() && c.least_dihedral_deg > 0) flatten(mesh, c.least_dihedral_deg);
         check_tet_mesh(mesh, "stability");
@@ -140,7 +163,8 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
     return make_hierarchy(std::move(levels), "stability");
 }
 
-Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme, const TetMesh& mesh) {
+Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme,
+                      const TetMesh& mesh) {
     Scene scene;
     scene.strain = strain;
     const Material lower{c.young_Pa, c.poisson, c.density_kg_per_m3, 1};
@@ -150,14 +174,17 @@ Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme sch
     scene.materials = {lower, upper};
     scene.time.scheme = scheme;
     scene.time.step_s = c.step_s;
-    // A quarter of critical for the first bending, and what brings modes to rest that no step resolves.
+    // A quarter of critical for the first bending, and what brings modes to rest that no step
+    // resolves.
     scene.time.rayleigh_alpha = std::numbers::pi / c.period_s();
     scene.time.rayleigh_beta = c.period_s() / 64;
     std::vector<int> held;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
         const Vector3& x = mesh.nodes[n];
         const bool on_line = x.z() < 1e-9;
-        if (x.x() < 1e-9 && (c.held == HeldBy::face || on_line) && (c.held != HeldBy::node || held.empty())) held.push_back(static_cast<int>(n));
+        if (x.x() < 1e-9 && (c.held == HeldBy::face || on_line) &&
+            (c.held != HeldBy::node || held.empty()))
+            held.push_back(static_cast<int>(n));
     }
     FixOptions fix;
     fix.nodes = held;
@@ -170,8 +197,10 @@ std::vector<std::int32_t> stability_patch(const StabilityCase& c, const TetMesh&
     if (c.motion == PatchMotion::none) return patch;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
         const Vector3& x = mesh.nodes[n];
-        const bool is_in = c.motion == PatchMotion::turn ? x.x() > extent.x() - 1e-9
-                                                         : x.z() > extent.z() - 1e-9 && std::abs(x.x() - 0.1) < 0.026 && std::abs(x.y() - 0.05) < 0.026;
+        const bool is_in = c.motion == PatchMotion::turn
+                               ? x.x() > extent.x() - 1e-9
+                               : x.z() > extent.z() - 1e-9 && std::abs(x.x() - 0.1) < 0.026 &&
+                                     std::abs(x.y() - 0.05) < 0.026;
         if (is_in) patch.push_back(static_cast<std::int32_t>(n));
     }
     return patch;
@@ -181,12 +210,16 @@ Vector3 patch_displacement(const StabilityCase& c, const Vector3& x, int k, int 
     const double share = static_cast<double>(k) / steps;
     const double smooth = (1 - std::cos(std::numbers::pi * share)) / 2;  // begins and ends at rest
     switch (c.motion) {
-        case PatchMotion::press: return {0, 0, -0.02 * smooth};
-        case PatchMotion::jump: return {0, 0, extent.x()};
-        case PatchMotion::through: return {0, 0, -0.15 * smooth};
+        case PatchMotion::press:
+            return {0, 0, -0.02 * smooth};
+        case PatchMotion::jump:
+            return {0, 0, extent.x()};
+        case PatchMotion::through:
+            return {0, 0, -0.15 * smooth};
         case PatchMotion::turn: {
             const Vector3 centre(x.x(), extent.y() / 2, extent.z() / 2);
-            return rotation_of_vector({4 * std::numbers::pi * smooth, 0, 0}) * (x - centre) - (x - centre);
+            return rotation_of_vector({4 * std::numbers::pi * smooth, 0, 0}) * (x - centre) -
+                   (x - centre);
         }
         case PatchMotion::noise: {
             std::mt19937 generator(static_cast<std::uint32_t>(k));
@@ -194,7 +227,8 @@ Vector3 patch_displacement(const StabilityCase& c, const Vector3& x, int k, int 
             const double dx = noise(generator), dy = noise(generator), dz = noise(generator);
             return {dx, dy, dz - 0.01};
         }
-        case PatchMotion::none: break;
+        case PatchMotion::none:
+            break;
     }
     return Vector3::Zero();
 }
@@ -208,7 +242,8 @@ std::vector<Vector3> start_displacement(StartState start, const TetMesh& mesh) {
         if (start == StartState::flat) to.z() = extent.z() / 2;
         if (start == StartState::everted) to.x() = -x.x();
         if (start == StartState::random)
-            for (int a = 0; a < 3; ++a) to[a] = std::generate_canonical<double, 53>(generator) * extent[a];
+            for (int a = 0; a < 3; ++a)
+                to[a] = std::generate_canonical<double, 53>(generator) * extent[a];
         u[i] = to - x;
     }
     return u;

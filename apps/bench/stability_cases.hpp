@@ -13,14 +13,15 @@ enum class PatchMotion { none, press, jump, turn, through, noise };
 enum class StartState { rest, flat, everted, random };
 enum class HeldBy { face, line, node };
 
-/// One trial of stability: a box of 0.2 x 0.1 x 0.1 m, held where x = 0, whose patch is driven, held still and let go.
-/// What a case does not name is a trial that anything should stand: tissue, pressed by 20 mm in ten steps.
+/// One trial of stability: a box of 0.2 x 0.1 x 0.1 m, held where x = 0, whose patch is driven,
+/// held still and let go. What a case does not name is a trial that anything should stand: tissue,
+/// pressed by 20 mm in ten steps.
 struct StabilityCase {
     std::string group, value;  ///< what is extreme about it: "poisson", "0.4999"
     double young_Pa = 3000, poisson = 0.45, density_kg_per_m3 = 1000;
-    double contrast = 1;             ///< of Young's modulus: the upper half's to the lower's
-    double edge_ratio = 1;           ///< the uppermost layer of tets is thinner than the others by this
-    double least_dihedral_deg = 0;   ///< inner tets are flattened to this angle; 0: as they are
+    double contrast = 1;    ///< of Young's modulus: the upper half's to the lower's
+    double edge_ratio = 1;  ///< the uppermost layer of tets is thinner than the others by this
+    double least_dihedral_deg = 0;  ///< inner tets are flattened to this angle; 0: as they are
     double step_s = 0.02;
     PatchMotion motion = PatchMotion::press;
     StartState start = StartState::rest;
@@ -34,17 +35,19 @@ struct StabilityCase {
 
 std::vector<StabilityCase> stability_cases();
 
-/// The case's box on two levels, `cells` along its height on the finer one. Throws Error where the tets cannot be made as
-/// flat as asked.
+/// The case's box on two levels, `cells` along its height on the finer one. Throws Error where the
+/// tets cannot be made as flat as asked.
 MeshHierarchy stability_mesh(const StabilityCase& c, int cells);
 
 /// Materials and fixed nodes of a case as a scene's, for one of the strain models and schemes.
-Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme, const TetMesh& mesh);
+Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme,
+                      const TetMesh& mesh);
 
 /// Nodes of the driven patch.
 std::vector<std::int32_t> stability_patch(const StabilityCase& c, const TetMesh& mesh);
 
-/// Where a node of the patch has come to in step `k` (from 1) of so many, m from its place at rest `x`.
+/// Where a node of the patch has come to in step `k` (from 1) of so many, m from its place at rest
+/// `x`.
 Vector3 patch_displacement(const StabilityCase& c, const Vector3& x, int k, int steps);
 
 /// Each node's displacement at the start.

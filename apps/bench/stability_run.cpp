@@ -16,8 +16,10 @@ namespace livetet {
 namespace {
 
 constexpr int settling_frames = 15;
-constexpr int deadline_tries = 3;  // what else the machine does makes frames late, and not twice the same
-constexpr double longest_step_s = 60;  // of `solve`: a thousand times what a step of the box takes that goes well
+constexpr int deadline_tries =
+    3;  // what else the machine does makes frames late, and not twice the same
+constexpr double longest_step_s =
+    60;  // of `solve`: a thousand times what a step of the box takes that goes well
 
 /// What ends a trial: the rule that does not hold.
 struct Broken {
@@ -32,20 +34,30 @@ template <class... Args>
 
 class Trial {
   public:
-    Trial(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy, const StabilityLimits& limits, StabilityCell& cell)
-        : case_(c), column_(column), limits_(limits), cell_(cell), scene_(stability_scene(c, column.strain, column.scheme, hierarchy.levels.front())),
-          held_(scene_, hierarchy.levels.front()), patch_(stability_patch(c, hierarchy.levels.front())), turns_(false) {
+    Trial(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy,
+          const StabilityLimits& limits, StabilityCell& cell)
+        : case_(c),
+          column_(column),
+          limits_(limits),
+          cell_(cell),
+          scene_(stability_scene(c, column.strain, column.scheme, hierarchy.levels.front())),
+          held_(scene_, hierarchy.levels.front()),
+          patch_(stability_patch(c, hierarchy.levels.front())),
+          turns_(false) {
         check_held(scene_, hierarchy.levels.front(), held_);
-        turns_ = !free_rigid_motions(hierarchy.levels.front(), held_.constraints().components).empty();
+        turns_ =
+            !free_rigid_motions(hierarchy.levels.front(), held_.constraints().components).empty();
         body_ = make_body(PETSC_COMM_SELF, scene_, hierarchy, is_tracked());
     }
 
     void run() {
         DeformableBody& body = *body_.body;
-        if (case_.start != StartState::rest) body.set_displacement(start_displacement(case_.start, body_.mesh()));
+        if (case_.start != StartState::rest)
+            body.set_displacement(start_displacement(case_.start, body_.mesh()));
         look();
         until_now_ = energy_;
-        const int steps = case_.driven_steps(is_tracked() ? limits_.noise_frames : limits_.noise_frames / 1000);
+        const int steps =
+            case_.driven_steps(is_tracked() ? limits_.noise_frames : limits_.noise_frames / 1000);
         if (steps > 0) {
             for (int k = 1; k <= steps; ++k) advance(k - 1, k, steps, case_.step_s);
             const int standing = is_tracked() ? settling_frames + 5 : 5;
@@ -56,7 +68,8 @@ class Trial {
         }
         patch_.clear();
         if (is_static()) {
-            for (int k = 0; k < (is_tracked() ? 60 : 2); ++k) advance(1, 1, 1, case_.step_s, !is_tracked() || k >= settling_frames);
+            for (int k = 0; k < (is_tracked() ? 60 : 2); ++k)
+                advance(1, 1, 1, case_.step_s, !is_tracked() || k >= settling_frames);
         } else {
             for (int k = 0; k < 10; ++k) advance(1, 1, 1, case_.step_s, true);
             const double wanted = case_.period_s() / 8;
@@ -66,30 +79,43 @@ class Trial {
             }
             for (int k = 0; k < 64; ++k) advance(1, 1, 1, wanted, true);
         }
-        cell_.left = turns_ ? energy_ / std::max(until_now_, 1e-300) : farthest_now_ / std::max(farthest_, 1e-300);
+        cell_.left = turns_ ? energy_ / std::max(until_now_, 1e-300)
+                            : farthest_now_ / std::max(farthest_, 1e-300);
         const double allowed = is_static() ? 1e-3 : 0.02;
-        if (cell_.left > allowed) broken("rest: {:.2g} % of the greatest {} is left at the end", 100 * cell_.left, turns_ ? "energy" : "displacement");
+        if (cell_.left > allowed)
+            broken("rest: {:.2g} % of the greatest {} is left at the end", 100 * cell_.left,
+                   turns_ ? "energy" : "displacement");
         if (late_ > cell_.steps / 50 + 1)
-            throw Broken{fmt::format("deadline: {} of {} frames took more than {:g} ms, in the last of {} tries", late_, cell_.steps, 1e3 * limits_.budget_s, deadline_tries), true};
+            throw Broken{
+                fmt::format(
+                    "deadline: {} of {} frames took more than {:g} ms, in the last of {} tries",
+                    late_, cell_.steps, 1e3 * limits_.budget_s, deadline_tries),
+                true};
     }
 
   private:
     bool is_tracked() const { return column_.way == SteppedAs::track; }
     bool is_static() const { return column_.scheme == TimeScheme::static_equilibrium; }
 
-    /// The patch where it is at `place` of `steps`, on its way from step `from` to step `to` of them.
+    /// The patch where it is at `place` of `steps`, on its way from step `from` to step `to` of
+    /// them.
     Constraints constraints_at(int from, int to, int steps, double share) const {
         Constraints constraints = held_.constraints();
         for (const std::int32_t n : patch_) {
             const Vector3& x = body_.mesh().nodes[n];
-            const Vector3 begin = from > 0 ? patch_displacement(case_, x, from, steps) : Vector3::Zero();
-            constraints.prescribe(std::span(&n, 1), begin + share * (patch_displacement(case_, x, to, steps) - begin));
+            const Vector3 begin =
+                from > 0 ? patch_displacement(case_, x, from, steps) : Vector3::Zero();
+            constraints.prescribe(
+                std::span(&n, 1),
+                begin + share * (patch_displacement(case_, x, to, steps) - begin));
         }
         return constraints;
     }
 
     void advance(int from, int to, int steps, double dt, bool judged = false) {
-        const auto move = [&](double share) { body_.body->set_constraints(constraints_at(from, to, steps, share)); };
+        const auto move = [&](double share) {
+            body_.body->set_constraints(constraints_at(from, to, steps, share));
+        };
         if (is_tracked())
             frame(move, dt);
         else
@@ -102,10 +128,15 @@ class Trial {
         }
         if (!(until_now_ > 0)) return;
         cell_.energy_growth = std::max(cell_.energy_growth, energy_ / until_now_);
-        const bool promises_less = !is_tracked() && (is_static() || column_.scheme == TimeScheme::implicit_euler);
+        const bool promises_less =
+            !is_tracked() && (is_static() || column_.scheme == TimeScheme::implicit_euler);
         if (promises_less && energy_ > before + 0.01 * until_now_)
-            broken("energy: grows by {:.2g} of its greatest in step {}, where nothing moves the body", (energy_ - before) / until_now_, cell_.steps);
-        if (energy_ > 2 * until_now_) broken("energy: {:.3g} times its greatest until the patch stood still, in step {}", energy_ / until_now_, cell_.steps);
+            broken(
+                "energy: grows by {:.2g} of its greatest in step {}, where nothing moves the body",
+                (energy_ - before) / until_now_, cell_.steps);
+        if (energy_ > 2 * until_now_)
+            broken("energy: {:.3g} times its greatest until the patch stood still, in step {}",
+                   energy_ / until_now_, cell_.steps);
     }
 
     template <class Move>
@@ -113,26 +144,36 @@ class Trial {
         StepReport last;
         ++cell_.steps;
         const auto start = Clock::now();
-        const double reached = step_in_parts(*body_.body, dt, batch_effort(scene_), move, [&](double share, double, const StepReport& report) {
-            cell_.linearisations += report.linearisations;
-            last = report;
-            if (seconds_since(start) > longest_step_s)
-                broken("solved: step {} is at {:.3g} of its way after {:g} s, where forces are out of balance by {:.1e}", cell_.steps, share, longest_step_s,
-                       report.imbalance);
-        });
+        const double reached =
+            step_in_parts(*body_.body, dt, batch_effort(scene_), move,
+                          [&](double share, double, const StepReport& report) {
+                              cell_.linearisations += report.linearisations;
+                              last = report;
+                              if (seconds_since(start) > longest_step_s)
+                                  broken(
+                                      "solved: step {} is at {:.3g} of its way after {:g} s, where "
+                                      "forces are out of balance by {:.1e}",
+                                      cell_.steps, share, longest_step_s, report.imbalance);
+                          });
         if (reached < 1)
-            broken("solved: not beyond {:.3g} of step {}, where forces are out of balance by {:.1e} after {} linearisations", reached, cell_.steps,
-                   last.imbalance, last.linearisations);
+            broken(
+                "solved: not beyond {:.3g} of step {}, where forces are out of balance by {:.1e} "
+                "after {} linearisations",
+                reached, cell_.steps, last.imbalance, last.linearisations);
     }
 
     template <class Move>
     void frame(Move&& move, double dt) {
         const auto start = Clock::now();
         move(1);
-        const StepReport report = body_.body->step(dt, {.linearisations = 1,
-                                                        .linear_tolerance = scene_.solver.relative_tolerance,
-                                                        .deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.budget_s - tail_s_))});
-        tail_s_ = std::max(0.95 * tail_s_, report.finish_s);  // as `track` leaves time for what comes last
+        const StepReport report = body_.body->step(
+            dt,
+            {.linearisations = 1,
+             .linear_tolerance = scene_.solver.relative_tolerance,
+             .deadline = start + std::chrono::duration_cast<Clock::duration>(
+                                     std::chrono::duration<double>(limits_.budget_s - tail_s_))});
+        tail_s_ = std::max(0.95 * tail_s_,
+                           report.finish_s);  // as `track` leaves time for what comes last
         late_ += seconds_since(start) > limits_.budget_s;
         ++cell_.steps;
         cell_.late = static_cast<double>(late_) / cell_.steps;
@@ -143,12 +184,18 @@ class Trial {
     /// Takes energy and displacement, and judges whether they are finite.
     void look() {
         // Of a million frames of noise every thousandth is enough: a state that is lost stays lost.
-        if (case_.motion == PatchMotion::noise && !patch_.empty() && cell_.steps % 1000 != 0 && is_tracked() && cell_.steps < limits_.noise_frames) return;
+        if (case_.motion == PatchMotion::noise && !patch_.empty() && cell_.steps % 1000 != 0 &&
+            is_tracked() && cell_.steps < limits_.noise_frames)
+            return;
         body_.body->displacement(u_);
         farthest_now_ = 0;
-        for (const Vector3& u : u_) farthest_now_ = std::isfinite(u.squaredNorm()) ? std::max(farthest_now_, u.norm()) : INFINITY;
+        for (const Vector3& u : u_)
+            farthest_now_ =
+                std::isfinite(u.squaredNorm()) ? std::max(farthest_now_, u.norm()) : INFINITY;
         energy_ = body_.body->strain_energy() + (is_static() ? 0 : body_.body->kinetic_energy());
-        if (!(farthest_now_ < 1.5) || !std::isfinite(energy_)) broken("finite: a node is {:.3g} m from its place at rest in step {}", farthest_now_, cell_.steps);
+        if (!(farthest_now_ < 1.5) || !std::isfinite(energy_))
+            broken("finite: a node is {:.3g} m from its place at rest in step {}", farthest_now_,
+                   cell_.steps);
         farthest_ = std::max(farthest_, farthest_now_);
     }
 
@@ -162,14 +209,16 @@ class Trial {
     bool turns_;  ///< nothing holds it from turning as a rigid body
     SceneBody body_;
     std::vector<Vector3> u_;
-    double energy_ = 0, until_now_ = 0;  ///< J: now; the greatest until the patch stood still
+    double energy_ = 0, until_now_ = 0;       ///< J: now; the greatest until the patch stood still
     double farthest_now_ = 0, farthest_ = 0;  ///< m
     int late_ = 0;
     double tail_s_ = 0;
 };
 
 /// `by_time`: whether it is the deadline alone that it failed.
-StabilityCell run_once(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy, const StabilityLimits& limits, bool& by_time) {
+StabilityCell run_once(const StabilityCase& c, const StabilityColumn& column,
+                       const MeshHierarchy& hierarchy, const StabilityLimits& limits,
+                       bool& by_time) {
     StabilityCell cell;
     by_time = false;
     const auto start = Clock::now();
@@ -192,10 +241,12 @@ StabilityCell run_once(const StabilityCase& c, const StabilityColumn& column, co
 
 }  // namespace
 
-StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy, const StabilityLimits& limits) {
+StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column,
+                            const MeshHierarchy& hierarchy, const StabilityLimits& limits) {
     bool by_time = true;
     StabilityCell cell;
-    for (int k = 0; by_time && k < deadline_tries; ++k) cell = run_once(c, column, hierarchy, limits, by_time);
+    for (int k = 0; by_time && k < deadline_tries; ++k)
+        cell = run_once(c, column, hierarchy, limits, by_time);
     return cell;
 }
 

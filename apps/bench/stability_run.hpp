@@ -6,7 +6,8 @@
 
 namespace livetet {
 
-/// As `solve` steps a scene, each step to its tolerance; or as `track` does, one linearisation a frame until its deadline.
+/// As `solve` steps a scene, each step to its tolerance; or as `track` does, one linearisation a
+/// frame until its deadline.
 enum class SteppedAs { solve, track };
 
 struct StabilityColumn {
@@ -20,11 +21,13 @@ enum class Verdict { pass, fail, refused };
 /// What became of one case in one column.
 struct StabilityCell {
     Verdict verdict = Verdict::pass;
-    std::string reason;        ///< one line where it did not pass
+    std::string reason;  ///< one line where it did not pass
     int steps = 0, linearisations = 0;
-    double energy_growth = 0;  ///< the greatest energy after the driving, to the greatest until then
-    double left = 0;           ///< of the greatest displacement (of a body that can turn: energy) when it should have come to rest
-    double late = 0;           ///< share of the frames that took longer than their budget
+    double energy_growth =
+        0;            ///< the greatest energy after the driving, to the greatest until then
+    double left = 0;  ///< of the greatest displacement (of a body that can turn: energy) when it
+                      ///< should have come to rest
+    double late = 0;  ///< share of the frames that took longer than their budget
     double seconds = 0;
 };
 
@@ -36,14 +39,19 @@ struct StabilityLimits {
 /// Runs a case on its mesh and judges it. In order, and by the first that does not hold:
 /// - refused: the scene is refused as `solve` or `track` would;
 /// - finite: no step is given up, no node is farther than 1.5 m from its place at rest;
-/// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts, and is not tried on after a minute;
-/// - energy (strain and kinetic): once the patch stands still it grows by no more than a hundredth with Euler's scheme and
-///   at equilibrium, and not to more than twice its greatest until then with Newmark's and generalized-alpha, which
-///   promise that for linear bodies only. `track`, which does not solve its steps, has fifteen frames to settle and
-///   is judged by the latter;
-/// - rest: let go, and given eight periods in time, no more than 2 % of the greatest displacement is left (static: 0.1 %);
-/// - deadline (`track`): no more than one frame in fifty, and one, took longer than its budget; a cell that fails this alone is tried three
+/// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts,
+/// and is not tried on after a minute;
+/// - energy (strain and kinetic): once the patch stands still it grows by no more than a hundredth
+/// with Euler's scheme and
+///   at equilibrium, and not to more than twice its greatest until then with Newmark's and
+///   generalized-alpha, which promise that for linear bodies only. `track`, which does not solve
+///   its steps, has fifteen frames to settle and is judged by the latter;
+/// - rest: let go, and given eight periods in time, no more than 2 % of the greatest displacement
+/// is left (static: 0.1 %);
+/// - deadline (`track`): no more than one frame in fifty, and one, took longer than its budget; a
+/// cell that fails this alone is tried three
 ///   times, for what else the machine does makes frames late too.
-StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column, const MeshHierarchy& hierarchy, const StabilityLimits& limits);
+StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column,
+                            const MeshHierarchy& hierarchy, const StabilityLimits& limits);
 
 }  // namespace livetet

@@ -6,12 +6,12 @@
 
 #include "apps/bench/distribution_table.hpp"
 #include "apps/bench/realtime_cases.hpp"
-#include "base/interruptible.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/viewer/live.hpp"
-#include "base/work_folder.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/interruptible.hpp"
+#include "base/work_folder.hpp"
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
 #include "solvers/parallel/petsc_session.hpp"
@@ -25,12 +25,13 @@ namespace {
 using nlohmann::json;
 
 constexpr double pictures_asked = 25;  // a second
-constexpr double opening_s = 4;       // the sensor is placed, the window opens
+constexpr double opening_s = 4;        // the sensor is placed, the window opens
 
 /// Passes frames on to a window in every other stretch of time, and times all of them.
 class ByTurns : public FrameGuest {
   public:
-    ByTurns(LiveView& view, double stretch_s, int stretches) : view_(view), stretch_s_(stretch_s), count_(2 * stretches) {}
+    ByTurns(LiveView& view, double stretch_s, int stretches)
+        : view_(view), stretch_s_(stretch_s), count_(2 * stretches) {}
 
     std::optional<HandPull> pull() override {
         began_s_ = steady_seconds();
@@ -39,11 +40,14 @@ class ByTurns : public FrameGuest {
     void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override {
         const double now = steady_seconds();
         if (first_s_ == 0) first_s_ = now;
-        const int stretch = now - first_s_ < opening_s ? 0 : 1 + static_cast<int>((now - first_s_ - opening_s) / stretch_s_);
+        const int stretch = now - first_s_ < opening_s
+                                ? 0
+                                : 1 + static_cast<int>((now - first_s_ - opening_s) / stretch_s_);
         const bool with = stretch % 2 == 0;  // the one that is left out, too
         if (stretch != stretch_) {
             if (stretch_ > 0 && stretch_ % 2 == 0)
-                pictures_a_second.push_back(static_cast<double>(view_.pictures() - pictures_) / (now - since_s_));
+                pictures_a_second.push_back(static_cast<double>(view_.pictures() - pictures_) /
+                                            (now - since_s_));
             stretch_ = stretch;
             since_s_ = now;
             pictures_ = view_.pictures();
@@ -72,7 +76,8 @@ class ByTurns : public FrameGuest {
 
 int bench_view(const ViewBenchArguments& arguments) {
     PetscSession session("livetet", {});
-    if (session.ranks() > 1) fail("bench view runs on one rank, found {}: start it without mpirun", session.ranks());
+    if (session.ranks() > 1)
+        fail("bench view runs on one rank, found {}: start it without mpirun", session.ranks());
     const PhantomImages images = make_phantom_images(0.0015, 1);
     MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
@@ -99,26 +104,38 @@ int bench_view(const ViewBenchArguments& arguments) {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
         Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
-        Playback source(simulate_press(tracker), {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
-        LiveModel model(scene, body, [&](const std::string& tool) { return source.index_of(tool); }, tracker.image_from_reference, true);
+        Playback source(simulate_press(tracker),
+                        {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
+        LiveModel model(
+            scene, body, [&](const std::string& tool) { return source.index_of(tool); },
+            tracker.image_from_reference, true);
         Announcer announcer(body.mesh(), source, 0, {});
         const Interruptible interruptible;
-        run_frames(scene, source, model, &recorder, announcer, nullptr, {.budget_s = 1e-3 * arguments.budget_ms, .guest = &turns}, counts);
+        run_frames(scene, source, model, &recorder, announcer, nullptr,
+                   {.budget_s = 1e-3 * arguments.budget_ms, .guest = &turns}, counts);
         stop_asked = false;  // it was the benchmark that asked
     }
     view.finish();
     if (turns.pictures_a_second.empty()) fail("bench view: no picture was drawn in {} s", whole_s);
 
-    const Distribution pictures = distribution(turns.pictures_a_second), picture = distribution(turns.picture_ms),
-                       with = distribution(turns.with_ms), without = distribution(turns.without_ms);
-    const double least = *std::min_element(turns.pictures_a_second.begin(), turns.pictures_a_second.end());
-    fmt::print("{} tets, {} triangles drawn, three slices, 1280 x 800; a tracker of {:g} Hz, a budget of {:g} ms, {} of {} samples computed\n\n",
-               body.mesh().tets.size(), triangles, arguments.rate_Hz, arguments.budget_ms, counts.frames, counts.samples);
+    const Distribution pictures = distribution(turns.pictures_a_second),
+                       picture = distribution(turns.picture_ms), with = distribution(turns.with_ms),
+                       without = distribution(turns.without_ms);
+    const double least =
+        *std::min_element(turns.pictures_a_second.begin(), turns.pictures_a_second.end());
+    fmt::print(
+        "{} tets, {} triangles drawn, three slices, 1280 x 800; a tracker of {:g} Hz, a budget of "
+        "{:g} ms, {} of {} samples computed\n\n",
+        body.mesh().tets.size(), triangles, arguments.rate_Hz, arguments.budget_ms, counts.frames,
+        counts.samples);
     fmt::print("{}{}{}{}", distribution_heads("ms"), distribution_row("a picture", picture),
-               distribution_row("a frame of the simulation, window", with), distribution_row("  without", without));
-    fmt::print("\n{:.1f} pictures a second in the median of {} stretches of {:g} s, {:.1f} in the worst; the window costs the "
-               "simulation {:+.2f} ms a frame in the median\n",
-               pictures.median, pictures.count, arguments.seconds, least, with.median - without.median);
+               distribution_row("a frame of the simulation, window", with),
+               distribution_row("  without", without));
+    fmt::print(
+        "\n{:.1f} pictures a second in the median of {} stretches of {:g} s, {:.1f} in the worst; "
+        "the window costs the "
+        "simulation {:+.2f} ms a frame in the median\n",
+        pictures.median, pictures.count, arguments.seconds, least, with.median - without.median);
     const bool held = pictures.median >= pictures_asked;
     fmt::print("asked for: {:g} pictures a second: {}\n", pictures_asked, held ? "held" : "MISSED");
     if (!arguments.json.empty())

@@ -13,9 +13,9 @@ struct ViewBenchArguments {
     std::filesystem::path json;
 };
 
-/// The window beside a run on the phantom, off screen at 1280 x 800, drawing and not drawing by turns: pictures a second, what
-/// a picture takes, and frame times with and without. Prints a table; returns 0, or 1 where there are fewer than 25 pictures a
-/// second.
+/// The window beside a run on the phantom, off screen at 1280 x 800, drawing and not drawing by
+/// turns: pictures a second, what a picture takes, and frame times with and without. Prints a
+/// table; returns 0, or 1 where there are fewer than 25 pictures a second.
 int bench_view(const ViewBenchArguments& arguments);
 
 }  // namespace livetet

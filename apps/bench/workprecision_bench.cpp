@@ -30,10 +30,12 @@ struct Times {
 
 }  // namespace
 
-const ChoiceResult* WorkPrecision::cheapest(ErrorMeasure measure, double error_m, std::optional<double> step_s) const {
+const ChoiceResult* WorkPrecision::cheapest(ErrorMeasure measure, double error_m,
+                                            std::optional<double> step_s) const {
     const ChoiceResult* best = nullptr;
     for (const ChoiceResult& r : results)
-        if (r.has_figures() && r.error_m(measure) <= error_m && (!step_s || r.step_s <= *step_s) && (!best || r.total_s < best->total_s))
+        if (r.has_figures() && r.error_m(measure) <= error_m && (!step_s || r.step_s <= *step_s) &&
+            (!best || r.total_s < best->total_s))
             best = &r;
     return best;
 }
@@ -41,17 +43,24 @@ const ChoiceResult* WorkPrecision::cheapest(ErrorMeasure measure, double error_m
 const ChoiceResult* WorkPrecision::most_accurate(ErrorMeasure measure, double step_s) const {
     const ChoiceResult* best = nullptr;
     for (const ChoiceResult& r : results)
-        if (r.has_figures() && r.step_s <= step_s && (!best || r.error_m(measure) < best->error_m(measure))) best = &r;
+        if (r.has_figures() && r.step_s <= step_s &&
+            (!best || r.error_m(measure) < best->error_m(measure)))
+            best = &r;
     return best;
 }
 
-WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats, const std::string& only) {
+WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats,
+                              const std::string& only) {
     ProgressLine progress("workprecision");
     const Choices choices(scene, load_mesh(scene.mesh, progress.callback()), folder);
     std::vector<SceneChoice> all = choices.all();
-    std::erase_if(all, [&](const SceneChoice& c) { return (c.varied + ": " + c.name).find(only) == std::string::npos; });
+    std::erase_if(all, [&](const SceneChoice& c) {
+        return (c.varied + ": " + c.name).find(only) == std::string::npos;
+    });
     if (all.empty()) fail("--only {}: no choice has that in its name", only);
-    const SamplePoints points(choices.hierarchy().levels.front(), scene.probes ? read_points_csv(scene.probes->points) : std::vector<NamedPoint>{});
+    const SamplePoints points(
+        choices.hierarchy().levels.front(),
+        scene.probes ? read_points_csv(scene.probes->points) : std::vector<NamedPoint>{});
     SceneRuns runs(folder, points);
 
     // 1. the reference
@@ -78,7 +87,8 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
             r.error = difference(points, own, reference);
             const SampledRun* before = &own;
             double* parts[] = {&r.algebraic_m, &r.time_m, &r.model_m};
-            const Scene scenes[] = {choices.tight(all[k]), choices.fine_in_time(all[k]), choices.same_model(all[k])};
+            const Scene scenes[] = {choices.tight(all[k]), choices.fine_in_time(all[k]),
+                                    choices.same_model(all[k])};
             for (int i = 0; i < 3; ++i) {
                 const SampledRun& next = runs.run(scenes[i]);
                 if (!next.is_good()) {
@@ -98,14 +108,16 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
     // 3. their times, round by round
     for (int round = 1; round < repeats; ++round)
         for (std::size_t k = 0; k < all.size(); ++k, ++done) {
-            if (!out.results[k].has_figures() || times[k].total.front() > longest_repeated_s) continue;
+            if (!out.results[k].has_figures() || times[k].total.front() > longest_repeated_s)
+                continue;
             progress.update(done / count, fmt::format("{}, once more", all[k].name));
             times[k].add(runs.again(all[k].scene));
         }
     for (std::size_t k = 0; k < all.size(); ++k) {
         if (!out.results[k].has_figures()) continue;
         ChoiceResult& r = out.results[k];
-        const auto [least, most] = std::minmax_element(times[k].total.begin(), times[k].total.end());
+        const auto [least, most] =
+            std::minmax_element(times[k].total.begin(), times[k].total.end());
         r.runs = times[k].total.size();
         r.spread_s = (*most - *least) / 2;
         r.total_s = distribution(times[k].total).median;

@@ -7,7 +7,8 @@
 
 namespace livetet {
 
-/// What a sub-command says to `main`: its exit status. 0 well, 1 a benchmark missed a target, 2 bad input, 3 not converged; 70: our fault.
+/// What a sub-command says to `main`: its exit status. 0 well, 1 a benchmark missed a target, 2 bad
+/// input, 3 not converged; 70: our fault.
 struct ExitStatus {
     int value = 0;
 };
@@ -31,8 +32,8 @@ void add_warp_command(CLI::App& app);
 void add_phantom_command(CLI::App& app);
 void add_view_command(CLI::App& app, ExitStatus& status);
 
-/// The arguments that a sub-command did not know, as PETSc's ("-ksp_view"). Throws Error for one that looks like a
-/// mistyped option of ours ("--jsn") or that stands alone.
+/// The arguments that a sub-command did not know, as PETSc's ("-ksp_view"). Throws Error for one
+/// that looks like a mistyped option of ours ("--jsn") or that stands alone.
 std::vector<std::string> petsc_arguments(const CLI::App& command);
 
 }  // namespace livetet

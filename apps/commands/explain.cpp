@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/explanation.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/explanation.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -21,14 +21,16 @@ std::size_t block_count(const TetMesh& mesh) {
 }
 
 void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
-    fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns", "memory/MB");
+    fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns",
+               "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
         const TetMesh& mesh = hierarchy.levels[l];
         const bool linear = mesh.edge_nodes.empty();
         const double blocks = linear ? block_count(mesh) : 28.0 * mesh.nodes.size();
-        // A block with its column; of a tet its gradients, rotations, nodes and the places of its blocks; of a node its vectors,
-        // constraints and row of a transfer.
-        const double bytes = 76.0 * blocks + (linear ? 228.0 : 470.0) * mesh.tets.size() + 600.0 * mesh.nodes.size();
+        // A block with its column; of a tet its gradients, rotations, nodes and the places of its
+        // blocks; of a node its vectors, constraints and row of a transfer.
+        const double bytes =
+            76.0 * blocks + (linear ? 228.0 : 470.0) * mesh.tets.size() + 600.0 * mesh.nodes.size();
         fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
                    3 * mesh.nodes.size(), bytes / 1e6);
     }
@@ -49,17 +51,18 @@ void explain(const std::filesystem::path& path) {
     explain_levels(hierarchy, multigrid);
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(
-        "\nEach linearisation, with about {} iterations to {:.0e}: {:.0f} ms (measured on one core of a 2.4 GHz EPYC; "
+        "\nEach linearisation, with about {} iterations to {:.0e}: {:.0f} ms (measured on one core "
+        "of a 2.4 GHz EPYC; "
         "yours will differ)\n",
-        multigrid ? fmt::format("{}", iterations) : "an unknown number of", scene.solver.relative_tolerance,
-        (1.5e-4 + 6e-5 * iterations) * tets);
+        multigrid ? fmt::format("{}", iterations) : "an unknown number of",
+        scene.solver.relative_tolerance, (1.5e-4 + 6e-5 * iterations) * tets);
 }
 
 }  // namespace
 
 void add_explain_command(CLI::App& app) {
-    CLI::App* command =
-        app.add_subcommand("explain", "Says what a scene builds, what it leaves out and why, and what that takes");
+    CLI::App* command = app.add_subcommand(
+        "explain", "Says what a scene builds, what it leaves out and why, and what that takes");
     auto scene = std::make_shared<std::filesystem::path>();
     command->add_option("scene", *scene, "scene file (YAML)")->required();
     command->callback([scene] { explain(*scene); });

@@ -6,9 +6,9 @@
 #include "apps/commands/commands.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
+#include "image/image_markers.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/image_file.hpp"
-#include "image/image_markers.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/plots/pictures.hpp"
 #endif
@@ -35,20 +35,24 @@ int find(const FiducialsArguments& a) {
 #endif
     }
     const GreyImage image = read_grey_image(a.image);
-    std::vector<ImageMarker> found = naming(
-        a.image.string(), [&] { return find_markers(image, {.diameter = a.diameter_mm / 1e3, .shade = a.shade}); });
+    std::vector<ImageMarker> found = naming(a.image.string(), [&] {
+        return find_markers(image, {.diameter = a.diameter_mm / 1e3, .shade = a.shade});
+    });
     if (found.size() < a.count)
-        fail("{}: found {} {} balls of {:g} mm, expected {}: is it their diameter and shade?", a.image.string(),
-             found.size(), a.shade == MarkerShade::bright ? "bright" : "dark", a.diameter_mm, a.count);
-    const std::optional<ImageMarker> next = found.size() > a.count ? std::optional(found[a.count]) : std::nullopt;
+        fail("{}: found {} {} balls of {:g} mm, expected {}: is it their diameter and shade?",
+             a.image.string(), found.size(), a.shade == MarkerShade::bright ? "bright" : "dark",
+             a.diameter_mm, a.count);
+    const std::optional<ImageMarker> next =
+        found.size() > a.count ? std::optional(found[a.count]) : std::nullopt;
     found.resize(a.count);
     std::vector<NamedPoint> points;
-    fmt::print("{:<7} {:>9} {:>9} {:>9}   {:>8} {:>6} {:>6}\n", "marker", "x/mm", "y/mm", "z/mm", "contrast", "fit",
-               "+-/mm");
+    fmt::print("{:<7} {:>9} {:>9} {:>9}   {:>8} {:>6} {:>6}\n", "marker", "x/mm", "y/mm", "z/mm",
+               "contrast", "fit", "+-/mm");
     for (const ImageMarker& m : found) {
         points.push_back({fmt::format("M{}", points.size() + 1), m.centre});
-        fmt::print("{:<7} {:9.3f} {:9.3f} {:9.3f}   {:8.1f} {:6.3f} {:6.3f}\n", points.back().name, 1e3 * m.centre.x(),
-                   1e3 * m.centre.y(), 1e3 * m.centre.z(), m.contrast, m.fit, 1e3 * m.uncertainty);
+        fmt::print("{:<7} {:9.3f} {:9.3f} {:9.3f}   {:8.1f} {:6.3f} {:6.3f}\n", points.back().name,
+                   1e3 * m.centre.x(), 1e3 * m.centre.y(), 1e3 * m.centre.z(), m.contrast, m.fit,
+                   1e3 * m.uncertainty);
     }
     if (next) {
         const Eigen::Vector3d mm = 1e3 * next->centre;
@@ -71,20 +75,25 @@ int find(const FiducialsArguments& a) {
 }  // namespace
 
 void add_fiducials_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand(
-        "fiducials",
-        "Finds an image's fiducials: markers that show as balls of a known diameter, to a fraction of a voxel");
+    CLI::App* command = app.add_subcommand("fiducials",
+                                           "Finds an image's fiducials: markers that show as balls "
+                                           "of a known diameter, to a fraction of a voxel");
     auto a = std::make_shared<FiducialsArguments>();
-    command->add_option("image", a->image, "grey image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd)")->required();
-    command->add_option("--diameter-mm", a->diameter_mm, "of what shows: a marker's filling, not its casing")
+    command->add_option("image", a->image, "grey image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd)")
+        ->required();
+    command
+        ->add_option("--diameter-mm", a->diameter_mm,
+                     "of what shows: a marker's filling, not its casing")
         ->required()
         ->check(CLI::PositiveNumber);
     command->add_option("--count", a->count, "how many there are: the best so many are taken")
         ->required()
         ->check(CLI::Range(1, 100));
-    command->add_option("--shade", a->shade, "whether they are bright or dark beside what is round them")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, MarkerShade>{{"bright", MarkerShade::bright}, {"dark", MarkerShade::dark}}))
+    command
+        ->add_option("--shade", a->shade,
+                     "whether they are bright or dark beside what is round them")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, MarkerShade>{
+            {"bright", MarkerShade::bright}, {"dark", MarkerShade::dark}}))
         ->default_str("bright");
     command->add_option("-o,--output", a->output,
                         "write them to this file (.mrk.json) for `livetet register --any-order`");

@@ -1,5 +1,5 @@
-#include <fmt/format.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,17 +12,17 @@
 #include <system_error>
 
 #include "apps/commands/commands.hpp"
-#include "base/run_program.hpp"
 #include "base/error.hpp"
-#include "base/temporary_files.hpp"
 #include "base/petsc.hpp"
+#include "base/run_program.hpp"
+#include "base/temporary_files.hpp"
 #include "config/yaml.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 
 namespace {
 
-/// One line on stderr and the exit status. Under mpirun all ranks go down together; where rank 0 fails too, it is the
-/// one that speaks.
+/// One line on stderr and the exit status. Under mpirun all ranks go down together; where rank 0
+/// fails too, it is the one that speaks.
 int give_up(const std::string& message, int status) {
     int initialised = 0, finalised = 0, rank = 0, ranks = 1;
     MPI_Initialized(&initialised);
@@ -37,14 +37,17 @@ int give_up(const std::string& message, int status) {
         if (rank > 0) return status;
     }
     if (rank > 0) ::sleep(3);  // on a busy machine the first takes its time to end the others
-    std::fputs(fmt::format("livetet: {}\n", message).c_str(), stderr);  // fmt::print throws where it cannot
+    std::fputs(fmt::format("livetet: {}\n", message).c_str(),
+               stderr);  // fmt::print throws where it cannot
     std::fflush(stderr);
     if (running && ranks > 1) MPI_Abort(MPI_COMM_WORLD, status);
     return status;
 }
 
-/// What lies before, between and behind the marks in a text; nothing where they are not all there in this order.
-std::vector<std::string> around(std::string_view text, std::initializer_list<std::string_view> marks) {
+/// What lies before, between and behind the marks in a text; nothing where they are not all there
+/// in this order.
+std::vector<std::string> around(std::string_view text,
+                                std::initializer_list<std::string_view> marks) {
     std::vector<std::string> parts;
     for (const std::string_view mark : marks) {
         const std::size_t at = text.find(mark);
@@ -56,12 +59,18 @@ std::vector<std::string> around(std::string_view text, std::initializer_list<std
     return parts;
 }
 
-/// Every number that a command takes is to be one: comparisons with "nan" all fail, and so no range refuses it.
+/// Every number that a command takes is to be one: comparisons with "nan" all fail, and so no range
+/// refuses it.
 void refuse_no_numbers(CLI::App& app) {
     for (CLI::Option* option : app.get_options())
         if (option->get_type_name().find("FLOAT") != std::string::npos)
             option->check(CLI::Validator(
-                [](std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "found " + text + ", expected a number" : std::string(); }, ""));
+                [](std::string& text) {
+                    return std::isnan(std::strtod(text.c_str(), nullptr))
+                               ? "found " + text + ", expected a number"
+                               : std::string();
+                },
+                ""));
     for (CLI::App* command : app.get_subcommands({})) refuse_no_numbers(*command);
 }
 
@@ -74,7 +83,9 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
         const CLI::Option* option = command->get_option_no_throw(name);
         return option ? option->get_type_name() : "";
     };
-    const auto whole = [](const std::string& type) { return type.substr(0, type.find(':')).find("INT") != type.npos; };
+    const auto whole = [](const std::string& type) {
+        return type.substr(0, type.find(':')).find("INT") != type.npos;
+    };
     const auto short_form = [](const std::string& number) {  // of 1.000000
         if (number.find('.') == number.npos) return number;
         const std::string kept = number.substr(0, number.find_last_not_of('0') + 1);
@@ -83,21 +94,28 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
     if (const auto part = around(message, {": Value ", " not in range ", " to "}); !part.empty()) {
         const std::string type = type_of(part[0]);
         const bool endless = part[3].size() > 40;  // a number's largest, digit by digit
-        std::string expected = type.find("NONNEGATIVE") == type.npos ? "a positive number" : "0 or a positive number";
-        if (!endless) expected = fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "", short_form(part[2]), short_form(part[3]));
+        std::string expected =
+            type.find("NONNEGATIVE") == type.npos ? "a positive number" : "0 or a positive number";
+        if (!endless)
+            expected = fmt::format("{}{} to {}", whole(type) ? "a whole number from " : "",
+                                   short_form(part[2]), short_form(part[3]));
         return fmt::format("{}: found {}, expected {}", part[0], part[1], expected);
     }
-    if (const auto part = around(message, {": Check ", " value in {", "} OR {"}); !part.empty()) {  // names and what they stand for
+    if (const auto part = around(message, {": Check ", " value in {", "} OR {"});
+        !part.empty()) {  // names and what they stand for
         std::string names;
-        for (std::size_t at = 0; at < part[2].size(); at = std::min(part[2].find(',', at), part[2].size() - 1) + 1)
+        for (std::size_t at = 0; at < part[2].size();
+             at = std::min(part[2].find(',', at), part[2].size() - 1) + 1)
             names += (names.empty() ? "" : ", ") + part[2].substr(at, part[2].find("->", at) - at);
         return fmt::format("{}: found {}, expected one of {}", part[0], part[1], names);
     }
-    if (const auto part = around(message, {": ", " not in {", "}"}); !part.empty()) return fmt::format("{}: found {}, expected one of {}", part[0], part[1], part[2]);
+    if (const auto part = around(message, {": ", " not in {", "}"}); !part.empty())
+        return fmt::format("{}: found {}, expected one of {}", part[0], part[1], part[2]);
     if (const auto part = around(message, {"Could not convert: ", " = "}); !part.empty()) {
         const std::string type = type_of(part[1]);
         if (type.empty()) return fmt::format("{}: found {}, expected no value", part[1], part[2]);
-        return fmt::format("{}: found {}, expected a {}number", part[1], part[2], whole(type) ? "whole " : "");
+        return fmt::format("{}: found {}, expected a {}number", part[1], part[2],
+                           whole(type) ? "whole " : "");
     }
     return message;
 }
@@ -107,19 +125,26 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
 int main(int argc, char** argv) {
     using namespace livetet;
     constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
-    ::setenv("HWLOC_COMPONENTS", "-gl", 0);  // Open MPI would ask each X server of the machine for graphics cards, and print what those of others answer
-    // A closed standard stream's number would be the next file's, and what is printed would go into that.
+    ::setenv("HWLOC_COMPONENTS", "-gl",
+             0);  // Open MPI would ask each X server of the machine for graphics cards, and print
+                  // what those of others answer
+    // A closed standard stream's number would be the next file's, and what is printed would go into
+    // that.
     for (int stream = 0; stream < 3; ++stream)
         if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
     remove_leftovers_at_signals();
-    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
+    std::signal(
+        SIGXFSZ,
+        SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
     CLI::App app{
-        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element model that tracked\n"
+        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
+        "model that tracked\n"
         "sensors move, each frame."};
     app.set_version_flag("--version", LIVETET_VERSION);
     app.require_subcommand(1);
     app.footer(
-        "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 a benchmark missed a target, 2 bad input, 3 not "
+        "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 a benchmark "
+        "missed a target, 2 bad input, 3 not "
         "converged, 70 our fault; 128 and its number where a signal ended it.");
     ExitStatus status;
 #ifdef LIVETET_IMAGES
@@ -146,26 +171,39 @@ int main(int argc, char** argv) {
     refuse_no_numbers(app);
     try {
         std::vector<std::string> names;
-        for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
-        if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+        for (const CLI::App* command : app.get_subcommands({}))
+            names.push_back(command->get_name());
+        if (argc > 1 && argv[1][0] != '-' &&
+            std::find(names.begin(), names.end(), argv[1]) == names.end()) {
             const std::string nearest = nearest_name(argv[1], names);
             fail("unknown command {}, {}", argv[1],
                  nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
                                  : fmt::format("did you mean {}?", nearest));
         }
         app.parse(argc, argv);
-        if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category(), "standard output");
-        if (std::ferror(stdout) != 0) fail("standard output: not all could be written; is the disk full, or its reader gone?");  // earlier, by a library
+        if (std::fflush(stdout) != 0)
+            throw std::system_error(errno, std::generic_category(), "standard output");
+        if (std::ferror(stdout) != 0)
+            fail(
+                "standard output: not all could be written; is the disk full, or its reader gone?");  // earlier, by a library
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
-        return e.get_exit_code() == 0 ? app.exit(e) : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
+        return e.get_exit_code() == 0
+                   ? app.exit(e)
+                   : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
-    } catch (const std::system_error& e) {  // the machine has no more of something: files, processes, room where standard output goes
+    } catch (const std::system_error& e) {  // the machine has no more of something: files,
+                                            // processes, room where standard output goes
         return give_up(e.what(), 2);
     } catch (const PetscFailure& e) {
-        if (PetscSession::any_options() && e.may_be_an_option()) return give_up(fmt::format("PETSc cannot do this, expected options that it has for this solver: {}", e.what()), 2);
+        if (PetscSession::any_options() && e.may_be_an_option())
+            return give_up(
+                fmt::format(
+                    "PETSc cannot do this, expected options that it has for this solver: {}",
+                    e.what()),
+                2);
         return give_up(e.what(), our_fault);
     } catch (const std::bad_alloc&) {
         return give_up("out of memory", our_fault);

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/outputs.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
@@ -35,14 +35,18 @@ struct MeshArguments {
     std::vector<double> spheres;  ///< five numbers each
 };
 
-bool is_scene(const std::filesystem::path& path) { return ending(path) == ".yaml" || ending(path) == ".yml"; }
+bool is_scene(const std::filesystem::path& path) {
+    return ending(path) == ".yaml" || ending(path) == ".yml";
+}
 
 /// File names and Gmsh's words need not be UTF-8.
 std::string text_of(const nlohmann::json& json, int indent) {
     return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-nlohmann::json to_json(const Vector3& place) { return {1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z()}; }
+nlohmann::json to_json(const Vector3& place) {
+    return {1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z()};
+}
 
 nlohmann::json to_json(const MeshQuality& q) {
     nlohmann::json worst = nlohmann::json::array();
@@ -64,7 +68,9 @@ nlohmann::json to_json(const MeshQuality& q) {
 
 #ifdef LIVETET_IMAGES
 nlohmann::json to_json(const SurfaceDistance& d) {
-    return {{"max_mm", 1e3 * d.max_m}, {"mean_mm", 1e3 * d.mean_m}, {"farthest_mm", to_json(d.farthest)}};
+    return {{"max_mm", 1e3 * d.max_m},
+            {"mean_mm", 1e3 * d.mean_m},
+            {"farthest_mm", to_json(d.farthest)}};
 }
 
 nlohmann::json to_json(const LevelReport& level) {
@@ -89,15 +95,19 @@ nlohmann::json report(const MeshedInput& meshed) {
     nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
     if (const auto& image = meshed.image) {
         fmt::print(
-            "picked       {:.4g} ml; largest part without holes {:.4g} ml; its surface encloses {:.4g} ml ({:+.2f} %), "
+            "picked       {:.4g} ml; largest part without holes {:.4g} ml; its surface encloses "
+            "{:.4g} ml ({:+.2f} %), "
             "{:.2f} mm from the voxels' faces in the mean, {:.2f} mm at most, at {}\n",
-            1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3, 1e6 * image->surface_volume_m3,
+            1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3,
+            1e6 * image->surface_volume_m3,
             100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,
             1e3 * image->moved.max_m, place_mm(image->moved.farthest));
         const ImageGrid& grid = meshed.grid.value();
         const Eigen::Matrix4d& affine = grid.ras_from_voxel;
         nlohmann::json rows = nlohmann::json::array();  // mm, RAS
-        for (int i = 0; i < 3; ++i) rows.push_back({1e3 * affine(i, 0), 1e3 * affine(i, 1), 1e3 * affine(i, 2), 1e3 * affine(i, 3)});
+        for (int i = 0; i < 3; ++i)
+            rows.push_back(
+                {1e3 * affine(i, 0), 1e3 * affine(i, 1), 1e3 * affine(i, 2), 1e3 * affine(i, 3)});
         json["image"] = {{"size", grid.size},
                          {"spacing_mm", to_json(grid.spacing())},
                          {"ras_from_voxel_mm", rows},
@@ -121,10 +131,12 @@ nlohmann::json report(const MeshedInput& meshed) {
                level_table(meshed.result.levels, refined), dihedral_histogram(qualities.front()));
     if (meshed.regions.size() > 1)
         for (const RegionVolume& r : meshed.regions) {
-            fmt::print("region {:>5} {:>9.2f} ml of tets, {:.2f} ml of voxels ({:+.1f} %)\n", r.label, 1e6 * r.tets_m3,
-                       1e6 * r.voxels_m3, 100 * (r.tets_m3 / r.voxels_m3 - 1));
-            json["regions"].push_back(
-                {{"label", r.label}, {"tets_ml", 1e6 * r.tets_m3}, {"voxels_ml", 1e6 * r.voxels_m3}});
+            fmt::print("region {:>5} {:>9.2f} ml of tets, {:.2f} ml of voxels ({:+.1f} %)\n",
+                       r.label, 1e6 * r.tets_m3, 1e6 * r.voxels_m3,
+                       100 * (r.tets_m3 / r.voxels_m3 - 1));
+            json["regions"].push_back({{"label", r.label},
+                                       {"tets_ml", 1e6 * r.tets_m3},
+                                       {"voxels_ml", 1e6 * r.voxels_m3}});
         }
     for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
     return json;
@@ -145,15 +157,16 @@ nlohmann::json asked(const MeshArguments& a) {
 /// Counts up where the same input and options give another mesh than before.
 constexpr int meshing_rules = 4;
 
-/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and the versions (G.
-/// Fowler, L. Noll, K. Vo: FNV-1a). None where not all of these can be looked at.
+/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and
+/// the versions (G. Fowler, L. Noll, K. Vo: FNV-1a). None where not all of these can be looked at.
 std::optional<std::string> fingerprint(const MeshArguments& a) {
     MeshSource source = a.source;
     source.file.clear();  // its bytes count, not its name
-    std::string text = fmt::format("{} {} {} {}\n{}", meshing_rules, LIVETET_VERSION, gmsh_version(), cgal_version(),
-                                   to_yaml(source));
+    std::string text = fmt::format("{} {} {} {}\n{}", meshing_rules, LIVETET_VERSION,
+                                   gmsh_version(), cgal_version(), to_yaml(source));
     text += fmt::format("{} {} {} {} {}", a.options.min_dihedral_deg, a.options.gmsh_time_limit_s,
-                        a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1), fmt::join(a.spheres, ","));
+                        a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1),
+                        fmt::join(a.spheres, ","));
     for (const std::filesystem::path& file : {a.source.file, a.fixed_mask}) {
         if (file.empty()) continue;
         const auto contents = content_digest(file);
@@ -167,13 +180,15 @@ std::optional<std::string> fingerprint(const MeshArguments& a) {
 nlohmann::json stored_report(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) return nullptr;
     try {
-        return nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
+        return nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr,
+                                     false);
     } catch (const Error&) {
         return nullptr;  // not ours, or damaged: to be written anew
     }
 }
 
-/// An image or surface to a hierarchy. Where that fails, the surface that it failed on lies beside the output.
+/// An image or surface to a hierarchy. Where that fails, the surface that it failed on lies beside
+/// the output.
 MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json,
                               std::optional<ImageGrid>& image) {
     ProgressLine progress("mesh");
@@ -184,8 +199,11 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
         progress.update(1, "done");
         json = report(meshed);
         image = meshed.grid;
-        json.update({{"made_by", meshed.result.hierarchy.provenance}, {"asked", asked(a)}, {"fingerprint", key}});
-        if (!same_file(look, a.source.file)) std::filesystem::remove(look);  // of an earlier failure
+        json.update({{"made_by", meshed.result.hierarchy.provenance},
+                     {"asked", asked(a)},
+                     {"fingerprint", key}});
+        if (!same_file(look, a.source.file))
+            std::filesystem::remove(look);  // of an earlier failure
         return std::move(meshed.result.hierarchy);
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, look, a.source.file);
@@ -194,27 +212,35 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
 #endif
 
 /// The nodes under the mask as the set "fixed" of every level; `json` gets how many.
-void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArguments& a, nlohmann::json& json) {
+void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArguments& a,
+               nlohmann::json& json) {
     const std::string name = a.fixed_mask.filename().string();
-    json["fixed"] = {{"mask", name}, {"edge_ratio", a.fix_edge_ratio.value_or(1)}, {"nodes", nlohmann::json::array()}};
+    json["fixed"] = {{"mask", name},
+                     {"edge_ratio", a.fix_edge_ratio.value_or(1)},
+                     {"nodes", nlohmann::json::array()}};
     for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
         TetMesh& mesh = hierarchy.levels[l];
         auto nodes = nodes_in_mask(mesh, image);
         if (nodes.empty() && l == 0)
-            fail("{}: the mask covers no node of the mesh; are both in the same world?", a.fixed_mask.string());
-        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(), mesh.nodes.size(), name);
+            fail("{}: the mask covers no node of the mesh; are both in the same world?",
+                 a.fixed_mask.string());
+        fmt::print("level {}      {} of {} nodes lie under {}: set \"fixed\"\n", l, nodes.size(),
+                   mesh.nodes.size(), name);
         json["fixed"]["nodes"].push_back(nodes.size());
         mesh.node_sets["fixed"] = std::move(nodes);
         mesh.triangle_sets.erase("fixed");  // of a group of that name, which it no longer is
     }
 }
 
-/// What is written is a hierarchy, and nothing that was read is lost. `given`: the scene, or the input itself.
+/// What is written is a hierarchy, and nothing that was read is lost. `given`: the scene, or the
+/// input itself.
 void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     if (ending(a.output) != ".h5")
-        fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5", a.output.string(), ending(a.output));
+        fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5",
+             a.output.string(), ending(a.output));
     refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask});
-    if (same_file(a.json, a.output)) fail("--json {}: is the same file as --output, expected another", a.json.string());
+    if (same_file(a.json, a.output))
+        fail("--json {}: is the same file as --output, expected another", a.json.string());
     (void)PendingFile(a.output);  // that it can be written, before minutes of meshing
 }
 
@@ -225,12 +251,13 @@ void check_options_for(const MeshArguments& a, const CLI::App& command) {
     if (!is_scene(a.source.file)) return refuse_idle_keys(a.source.file, count, option);
     for (const MeshKey& key : mesh_keys())
         if ((key.key || key.option == std::string("--budget-ms")) && count(key))
-            fail("{}: is a scene, whose mesh block says what {} would: write it there", a.source.file.string(), key.option);
+            fail("{}: is a scene, whose mesh block says what {} would: write it there",
+                 a.source.file.string(), key.option);
     refuse_idle_keys(load_scene(a.source.file).mesh.file, count, option);
 }
 
-/// What a mesh that was read says of how it was made. Not the fingerprint: that is of what `mesh` made, and what is
-/// written now may be another mesh or have another set of fixed nodes.
+/// What a mesh that was read says of how it was made. Not the fingerprint: that is of what `mesh`
+/// made, and what is written now may be another mesh or have another set of fixed nodes.
 nlohmann::json told_by(const MeshHierarchy& hierarchy, const std::string& name) {
     nlohmann::json json = nlohmann::json::parse(hierarchy.provenance, nullptr, false);
     if (!json.is_object()) json = {{"made_by", hierarchy.provenance}};
@@ -248,7 +275,8 @@ void run(MeshArguments& a) {
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
     if (a.spheres.size() % 5 != 0)
-        fail("--refine-sphere: {} numbers, expected x,y,z,radius,edge of each sphere", a.spheres.size());
+        fail("--refine-sphere: {} numbers, expected x,y,z,radius,edge of each sphere",
+             a.spheres.size());
     for (std::size_t i = 0; i < a.spheres.size(); i += 5)
         a.options.finer.push_back({Vector3(a.spheres[i], a.spheres[i + 1], a.spheres[i + 2]) / 1e3,
                                    a.spheres[i + 3] / 1e3, a.spheres[i + 4] / 1e3});
@@ -262,16 +290,17 @@ void run(MeshArguments& a) {
     if (!is_tet_mesh_name(a.source.file)) {
         const std::optional<std::string> key = fingerprint(a);
         json = stored_report(a.output);
-        if (!a.again && key && json.is_object() && json.contains("fingerprint") && json["fingerprint"] == *key) {
-            fmt::print("unchanged    {} kept: made from the same input by the same options and version\n",
-                       a.output.string());
+        if (!a.again && key && json.is_object() && json.contains("fingerprint") &&
+            json["fingerprint"] == *key) {
+            fmt::print(
+                "unchanged    {} kept: made from the same input by the same options and version\n",
+                a.output.string());
             if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
             return;
         }
         if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
-            a.options.finer_at =
-                naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
+            a.options.finer_at = naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
@@ -302,28 +331,36 @@ void add_mesh_command(CLI::App& app) {
     auto a = std::make_shared<MeshArguments>();
     command
         ->add_option("input", a->source.file,
-                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, .vtk, .vtp, .off), mesh "
+                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
+                     ".vtk, .vtp, .off), mesh "
                      "(.msh, .vtu, .h5), or a scene (.yaml)")
         ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
-    command->add_option("--labels", a->source.labels, "labels of the body, together (default: all but 0)")
+    command
+        ->add_option("--labels", a->source.labels,
+                     "labels of the body, together (default: all but 0)")
         ->delimiter(',');
     command
         ->add_option("--threshold", a->source.threshold,
-                     "of a grey image: the body is the voxels with values from LOW to HIGH, in its units; either may be "
+                     "of a grey image: the body is the voxels with values from LOW to HIGH, in its "
+                     "units; either may be "
                      "left out")
         ->type_name("LOW:HIGH")
         ->check([](const std::string& text) {
-            return range_of(text) ? std::string() : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
+            return range_of(text)
+                       ? std::string()
+                       : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
         });
     command
         ->add_option("--voxel-mm", a->source.voxel_mm,
-                     "spacing of the grid that an image's surface is cut from (default: by the sizes of body and voxels, 1.5 for "
+                     "spacing of the grid that an image's surface is cut from (default: by the "
+                     "sizes of body and voxels, 1.5 for "
                      "an organ)")
         ->check(CLI::PositiveNumber);
     command
         ->add_option("--smoothing-mm", a->source.smoothing_mm,
-                     "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 of them (default: likewise; "
+                     "standard deviation of the Gaussian that smooths an image's voxels, at least "
+                     "0.6 of them (default: likewise; "
                      "less where a thin body would lose volume)")
         ->check(CLI::PositiveNumber);
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
@@ -331,7 +368,8 @@ void add_mesh_command(CLI::App& app) {
         ->check(CLI::Range(least_tets, most_tets));
     command
         ->add_option("--levels", a->source.levels,
-                     "how many levels; 0: as many as bring the coarsest to about 150 tets; of a .msh or .vtu its own alone")
+                     "how many levels; 0: as many as bring the coarsest to about 150 tets; of a "
+                     ".msh or .vtu its own alone")
         ->capture_default_str()
         ->check(CLI::Range(0, most_levels));
     command
@@ -339,22 +377,29 @@ void add_mesh_command(CLI::App& app) {
                      "edge length of each level, finest first; instead of --tets and --levels")
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
-    command->add_flag("--metres", a->metres, "a surface, .msh or .vtu is in metres, not millimetres");
+    command->add_flag("--metres", a->metres,
+                      "a surface, .msh or .vtu is in metres, not millimetres");
     command
         ->add_option("--space", a->source.space,
-                     "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's models since 2020")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
+                     "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's "
+                     "models since 2020")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
     command
-        ->add_option("--budget-ms", a->budget_ms,
-                     "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
-        ->check(CLI::Range(1e3 * live_seconds_per_tet * least_tets, 1e3 * live_seconds_per_tet * most_tets))
+        ->add_option(
+            "--budget-ms", a->budget_ms,
+            "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
+        ->check(CLI::Range(1e3 * live_seconds_per_tet * least_tets,
+                           1e3 * live_seconds_per_tet * most_tets))
         ->excludes("--tets");
     command
         ->add_option("--refine-sphere", a->spheres,
                      "finer near a place: x,y,z,radius,edge in mm, RAS; more of them in one list")
         ->delimiter(',');
-    command->add_option("--inside-growth", a->inside_growth, "edges deep inside over those of the surface, 1 to 10")
+    command
+        ->add_option("--inside-growth", a->inside_growth,
+                     "edges deep inside over those of the surface, 1 to 10")
         ->check(CLI::Range(1.0, 10.0));
     command
         ->add_option("--min-dihedral-deg", a->options.min_dihedral_deg,
@@ -362,15 +407,20 @@ void add_mesh_command(CLI::App& app) {
         ->capture_default_str()
         ->check(CLI::Range(0.0, 15.0));
     command
-        ->add_option("--time-limit-s", a->options.gmsh_time_limit_s,
-                     "for each level: whatever remeshes or fills it is killed then, and the level given up")
+        ->add_option(
+            "--time-limit-s", a->options.gmsh_time_limit_s,
+            "for each level: whatever remeshes or fills it is killed then, and the level given up")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
-    command->add_flag("--again", a->again, "mesh even where the output was made from the same input and options");
-    command->add_option("--fix", a->fixed_mask, "mask image, of any of the formats: nodes under it become the set \"fixed\"");
+    command->add_flag("--again", a->again,
+                      "mesh even where the output was made from the same input and options");
+    command->add_option(
+        "--fix", a->fixed_mask,
+        "mask image, of any of the formats: nodes under it become the set \"fixed\"");
     command
         ->add_option("--fix-edge-ratio", a->fix_edge_ratio,
-                     "finer at the border of the --fix mask: edges there over those elsewhere, 0.1 to 1, such as 0.5")
+                     "finer at the border of the --fix mask: edges there over those elsewhere, 0.1 "
+                     "to 1, such as 0.5")
         ->check(CLI::Range(0.1, 1.0))
         ->needs("--fix");
     command->add_option("--json", a->json, "write the report to this file too");

@@ -38,13 +38,15 @@ struct PhantomArguments {
 void run(const PhantomArguments& arguments) {
     check_options(arguments.options);
     PetscSession session("livetet", {});
-    if (session.ranks() > 1) fail("phantom runs on one rank, found {}: start it without mpirun", session.ranks());
+    if (session.ranks() > 1)
+        fail("phantom runs on one rank, found {}: start it without mpirun", session.ranks());
     std::vector<std::filesystem::path> names;
     {
         ProgressLine progress("phantom");
         names = write_phantom(arguments.output, arguments.options, progress.callback());
     }
-    for (const auto& name : names) fmt::print("written      {}\n", (arguments.output / name).string());
+    for (const auto& name : names)
+        fmt::print("written      {}\n", (arguments.output / name).string());
     fmt::print(next_commands, arguments.output.string());
 }
 
@@ -52,25 +54,37 @@ void run(const PhantomArguments& arguments) {
 
 void add_phantom_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "phantom", "Makes a synthetic liver phantom: image, labels, fiducials, tracker recordings, truth");
+        "phantom",
+        "Makes a synthetic liver phantom: image, labels, fiducials, tracker recordings, truth");
     command->footer(contents);
     auto a = std::make_shared<PhantomArguments>();
     PhantomOptions& o = a->options;
-    command->add_option("-o,--output", a->output, "folder to write to; made if missing, its other files are left alone")
+    command
+        ->add_option("-o,--output", a->output,
+                     "folder to write to; made if missing, its other files are left alone")
         ->required()
         ->type_name("DIR");
-    command->add_option("--seed", o.seed, "of all noise: the same seed gives the same images and recordings")
+    command
+        ->add_option("--seed", o.seed,
+                     "of all noise: the same seed gives the same images and recordings")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
-    command->add_option("--spacing-mm", o.spacing_mm, "edge of the image's voxels")->capture_default_str();
-    command->add_option("--position-noise-mm", o.position_noise_mm, "RMS length of a tracked position's error")
+    command->add_option("--spacing-mm", o.spacing_mm, "edge of the image's voxels")
         ->capture_default_str();
-    command->add_option("--rotation-noise-deg", o.rotation_noise_deg, "RMS angle of a tracked rotation's error")
+    command
+        ->add_option("--position-noise-mm", o.position_noise_mm,
+                     "RMS length of a tracked position's error")
         ->capture_default_str();
-    command->add_option("--rate-Hz", o.rate_Hz, "tracker samples in a second")->capture_default_str();
+    command
+        ->add_option("--rotation-noise-deg", o.rotation_noise_deg,
+                     "RMS angle of a tracked rotation's error")
+        ->capture_default_str();
+    command->add_option("--rate-Hz", o.rate_Hz, "tracker samples in a second")
+        ->capture_default_str();
     command
         ->add_option("--truth-tets", o.truth_tets,
-                     "about how many tetrahedra the truth is solved on; should be finer than the mesh it judges")
+                     "about how many tetrahedra the truth is solved on; should be finer than the "
+                     "mesh it judges")
         ->capture_default_str();
     command->callback([a] { run(*a); });
 }

@@ -9,9 +9,9 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/outputs.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
+#include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "geometry/point_moments.hpp"
 #include "geometry/point_order.hpp"
@@ -23,8 +23,10 @@ namespace livetet {
 
 namespace {
 
-constexpr double symmetric_m = 0.001;  // a layout that looks like itself within this may be touched in the wrong order
-constexpr double narrow = 0.1;         // fiducials in a strip that is this narrow hardly hold a turn about it
+constexpr double symmetric_m =
+    0.001;  // a layout that looks like itself within this may be touched in the wrong order
+constexpr double narrow =
+    0.1;  // fiducials in a strip that is this narrow hardly hold a turn about it
 
 std::string numbered(const std::vector<std::size_t>& order) {
     std::vector<std::size_t> numbers;
@@ -37,21 +39,23 @@ void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
         naming(a.tracker, [&] { return find_order(places_in_base(r), places_in_image(r)); });
     if (is_ambiguous(search))
         fail(
-            "{}: the orders {} and {} fit equally well, FRE {:.2f} and {:.2f} mm: their layout does not tell the "
+            "{}: the orders {} and {} fit equally well, FRE {:.2f} and {:.2f} mm: their layout "
+            "does not tell the "
             "fiducials "
             "apart, expected them in the image's order (without --any-order) or one more of them",
-            a.tracker, numbered(search.best.order), numbered(search.rival.order), 1e3 * search.best.fre,
-            1e3 * search.rival.fre);
+            a.tracker, numbered(search.best.order), numbered(search.rival.order),
+            1e3 * search.best.fre, 1e3 * search.rival.fre);
     reorder_touched(r, search.best.order);
-    fmt::print("order        {} (FRE {:.2f} mm; the next best of all orders {:.2f} mm)\n", numbered(search.best.order),
-               1e3 * search.best.fre, 1e3 * search.rival.fre);
+    fmt::print("order        {} (FRE {:.2f} mm; the next best of all orders {:.2f} mm)\n",
+               numbered(search.best.order), 1e3 * search.best.fre, 1e3 * search.rival.fre);
 }
 
 void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& r) {
     const auto better = better_order(places_in_base(r), places_in_image(r));
     if (!better) return;
     fail(
-        "{}: FRE is {:.2f} mm; the fiducials of {} in the order {} fit better, FRE {:.2f} mm: reorder one of the "
+        "{}: FRE is {:.2f} mm; the fiducials of {} in the order {} fit better, FRE {:.2f} mm: "
+        "reorder one of the "
         "files, or "
         "ask for --any-order",
         a.tracker, 1e3 * better->given_fre, std::filesystem::path(a.tracker).filename().string(),
@@ -59,94 +63,114 @@ void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& 
 }
 
 /// Fiducials in metres where mm are expected, or of another patient.
-void refuse_other_size(const RegisterArguments& a, std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to) {
+void refuse_other_size(const RegisterArguments& a, std::span<const Eigen::Vector3d> from,
+                       std::span<const Eigen::Vector3d> to) {
     constexpr double most = 1.5;
     const PointMoments m = moments_of(from, to, {});
     const double ratio = std::sqrt(m.variance_to / m.variance_from);
     if (m.variance_from > 0 && !(ratio < most && ratio > 1 / most))
-        fail("{}: its fiducials lie {:.3g} times as far apart as those of {}, expected the same distances in mm (--scale looks for a scale)",
-             a.image.string(), ratio, a.tracker);
+        fail(
+            "{}: its fiducials lie {:.3g} times as far apart as those of {}, expected the same "
+            "distances in mm (--scale looks for a scale)",
+            a.image.string(), ratio, a.tracker);
 }
 
 void warn_of_layout(const FiducialRegistration& r) {
     const auto to = places_in_image(r);
     if (const double ratio = width_ratio(to, weights_of(r)); ratio < narrow)
-        fmt::print("warning: the fiducials lie nearly on a line (ratio {:.3f}): they hardly hold a turn about it\n",
-                   ratio);
+        fmt::print(
+            "warning: the fiducials lie nearly on a line (ratio {:.3f}): they hardly hold a turn "
+            "about it\n",
+            ratio);
     if (to.size() > max_ordered_points) return;
     const PointOrder symmetry = nearest_symmetry(to);
     if (symmetry.fre < std::max(symmetric_m, 2 * r.fre))
         fmt::print(
-            "warning: the fiducials' layout is symmetric: in the order {} they look the same within {:.2f} mm, and a "
+            "warning: the fiducials' layout is symmetric: in the order {} they look the same "
+            "within {:.2f} mm, and a "
             "wrong order would not show\n",
             numbered(symmetry.order), 1e3 * symmetry.fre);
 }
 
 void print_fiducials(const FiducialRegistration& r) {
-    fmt::print("{:<12} {:>9} {:>9} {:>9}   {:>6} {:>11} {:>16}\n", "fiducial", "x/mm", "y/mm", "z/mm", "weight",
-               "residual/mm", "leave-one-out/mm");
+    fmt::print("{:<12} {:>9} {:>9} {:>9}   {:>6} {:>11} {:>16}\n", "fiducial", "x/mm", "y/mm",
+               "z/mm", "weight", "residual/mm", "leave-one-out/mm");
     for (const RegisteredFiducial& f : r.fiducials)
-        fmt::print("{:<12} {:9.2f} {:9.2f} {:9.2f}   {:6.3g} {:11.3f} {:16.3f}\n", f.name, 1e3 * f.in_image.x(),
-                   1e3 * f.in_image.y(), 1e3 * f.in_image.z(), f.weight, 1e3 * f.residual, 1e3 * f.leave_one_out);
-    fmt::print("frame        {}\n", r.reference_tool.empty()
-                                        ? std::string("the tracker's")
-                                        : fmt::format("the reference sensor's ({})", r.reference_tool));
+        fmt::print("{:<12} {:9.2f} {:9.2f} {:9.2f}   {:6.3g} {:11.3f} {:16.3f}\n", f.name,
+                   1e3 * f.in_image.x(), 1e3 * f.in_image.y(), 1e3 * f.in_image.z(), f.weight,
+                   1e3 * f.residual, 1e3 * f.leave_one_out);
+    fmt::print("frame        {}\n",
+               r.reference_tool.empty()
+                   ? std::string("the tracker's")
+                   : fmt::format("the reference sensor's ({})", r.reference_tool));
     fmt::print("FRE          {:.3f} mm RMS (a small FRE is not a small error)\n", 1e3 * r.fre);
     fmt::print("FLE          {:.3f} mm RMS, estimated from FRE\n", 1e3 * r.fle);
 }
 
 void name_outlier(FiducialRegistration& r, Scaling scaling) {
-    const auto outlier = find_outlier(places_in_base(r), places_in_image(r), scaling, weights_of(r));
+    const auto outlier =
+        find_outlier(places_in_base(r), places_in_image(r), scaling, weights_of(r));
     if (!outlier) return;
     r.outlier = r.fiducials[outlier->index].name;
-    const double fle = fle_from_fre(outlier->without.fre, r.fiducials.size(), scaling, outlier->weights_without);
+    const double fle =
+        fle_from_fre(outlier->without.fre, r.fiducials.size(), scaling, outlier->weights_without);
     fmt::print(
-        "warning: {0} is {1:.2f} mm from where the others put it (chance {2:.1g}); without it FRE is {3:.3f} mm, FLE "
+        "warning: {0} is {1:.2f} mm from where the others put it (chance {2:.1g}); without it FRE "
+        "is {3:.3f} mm, FLE "
         "{4:.3f} mm: --weight {0}=0 leaves it out\n",
-        *r.outlier, 1e3 * outlier->leave_one_out, outlier->probability, 1e3 * outlier->without.fre, 1e3 * fle);
+        *r.outlier, 1e3 * outlier->leave_one_out, outlier->probability, 1e3 * outlier->without.fre,
+        1e3 * fle);
 }
 
 void print_expected(const RegisterArguments& a, const FiducialRegistration& r, Scaling scaling) {
     const auto to = places_in_image(r);
     const auto weights = weights_of(r);
     const auto print = [&](const Eigen::Vector3d& target, const std::string& where) {
-        fmt::print("expected TRE {:.3f} mm RMS at {}\n", 1e3 * expected_tre(to, r.fle, target, scaling, weights),
-                   where);
+        fmt::print("expected TRE {:.3f} mm RMS at {}\n",
+                   1e3 * expected_tre(to, r.fle, target, scaling, weights), where);
     };
     print(moments_of(to, to, weights).mean_to, "the fiducials' centre");
     for (std::size_t i = 0; i + 2 < a.targets_mm.size(); i += 3) {
         const Eigen::Vector3d target(a.targets_mm[i], a.targets_mm[i + 1], a.targets_mm[i + 2]);
-        print(target / 1e3, fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", target.x(), target.y(), target.z()));
+        print(target / 1e3,
+              fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", target.x(), target.y(), target.z()));
     }
 }
 
 std::string in_words(const PointMotion& m) {
     const bool turns = m.turn.squaredNorm() > 0.5;
     const Eigen::Vector3d axis = (turns ? m.turn : m.slide).normalized();
-    return fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", turns ? "turning about" : "sliding along", axis.x(), axis.y(),
-                       axis.z());
+    return fmt::format("{} ({:.2f}, {:.2f}, {:.2f})", turns ? "turning about" : "sliding along",
+                       axis.x(), axis.y(), axis.z());
 }
 
-void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double moved, double fiducials_rms) {
+void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double moved,
+                   double fiducials_rms) {
     fmt::print(
-        "surface      {}: {} points, the nearest {} count; {:.3f} mm RMS from it before, {:.3f} mm after ({:.3f} mm of "
+        "surface      {}: {} points, the nearest {} count; {:.3f} mm RMS from it before, {:.3f} mm "
+        "after ({:.3f} mm of "
         "all), {} iterations\n",
-        a.surface.string(), fit.points, fit.used, 1e3 * fit.rms_before, 1e3 * fit.rms_after, 1e3 * fit.rms_of_all,
-        fit.iterations);
+        a.surface.string(), fit.points, fit.used, 1e3 * fit.rms_before, 1e3 * fit.rms_after,
+        1e3 * fit.rms_of_all, fit.iterations);
     fmt::print(
-        "moved        {:.3f} mm at the fiducials' centre, {:.2f} degrees; the fiducials are now {:.3f} mm RMS off\n",
-        1e3 * moved, Eigen::AngleAxisd(fit.image_from_start.rotation).angle() * 180 / std::numbers::pi,
+        "moved        {:.3f} mm at the fiducials' centre, {:.2f} degrees; the fiducials are now "
+        "{:.3f} mm RMS off\n",
+        1e3 * moved,
+        Eigen::AngleAxisd(fit.image_from_start.rotation).angle() * 180 / std::numbers::pi,
         1e3 * fiducials_rms);
     const PointMotion& weakest = fit.motions[fit.free_motions];
-    fmt::print("held least   {}: where the surface is 1 mm wrong, up to {:.1f} mm\n", in_words(weakest),
-               1 / std::sqrt(weakest.constraint));
+    fmt::print("held least   {}: where the surface is 1 mm wrong, up to {:.1f} mm\n",
+               in_words(weakest), 1 / std::sqrt(weakest.constraint));
     if (!fit.converged)
-        fmt::print("warning: not converged after {} iterations: begin from better fiducials\n", fit.iterations);
+        fmt::print("warning: not converged after {} iterations: begin from better fiducials\n",
+                   fit.iterations);
     if (fit.free_motions == 0) return;
     std::vector<std::string> free;
     for (std::size_t k = 0; k < fit.free_motions; ++k) free.push_back(in_words(fit.motions[k]));
-    fmt::print("warning: the surface points do not hold {}: there the fiducials' word stands; touch more sides\n",
-               fmt::join(free, ", "));
+    fmt::print(
+        "warning: the surface points do not hold {}: there the fiducials' word stands; touch more "
+        "sides\n",
+        fmt::join(free, ", "));
 }
 
 void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
@@ -154,11 +178,13 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     SimilarityTransform<ImageFrame, Base>& t = r.image_from_base;
     std::vector<Eigen::Vector3d> points = collect_surface_points(a);
     for (Eigen::Vector3d& p : points) p = t * p;
-    const SurfaceFit fit =
-        naming(a.surface.string(), [&] { return fit_to_surface(points, surface, {.left_out = a.surface_left_out}); });
+    const SurfaceFit fit = naming(a.surface.string(), [&] {
+        return fit_to_surface(points, surface, {.left_out = a.surface_left_out});
+    });
     if (fit.free_motions == fit.motions.size())
-        fail("{}: the surface points hold no motion at all, expected points spread over the surface",
-             a.surface.string());
+        fail(
+            "{}: the surface points hold no motion at all, expected points spread over the surface",
+            a.surface.string());
     const auto& move = fit.image_from_start;
     t.rotation = move.rotation * t.rotation;
     t.translation = move * t.translation;
@@ -166,9 +192,12 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     const auto weights = weights_of(r);
     const Eigen::Vector3d centre = moments_of(from, to, weights).mean_to;
     double squares = 0;
-    for (std::size_t i = 0; i < to.size(); ++i) squares += weight_of(weights, i) * (t * from[i] - to[i]).squaredNorm();
-    print_surface(a, fit, (move * centre - centre).norm(), std::sqrt(squares / total_weight(weights, to.size())));
-    r.surface = {fit.points, fit.used, fit.rms_before, fit.rms_after, fit.iterations, fit.free_motions};
+    for (std::size_t i = 0; i < to.size(); ++i)
+        squares += weight_of(weights, i) * (t * from[i] - to[i]).squaredNorm();
+    print_surface(a, fit, (move * centre - centre).norm(),
+                  std::sqrt(squares / total_weight(weights, to.size())));
+    r.surface = {fit.points,    fit.used,       fit.rms_before,
+                 fit.rms_after, fit.iterations, fit.free_motions};
 }
 
 void register_fiducials(const RegisterArguments& a) {
@@ -176,10 +205,13 @@ void register_fiducials(const RegisterArguments& a) {
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
     const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
     if (!a.surface_frames.empty() && is_stream(touched))
-        fail("--surface-frames {}: the frames of {} are not there yet, expected --surface-points SOURCE alone",
-             a.surface_frames, touched);
+        fail(
+            "--surface-frames {}: the frames of {} are not there yet, expected --surface-points "
+            "SOURCE alone",
+            a.surface_frames, touched);
     expect_ending("--output", a.output, ".json");
-    refuse_to_overwrite("--output", a.output, {a.tracker, a.image, a.tip, a.surface, a.surface_points});
+    refuse_to_overwrite("--output", a.output,
+                        {a.tracker, a.image, a.tip, a.surface, a.surface_points});
     // 1. the fiducials, in one order
     FiducialRegistration r = collect_fiducials(a);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
@@ -189,8 +221,9 @@ void register_fiducials(const RegisterArguments& a) {
     const auto from = places_in_base(r), to = places_in_image(r);
     const auto weights = weights_of(r);
     if (!a.scale) refuse_other_size(a, from, to);
-    const PointFit fit = naming(fmt::format("{}, {}", a.tracker, a.image.string()),
-                                [&] { return fit_points_cross_checked(from, to, scaling, weights); });
+    const PointFit fit = naming(fmt::format("{}, {}", a.tracker, a.image.string()), [&] {
+        return fit_points_cross_checked(from, to, scaling, weights);
+    });
     refuse_wrong_order(a, r);
     r.image_from_base = {fit.scale, fit.rotation, fit.translation};
 
@@ -217,62 +250,78 @@ void register_fiducials(const RegisterArguments& a) {
 
 void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArguments>& a) {
     command->add_option("--surface", a->surface,
-                        "the organ's surface in the image: points touched on it refine the registration (ICP); a mesh "
+                        "the organ's surface in the image: points touched on it refine the "
+                        "registration (ICP); a mesh "
                         "hierarchy (.h5) or a surface (.stl, .obj, .ply, .vtk, .vtp, .off, in mm)");
     command->add_option(
         "--surface-points", a->surface_points,
-        "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in the frame registered, or a "
+        "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in the frame "
+        "registered, or a "
         "recording in which the tip is led over it, or openigtlink://host:port on which it is now");
-    command->add_option(
-        "--surface-frames", a->surface_frames,
-        "frames of that recording (else of --tracker) in which the tip is on the surface, 950:1400,...");
+    command->add_option("--surface-frames", a->surface_frames,
+                        "frames of that recording (else of --tracker) in which the tip is on the "
+                        "surface, 950:1400,...");
     command
         ->add_option("--surface-left-out", a->surface_left_out,
                      "share of the surface points, the farthest from it, that does not count")
         ->capture_default_str();
     command
-        ->add_option("--space", a->space,
-                     "which way the axes of a surface file point: ras, or lps as Slicer's models since 2020")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
+        ->add_option(
+            "--space", a->space,
+            "which way the axes of a surface file point: ras, or lps as Slicer's models since 2020")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
 }
 
 }  // namespace
 
 void add_register_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "register",
-        "Registers the tracker (or the reference sensor) to the image by fiducials, and by the organ's surface");
+    CLI::App* command = app.add_subcommand("register",
+                                           "Registers the tracker (or the reference sensor) to the "
+                                           "image by fiducials, and by the organ's surface");
     auto a = std::make_shared<RegisterArguments>();
     command
         ->add_option(
             "--tracker", a->tracker,
-            "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), or a recording in which a tool rests on "
+            "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), or a recording in which a "
+            "tool rests on "
             "each in turn, or openigtlink://host:port of a tracker server on which it does so now")
         ->required();
     command
-        ->add_option("--image", a->image, "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
+        ->add_option("--image", a->image,
+                     "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
         ->required();
-    command->add_option("--for", a->seconds, "tracker server: listen so many seconds (default: until Ctrl-C)")
-        ->check(CLI::PositiveNumber);
-    command->add_flag("--any-order", a->any_order,
-                      "the order is not the same: find it (at most 10 fiducials; all orders, exactly)");
-    command->add_option("--weight", a->weights,
-                        "NAME=W: how much a fiducial counts, 1 / its squared error; 0 leaves it out; may be repeated");
-    command->add_option("--tool", a->tool, "recording: the tool that touches them")->capture_default_str();
-    command->add_option("--tip", a->tip, "recording: the tool's tip, of `livetet calibrate`");
-    command->add_option("--tip-mm", a->tip_mm, "recording: the tool's tip as X Y Z in mm")->expected(3);
-    command->add_option("--reference", a->reference,
-                        "recording: a sensor fixed to the organ; the registration is then made in its frame");
-    command->add_option("--dwells", a->dwells,
-                        "recording: frames in which the tip rests, 80:150,175:245,... (default: found)");
     command
-        ->add_option("--target-mm", a->targets_mm,
-                     "a place X Y Z in the image (mm) to state the expected error at; may be repeated")
+        ->add_option("--for", a->seconds,
+                     "tracker server: listen so many seconds (default: until Ctrl-C)")
+        ->check(CLI::PositiveNumber);
+    command->add_flag(
+        "--any-order", a->any_order,
+        "the order is not the same: find it (at most 10 fiducials; all orders, exactly)");
+    command->add_option("--weight", a->weights,
+                        "NAME=W: how much a fiducial counts, 1 / its squared error; 0 leaves it "
+                        "out; may be repeated");
+    command->add_option("--tool", a->tool, "recording: the tool that touches them")
+        ->capture_default_str();
+    command->add_option("--tip", a->tip, "recording: the tool's tip, of `livetet calibrate`");
+    command->add_option("--tip-mm", a->tip_mm, "recording: the tool's tip as X Y Z in mm")
+        ->expected(3);
+    command->add_option(
+        "--reference", a->reference,
+        "recording: a sensor fixed to the organ; the registration is then made in its frame");
+    command->add_option(
+        "--dwells", a->dwells,
+        "recording: frames in which the tip rests, 80:150,175:245,... (default: found)");
+    command
+        ->add_option(
+            "--target-mm", a->targets_mm,
+            "a place X Y Z in the image (mm) to state the expected error at; may be repeated")
         ->expected(3, 300);
     command->add_flag("--scale", a->scale, "estimate a scale too");
     add_surface_options(command, a);
-    command->add_option("-o,--output", a->output, "write the registration to this file (.json) for `livetet track`");
+    command->add_option("-o,--output", a->output,
+                        "write the registration to this file (.json) for `livetet track`");
     command->callback([a] { register_fiducials(*a); });
 }
 

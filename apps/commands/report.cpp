@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/outputs.hpp"
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"
-#include "base/work_folder.hpp"
+#include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/work_folder.hpp"
 #include "io/text.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/plots/pictures.hpp"
@@ -36,43 +36,55 @@ struct Told {
     std::string text, json;
     std::function<std::string(std::span<const PagePicture>, const std::string& no_pictures)> page;
     std::function<void(const fs::path& folder)> draw;
-    std::vector<std::pair<const char*, const char*>> pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
+    std::vector<std::pair<const char*, const char*>>
+        pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
 };
 
 Told tell_tracked(const ReportArguments& arguments, std::shared_ptr<const ResultReader> reader) {
-    const auto result = std::make_shared<RunResult>(read_run_result(std::move(reader), arguments.result));
+    const auto result =
+        std::make_shared<RunResult>(read_run_result(std::move(reader), arguments.result));
     std::optional<Truth> truth;
     if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
     const auto report = std::make_shared<Report>(make_report(*result, truth ? &*truth : nullptr));
     Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
-    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
+    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
+        return report_page(*report, pictures, why);
+    };
 #ifdef LIVETET_IMAGES
     told.draw = [result, report](const fs::path& folder) {
-        write_organ_picture(folder / "organ.png", result->mesh, result->displacement(report->deepest_frame),
-                            fmt::format("at {:.2f} s", result->frames[report->deepest_frame].time_s));
+        write_organ_picture(
+            folder / "organ.png", result->mesh, result->displacement(report->deepest_frame),
+            fmt::format("at {:.2f} s", result->frames[report->deepest_frame].time_s));
         write_frame_times_picture(folder / "frame_times.png", result->frames, *report);
         if (report->truth) write_target_error_picture(folder / "target_error.png", *report->truth);
     };
-    told.pictures = {{"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
-                     {"target_error.png", "Error at the targets over time"},
-                     {"frame_times.png", "What each frame took"}};
+    told.pictures = {
+        {"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
+        {"target_error.png", "Error at the targets over time"},
+        {"frame_times.png", "What each frame took"}};
 #endif
     return told;
 }
 
 Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultReader> result) {
-    if (!arguments.truth.empty()) fail("--truth: {} holds no tracked poses, expected the result of livetet track", arguments.result.string());
+    if (!arguments.truth.empty())
+        fail("--truth: {} holds no tracked poses, expected the result of livetet track",
+             arguments.result.string());
     const auto report = std::make_shared<SolveReport>(make_solve_report(*result, arguments.result));
     Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
-    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) { return report_page(*report, pictures, why); };
+    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
+        return report_page(*report, pictures, why);
+    };
 #ifdef LIVETET_IMAGES
     told.draw = [result, report](const fs::path& folder) {
         TetMesh mesh = result->mesh();
         mesh.node_sets["fixed"] = report->fixed;
         write_organ_picture(folder / "body.png", mesh, result->displacement(report->largest_frame),
-                            fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame], report->is_static() ? "of the load" : "s"));
+                            fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame],
+                                        report->is_static() ? "of the load" : "s"));
     };
-    told.pictures = {{"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};
+    told.pictures = {
+        {"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};
 #endif
     return told;
 }
@@ -80,12 +92,14 @@ Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultR
 Told tell(const ReportArguments& arguments) {
     auto result = std::make_shared<const ResultReader>(arguments.result);
     const std::vector<std::string> names = result->value_names();
-    if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end()) return tell_solved(arguments, std::move(result));
+    if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
+        return tell_solved(arguments, std::move(result));
     return tell_tracked(arguments, std::move(result));
 }
 
 /// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
-std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder, [[maybe_unused]] const Told& told) {
+std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder,
+                                        [[maybe_unused]] const Told& told) {
 #ifdef LIVETET_IMAGES
     if (const auto problem = find_display()) return "there is no X server, and " + *problem;
     told.draw(folder);
@@ -95,7 +109,8 @@ std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder,
 #endif
 }
 
-std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, [[maybe_unused]] const Told& told) {
+std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder,
+                                     [[maybe_unused]] const Told& told) {
     std::vector<PagePicture> pictures;
 #ifdef LIVETET_IMAGES
     for (const auto& [name, caption] : told.pictures)
@@ -104,7 +119,9 @@ std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder, [[
     return pictures;
 }
 
-bool is_page(const fs::path& output) { return ending(output) == ".html" || ending(output) == ".htm"; }
+bool is_page(const fs::path& output) {
+    return ending(output) == ".html" || ending(output) == ".htm";
+}
 
 void write_page(const ReportArguments& arguments, const Told& told) {
     PendingFile page(arguments.folder);  // before pictures are drawn
@@ -123,12 +140,14 @@ void write_page(const ReportArguments& arguments, const Told& told) {
     page.commit();
     if (extra) extra->commit();
     for (const std::string& sentence : told.verdicts) fmt::print("{}\n", sentence);
-    fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(), pictures.size());
+    fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(),
+               pictures.size());
 }
 
 /// All files or none: each is complete beside its place before the first is moved there.
 void write_texts(const ReportArguments& arguments, const Told& told) {
-    PendingFile text_file(arguments.folder / "report.txt"), json_file(arguments.folder / "report.json");
+    PendingFile text_file(arguments.folder / "report.txt"),
+        json_file(arguments.folder / "report.json");
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
     write_text_file(text_file.path(), told.text);
@@ -140,8 +159,12 @@ void write_texts(const ReportArguments& arguments, const Told& told) {
 }
 
 void run(ReportArguments arguments) {
-    if (const std::string end = ending(arguments.folder); !end.empty() && !is_page(arguments.folder) && !fs::is_directory(arguments.folder))
-        fail("--output {}: a report is a folder, or one page (.html), found a name that ends in '{}'", arguments.folder.string(), end);
+    if (const std::string end = ending(arguments.folder);
+        !end.empty() && !is_page(arguments.folder) && !fs::is_directory(arguments.folder))
+        fail(
+            "--output {}: a report is a folder, or one page (.html), found a name that ends in "
+            "'{}'",
+            arguments.folder.string(), end);
     refuse_to_overwrite("--json", arguments.json, {arguments.result, arguments.truth});
     // 1. the run, and what it is measured by
     const Told told = tell(arguments);
@@ -151,7 +174,8 @@ void run(ReportArguments arguments) {
     if (is_page(arguments.folder)) return write_page(arguments, told);
     std::error_code failure;
     fs::create_directories(arguments.folder, failure);
-    if (failure) fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
+    if (failure)
+        fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
     write_texts(arguments, told);
     fmt::print("{}\n", told.text);
     std::fflush(stdout);
@@ -170,12 +194,19 @@ void report_result(const std::filesystem::path& result, const std::filesystem::p
 }
 
 void add_report_command(CLI::App& app) {
-    CLI::App* command =
-        app.add_subcommand("report", "Says what a run was worth: errors, frame times or steps, what was left out, pictures");
+    CLI::App* command = app.add_subcommand(
+        "report",
+        "Says what a run was worth: errors, frame times or steps, what was left out, pictures");
     auto arguments = std::make_shared<ReportArguments>();
-    command->add_option("result", arguments->result, "what livetet track or livetet solve wrote (.h5)")->required();
-    command->add_option("--truth", arguments->truth, "a phantom's truth (.json): errors at its hidden targets");
-    command->add_option("-o,--output", arguments->folder, "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
+    command
+        ->add_option("result", arguments->result, "what livetet track or livetet solve wrote (.h5)")
+        ->required();
+    command->add_option("--truth", arguments->truth,
+                        "a phantom's truth (.json): errors at its hidden targets");
+    command
+        ->add_option(
+            "-o,--output", arguments->folder,
+            "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
         ->default_str("report, beside the result");
     command->add_option("--json", arguments->json, "write the JSON to this file too");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");

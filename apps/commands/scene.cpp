@@ -15,27 +15,33 @@ std::vector<std::string> petsc_arguments(const CLI::App& command) {
         if (extras[i].starts_with("--"))
             fail("unknown option {} (livetet {} --help lists them)", extras[i], command.get_name());
         if (i == 0 && !option)
-            fail("unexpected argument {} (livetet {} --help explains)", extras[i], command.get_name());
+            fail("unexpected argument {} (livetet {} --help explains)", extras[i],
+                 command.get_name());
     }
     return extras;
 }
 
 void add_scene_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("scene", "Prints every key of a scene file: default, unit, meaning, limits");
+    CLI::App* command = app.add_subcommand(
+        "scene", "Prints every key of a scene file: default, unit, meaning, limits");
     auto script = std::make_shared<bool>(false), study = std::make_shared<bool>(false);
     command->add_flag("--script", *script, "of a simulated tracker's script instead");
     command->add_flag("--study", *study, "of a study file instead");
     command->callback([script, study] {
         if (*study)
-            fmt::print("# Keys of a study file (YAML) with their defaults. Files are looked for relative to it.\n{}",
-                       reference_of<StudyOptions>());
+            fmt::print(
+                "# Keys of a study file (YAML) with their defaults. Files are looked for relative "
+                "to it.\n{}",
+                reference_of<StudyOptions>());
         else if (*script)
             fmt::print(
-                "# Keys of a simulated tracker's script (YAML) with their defaults. Lengths are in mm.\n{}",
+                "# Keys of a simulated tracker's script (YAML) with their defaults. Lengths are in "
+                "mm.\n{}",
                 reference_of<MotionScript>());
         else
             fmt::print(
-                "# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in mm, RAS; all else "
+                "# Keys of a scene file (YAML) with their defaults. Lengths that end in _mm are in "
+                "mm, RAS; all else "
                 "SI.\n# Files are looked for relative to the scene file.\n{}",
                 reference_of<Scene>());
     });

@@ -23,8 +23,9 @@ void serve_file(const ServeArguments& a) {
     const DelayedRecording played = read_stored(a.source);
     OpenIgtLinkServer server(a.server);
     const bool colons = a.server.address.find(':') != std::string::npos;
-    fmt::print("openigtlink://{}:{} sends {}\n", colons ? "[" + a.server.address + "]" : a.server.address,
-               server.port(), fmt::join(played.recording.tools, ", "));
+    fmt::print("openigtlink://{}:{} sends {}\n",
+               colons ? "[" + a.server.address + "]" : a.server.address, server.port(),
+               fmt::join(played.recording.tools, ", "));
     std::fflush(stdout);
     naming(a.source, [&] { serve(server, played, a.loop ? Repeat::until_stopped : Repeat::once); });
 }
@@ -32,18 +33,22 @@ void serve_file(const ServeArguments& a) {
 }  // namespace
 
 void add_serve_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "serve",
-        "Plays a recording or a simulated tracker as a tracker server (OpenIGTLink), to try things without one");
+    CLI::App* command = app.add_subcommand("serve",
+                                           "Plays a recording or a simulated tracker as a tracker "
+                                           "server (OpenIGTLink), to try things without one");
     auto a = std::make_shared<ServeArguments>();
     command
         ->add_option("source", a->source,
-                     "a recording (PLUS sequence), or a simulated tracker's script (.yaml; livetet scene --script)")
+                     "a recording (PLUS sequence), or a simulated tracker's script (.yaml; livetet "
+                     "scene --script)")
         ->required();
-    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")->capture_default_str()->check(CLI::Range(0, 65535));
+    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 65535));
     command
-        ->add_option("--address", a->server.address,
-                     "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in")
+        ->add_option(
+            "--address", a->server.address,
+            "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in")
         ->capture_default_str();
     command->add_flag("--loop", a->loop, "begin again at its end, until Ctrl-C");
     command->callback([a] { serve_file(*a); });

@@ -7,11 +7,11 @@
 #include <optional>
 #include <tuple>
 
-#include "apps/simulation/checkpoint.hpp"
 #include "apps/commands/commands.hpp"
 #include "apps/scene/outputs.hpp"
-#include "apps/simulation/rank_usage.hpp"
 #include "apps/scene/scene_files.hpp"
+#include "apps/simulation/checkpoint.hpp"
+#include "apps/simulation/rank_usage.hpp"
 #include "apps/simulation/scene_run.hpp"
 #include "apps/simulation/solve_profile.hpp"
 #include "base/error.hpp"
@@ -51,7 +51,8 @@ struct Probes {
         for (std::size_t i = 0; i < points.size(); ++i)
             if (sampler.distance(i) > 1e-3)
                 fmt::print(stderr,
-                           "probe {} lies {:.1f} mm outside the mesh; its nearest surface point stands for it\n",
+                           "probe {} lies {:.1f} mm outside the mesh; its nearest surface point "
+                           "stands for it\n",
                            points[i].name, 1e3 * sampler.distance(i));
     }
 };
@@ -59,14 +60,19 @@ struct Probes {
 /// The fields that the scene asks for. Collective.
 std::vector<ResultFrame::Field> fields_of(const Scene& scene, DeformableBody& body) {
     const auto& asked = scene.output.fields;
-    const auto wanted = [&](const std::string& name) { return std::find(asked.begin(), asked.end(), name) != asked.end(); };
+    const auto wanted = [&](const std::string& name) {
+        return std::find(asked.begin(), asked.end(), name) != asked.end();
+    };
     std::vector<ResultFrame::Field> fields;
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
         const double* numbers = reactions.front().data();
-        fields.push_back({"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
+        fields.push_back(
+            {"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
     }
-    if (std::all_of(asked.begin(), asked.end(), [](const std::string& name) { return name == "reactions"; })) return fields;
+    if (std::all_of(asked.begin(), asked.end(),
+                    [](const std::string& name) { return name == "reactions"; }))
+        return fields;
     const std::vector<TetFields> of_tets = body.tet_fields();
     const auto add = [&](const std::string& name, int components, auto&& value_of) {
         if (!wanted(name)) return;
@@ -109,7 +115,8 @@ std::string same_on_all(std::string text) {
     return text;
 }
 
-/// What the first rank alone does; where it fails, all hear of it, for else they would wait for it. Collective.
+/// What the first rank alone does; where it fails, all hear of it, for else they would wait for it.
+/// Collective.
 void on_first_rank(bool first, const std::function<void()>& work) {
     std::exception_ptr own;
     std::string problem;
@@ -131,14 +138,17 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
     session.add_options(scene.solver.petsc_options);
     const bool first = session.rank() == 0;
-    for (const std::filesystem::path& path : {arguments.json, scene.probes ? scene.probes->displacements : std::filesystem::path()})
-        if (first && !path.empty()) (void)PendingFile(path);  // that it can be written, before the hours that it takes
+    for (const std::filesystem::path& path :
+         {arguments.json, scene.probes ? scene.probes->displacements : std::filesystem::path()})
+        if (first && !path.empty())
+            (void)PendingFile(path);  // that it can be written, before the hours that it takes
     std::optional<ProgressLine> progress;
     if (first) progress.emplace("solve");
 
     // 2. mesh, body
     const auto start = std::chrono::steady_clock::now();
-    MeshHierarchy hierarchy = load_mesh(scene.mesh, progress ? progress->callback() : ProgressCallback{});
+    MeshHierarchy hierarchy =
+        load_mesh(scene.mesh, progress ? progress->callback() : ProgressCallback{});
     const double mesh_s = seconds_since(start);
     SceneBody scene_body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy));
     SceneConstraints constraints(scene, scene_body.mesh());
@@ -150,8 +160,10 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     // 3. steps, kept as the scene says
     const bool dynamic = scene.time.scheme != TimeScheme::static_equilibrium;
     const bool keeps_going = dynamic && (scene.output.checkpoint_every > 0 || arguments.restart);
-    if (keeps_going && !scene.output.has_file()) fail("output.file = none: checkpoints go into it in the end, expected a file");
-    if (arguments.restart && !dynamic) fail("--restart: the scene is static, expected a dynamic one with checkpoints");
+    if (keeps_going && !scene.output.has_file())
+        fail("output.file = none: checkpoints go into it in the end, expected a file");
+    if (arguments.restart && !dynamic)
+        fail("--restart: the scene is static, expected a dynamic one with checkpoints");
     Scene of_results = scene;
     of_results.output.checkpoint_every = 0;  // may be another when the run goes on
     std::string run = to_yaml(of_results);
@@ -170,7 +182,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
         store.begin();
     }
     std::optional<ResultWriter> writer;
-    if (scene.output.has_file()) writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
+    if (scene.output.has_file())
+        writer.emplace(scene.output.file, scene_body.mesh(), to_yaml(scene), Precision::full,
+                       PETSC_COMM_WORLD);
     ResultFrame last;
     std::size_t frames = hooks.start.frames;
     double output_s = 0;
@@ -200,7 +214,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const std::size_t inverted = scene_body.body->inverted_tets();
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
     std::vector<ProfileRow> profile;
-    if (arguments.profile) profile = solve_profile(PETSC_COMM_WORLD, scene, scene_body, mesh_s, {0, output_s, static_cast<long>(frames)});
+    if (arguments.profile)
+        profile = solve_profile(PETSC_COMM_WORLD, scene, scene_body, mesh_s,
+                                {0, output_s, static_cast<long>(frames)});
 
     // 4. results
     StepReport sum;
@@ -244,7 +260,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
               {"reductions", usage.reductions},
               {"profile", json_of(profile)},
               {"steps", history_json(history)}};
-    for (const auto& [key, force] : forces) told["reactions_N"][key] = {force.x(), force.y(), force.z()};
+    for (const auto& [key, force] : forces)
+        told["reactions_N"][key] = {force.x(), force.y(), force.z()};
     const auto closing = std::chrono::steady_clock::now();
     MPI_Barrier(PETSC_COMM_WORLD);  // the first rank's frames are there
     if (keeps_going) on_first_rank(first, [&] { store.check_frames(frames); });
@@ -258,7 +275,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     session.tell_unused_options();
     if (!first) return history.converged ? 0 : 3;
     if (keeps_going) store.remove();
-    if (probes && has_state) write_displacements_csv(scene.probes->displacements, probes->points, probes->sampler.sample(last.displacement));
+    if (probes && has_state)
+        write_displacements_csv(scene.probes->displacements, probes->points,
+                                probes->sampler.sample(last.displacement));
     output_s += seconds_since(closing);
     told["output_s"] = output_s;
     fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", scene_body.mesh().tets.size(),
@@ -266,14 +285,26 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     fmt::print("ranks            {}\n", session.ranks());
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last.displacement));
     fmt::print("solver           {}\n", scene_body.body->elastic_operator().name());
-    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(), sum.linearisations,
-               sum.iterations, history.converged ? "converged" : "NOT converged");
+    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(),
+               sum.linearisations, sum.iterations,
+               history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
-    if (inverted > 0) fmt::print("inside out       {} tets: stresses there mean nothing; a finer mesh or a gentler load may help\n", inverted);
-    for (const auto& [key, force] : forces) fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(), force.z());
-    fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s, sum.seconds());
-    const std::string result = scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)";
-    fmt::print("written          {}\n", !has_state ? "nothing: no state was reached" : probes ? result + ", " + scene.probes->displacements.string() : result);
+    if (inverted > 0)
+        fmt::print(
+            "inside out       {} tets: stresses there mean nothing; a finer mesh or a gentler load "
+            "may help\n",
+            inverted);
+    for (const auto& [key, force] : forces)
+        fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(),
+                   force.z());
+    fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", mesh_s, setup_s,
+               sum.seconds());
+    const std::string result =
+        scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)";
+    fmt::print("written          {}\n", !has_state ? "nothing: no state was reached"
+                                        : probes
+                                            ? result + ", " + scene.probes->displacements.string()
+                                            : result);
     if (arguments.profile) fmt::print("{}", profile_table(profile));
     if (!arguments.json.empty()) write_text_file(arguments.json, told.dump(2) + "\n");
     if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);
@@ -283,18 +314,25 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
 }  // namespace
 
 void add_solve_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand("solve", "Solves a scene, static or dynamic, on one rank or under mpirun");
+    CLI::App* command = app.add_subcommand(
+        "solve", "Solves a scene, static or dynamic, on one rank or under mpirun");
     command->footer(
-        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet "
+        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys "
+        "of a scene: livetet "
         "scene.");
     auto arguments = std::make_shared<SolveArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
     command->add_option("--json", arguments->json, "write the figures to this file too");
-    command->add_flag("--profile", arguments->profile, "what each part took, and what was left out (`livetet explain` says so before)");
+    command->add_flag(
+        "--profile", arguments->profile,
+        "what each part took, and what was left out (`livetet explain` says so before)");
     command->add_flag("--restart", arguments->restart,
-                      "go on from the last checkpoint of a run that was ended (output.checkpoint_every), on any number of ranks");
+                      "go on from the last checkpoint of a run that was ended "
+                      "(output.checkpoint_every), on any number of ranks");
     command->allow_extras();
-    command->callback([command, arguments, &status] { status.value = solve(*arguments, petsc_arguments(*command)); });
+    command->callback([command, arguments, &status] {
+        status.value = solve(*arguments, petsc_arguments(*command));
+    });
 }
 
 }  // namespace livetet

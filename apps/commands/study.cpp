@@ -7,8 +7,8 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/study/study_store.hpp"
-#include "base/error.hpp"
 #include "base/distribution.hpp"
+#include "base/error.hpp"
 #include "io/text.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
@@ -34,7 +34,9 @@ struct Group {
     bool leader = true;
 
     Group(const PetscSession& session, int ranks_per_solve)
-        : number(session.rank() / ranks_per_solve), count(session.ranks() / ranks_per_solve), leader(session.rank() % ranks_per_solve == 0) {
+        : number(session.rank() / ranks_per_solve),
+          count(session.ranks() / ranks_per_solve),
+          leader(session.rank() % ranks_per_solve == 0) {
         MPI_Comm_split(PETSC_COMM_WORLD, number, session.rank(), &comm);
     }
     ~Group() {
@@ -53,10 +55,12 @@ struct Group {
 void check_ranks(const Study& study, int ranks) {
     const int each = study.options.ranks_per_solve;
     if (ranks % each != 0)
-        fail("{}: ranks_per_solve = {} does not divide the {} ranks started", study.file, each, ranks);
+        fail("{}: ranks_per_solve = {} does not divide the {} ranks started", study.file, each,
+             ranks);
     if (static_cast<std::size_t>(ranks / each) > study.samples.size())
-        fail("{}: more ranks than can be used: {} for {} solves of {} each, expected at most {}", study.file, ranks,
-             study.samples.size(), each, study.samples.size() * static_cast<std::size_t>(each));
+        fail("{}: more ranks than can be used: {} for {} solves of {} each, expected at most {}",
+             study.file, ranks, study.samples.size(), each,
+             study.samples.size() * static_cast<std::size_t>(each));
 }
 
 /// Every mesh can be read, before anything is solved; by the first rank.
@@ -68,7 +72,10 @@ void check_meshes(const Study& study) {
         if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
         seen.push_back(name);
         if (!is_tet_mesh_name(scene.mesh.file))
-            fail("mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes them", name);
+            fail(
+                "mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes "
+                "them",
+                name);
         (void)load_mesh(scene.mesh, {});
     }
 }
@@ -83,7 +90,8 @@ std::string time_text(double seconds) {
 /// How far all groups are, as told by what lies in the folder; looked at once a second.
 class StudyProgress {
   public:
-    StudyProgress(const StudyStore& store, std::size_t total) : store_(store), total_(total), before_(store.count_done()) {}
+    StudyProgress(const StudyStore& store, std::size_t total)
+        : store_(store), total_(total), before_(store.count_done()) {}
 
     void update(std::string_view what) {
         const auto now = steady_clock::now();
@@ -93,8 +101,10 @@ class StudyProgress {
         }
         std::string text = fmt::format("{} of {} solves", done_, total_);
         if (done_ > before_)
-            text += fmt::format(", about {} left", time_text(duration<double>(now - began_).count() / static_cast<double>(done_ - before_) *
-                                                             static_cast<double>(total_ - done_)));
+            text +=
+                fmt::format(", about {} left", time_text(duration<double>(now - began_).count() /
+                                                         static_cast<double>(done_ - before_) *
+                                                         static_cast<double>(total_ - done_)));
         if (!what.empty()) text += fmt::format(" | {}", what);
         line_.update(static_cast<double>(done_) / static_cast<double>(total_), text);
     }
@@ -119,15 +129,19 @@ void wait_for_all(StudyProgress* progress) {
 }
 
 /// Solves what is not done yet: each group takes the next solve that nobody has taken.
-void solve_all(const Study& study, const StudyStore& store, const Group& group, StudyProgress* progress) {
+void solve_all(const Study& study, const StudyStore& store, const Group& group,
+               StudyProgress* progress) {
     StudySolver solver(group.comm);
     const std::vector<bool> done = store.done();
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
-        // The leader's word alone: between two ranks' looks at the folder another group may have finished.
+        // The leader's word alone: between two ranks' looks at the folder another group may have
+        // finished.
         if (!group.agree(group.leader && !done[k] && store.claim(k))) continue;
         ProgressCallback told;
         if (progress)
-            told = [&](double, std::string_view what) { progress->update(fmt::format("solve {}, {}", k, what)); };
+            told = [&](double, std::string_view what) {
+                progress->update(fmt::format("solve {}, {}", k, what));
+            };
         const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
         StudyRow row;
         if (group.agree(reason.has_value())) {
@@ -154,11 +168,13 @@ void print_list(const Study& study) {
         widths.push_back(width);
     }
     fmt::print("{:>7}", "solve");
-    for (std::size_t i = 0; i < widths.size(); ++i) fmt::print("  {:>{}}", study.options.vary[i].key, widths[i]);
+    for (std::size_t i = 0; i < widths.size(); ++i)
+        fmt::print("  {:>{}}", study.options.vary[i].key, widths[i]);
     fmt::print("\n");
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
         fmt::print("{:>7}", k);
-        for (std::size_t i = 0; i < widths.size(); ++i) fmt::print("  {:>{}}", study.samples[k][i], widths[i]);
+        for (std::size_t i = 0; i < widths.size(); ++i)
+            fmt::print("  {:>{}}", study.samples[k][i], widths[i]);
         fmt::print("\n");
     }
 }
@@ -170,40 +186,54 @@ void print_summary(const StudyTable& table, const Study& study) {
     for (const std::string& failure : table.failures) failed += !failure.empty();
     for (const double s : table.seconds) seconds += s;
     for (const std::string& name : table.outputs) width = std::max(width, name.size());
-    fmt::print("solves           {}, {} converged, {:.1f} s of solving in all\n", table.values.size(), table.values.size() - failed, seconds);
-    fmt::print("\n{:<{}} {:>12} {:>12} {:>12}{}\n", "output", width, "least", "median", "most", failed > 0 ? "   of those that converged" : "");
+    fmt::print("solves           {}, {} converged, {:.1f} s of solving in all\n",
+               table.values.size(), table.values.size() - failed, seconds);
+    fmt::print("\n{:<{}} {:>12} {:>12} {:>12}{}\n", "output", width, "least", "median", "most",
+               failed > 0 ? "   of those that converged" : "");
     for (std::size_t i = 0; i < table.outputs.size(); ++i) {
         std::vector<double> values;
         for (std::size_t k = 0; k < table.results.size(); ++k)
-            if (table.failures[k].empty() && !std::isnan(table.results[k][i])) values.push_back(table.results[k][i]);
+            if (table.failures[k].empty() && !std::isnan(table.results[k][i]))
+                values.push_back(table.results[k][i]);
         if (values.empty()) continue;
         std::sort(values.begin(), values.end());
-        fmt::print("{:<{}} {:>12.5g} {:>12.5g} {:>12.5g}\n", table.outputs[i], width, values.front(), percentile(values, 0.5), values.back());
+        fmt::print("{:<{}} {:>12.5g} {:>12.5g} {:>12.5g}\n", table.outputs[i], width,
+                   values.front(), percentile(values, 0.5), values.back());
     }
-    const auto inverted = std::find(table.outputs.begin(), table.outputs.end(), inverted_tets_output) - table.outputs.begin();
-    const auto inside_out = std::count_if(table.results.begin(), table.results.end(), [&](const auto& row) {
-        return inverted < static_cast<std::ptrdiff_t>(row.size()) && row[inverted] > 0;
-    });
+    const auto inverted =
+        std::find(table.outputs.begin(), table.outputs.end(), inverted_tets_output) -
+        table.outputs.begin();
+    const auto inside_out =
+        std::count_if(table.results.begin(), table.results.end(), [&](const auto& row) {
+            return inverted < static_cast<std::ptrdiff_t>(row.size()) && row[inverted] > 0;
+        });
     if (inside_out > 0)
-        fmt::print("\n{} solve(s) end with tets inside out ({}): their largest stress may be one that no tissue has; a finer mesh or a gentler load may help\n",
-                   inside_out, inverted_tets_output);
+        fmt::print(
+            "\n{} solve(s) end with tets inside out ({}): their largest stress may be one that no "
+            "tissue has; a finer mesh or a gentler load may help\n",
+            inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
     for (std::size_t k = 0, told = 0; k < table.failures.size() && told < most_told; ++k) {
         if (table.failures[k].empty()) continue;
         fmt::print("  solve {}: {}\n", k, table.failures[k]);
-        if (++told == most_told && failed > most_told) fmt::print("  ... the others are in the table\n");
+        if (++told == most_told && failed > most_told)
+            fmt::print("  ... the others are in the table\n");
     }
     std::filesystem::path csv = study.options.output;
-    fmt::print("\nwritten          {}, {}\n", study.options.output.string(), csv.replace_extension(".csv").filename().string());
+    fmt::print("\nwritten          {}, {}\n", study.options.output.string(),
+               csv.replace_extension(".csv").filename().string());
 }
 
 #ifdef LIVETET_IMAGES
 /// An output of the solves that converged against each input that is a number and varies.
-std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study, const std::string& output) {
+std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
+                                    const std::string& output) {
     std::vector<ScatterChart> charts;
-    const auto column = static_cast<std::size_t>(std::find(table.outputs.begin(), table.outputs.end(), output) - table.outputs.begin());
+    const auto column = static_cast<std::size_t>(
+        std::find(table.outputs.begin(), table.outputs.end(), output) - table.outputs.begin());
     for (std::size_t i = 0; i < table.inputs.size(); ++i) {
-        ScatterChart chart{table.inputs[i], output, {}, {}, study.options.vary[i].spacing == Spacing::logarithmic};
+        ScatterChart chart{
+            table.inputs[i], output, {}, {}, study.options.vary[i].spacing == Spacing::logarithmic};
         for (std::size_t k = 0; k < table.values.size(); ++k) {
             const auto x = parse_number(table.values[k][i]);
             if (!x || !table.failures[k].empty() || std::isnan(table.results[k][column])) continue;
@@ -223,22 +253,30 @@ std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
 void draw(const StudyTable& table, const Study& study) {
 #ifdef LIVETET_IMAGES
     if (study.options.plots.empty()) return;
-    if (const auto problem = find_display()) return fmt::print(stderr, "no pictures: there is no X server, and {}\n", *problem);
+    if (const auto problem = find_display())
+        return fmt::print(stderr, "no pictures: there is no X server, and {}\n", *problem);
     for (const std::string& output : study.options.plots) {
         if (std::find(table.outputs.begin(), table.outputs.end(), output) == table.outputs.end()) {
-            fmt::print(stderr, "plots: no solve has an output {}, expected one of {}\n", output, fmt::join(table.outputs, ", "));
+            fmt::print(stderr, "plots: no solve has an output {}, expected one of {}\n", output,
+                       fmt::join(table.outputs, ", "));
             continue;
         }
         std::string name = output;  // as a file's
-        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+        std::replace_if(
+            name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
         std::filesystem::path picture = study.options.output;
         picture.replace_filename(fmt::format("{}_{}.png", picture.stem().string(), name));
         const std::vector<ScatterChart> charts = charts_of(table, study, output);
         if (charts.empty()) continue;
-        const auto converged = std::count(table.failures.begin(), table.failures.end(), std::string());
+        const auto converged =
+            std::count(table.failures.begin(), table.failures.end(), std::string());
         const std::string all = fmt::format("{} solves", table.values.size());
         const bool some = converged < static_cast<std::ptrdiff_t>(table.values.size());
-        write_scatter_picture(picture, fmt::format("{} of {}", output, some ? fmt::format("the {} of {} that converged", converged, all) : all), charts);
+        write_scatter_picture(
+            picture,
+            fmt::format("{} of {}", output,
+                        some ? fmt::format("the {} of {} that converged", converged, all) : all),
+            charts);
         fmt::print("picture          {}\n", picture.string());
     }
 #else
@@ -294,22 +332,27 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     print_summary(table, study);
     draw(table, study);
     session.tell_unused_options();
-    const bool none = std::all_of(table.failures.begin(), table.failures.end(), [](const std::string& failure) { return !failure.empty(); });
+    const bool none = std::all_of(table.failures.begin(), table.failures.end(),
+                                  [](const std::string& failure) { return !failure.empty(); });
     return none ? 3 : 0;
 }
 
 }  // namespace
 
 void add_study_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand(
-        "study", "Solves a scene many times over, with what varies in it, under mpirun; killed, the same command goes on");
+    CLI::App* command = app.add_subcommand("study",
+                                           "Solves a scene many times over, with what varies in "
+                                           "it, under mpirun; killed, the same command goes on");
     command->footer(
-        "Other options with one dash go to PETSc: -log_view ...\nThe keys of a study: livetet scene --study.");
+        "Other options with one dash go to PETSc: -log_view ...\nThe keys of a study: livetet "
+        "scene --study.");
     auto arguments = std::make_shared<StudyArguments>();
     command->add_option("study", arguments->study, "study file (YAML)")->required();
     command->add_flag("--list", arguments->list, "print what would be solved, and solve nothing");
     command->allow_extras();
-    command->callback([command, arguments, &status] { status.value = run_study(*arguments, petsc_arguments(*command)); });
+    command->callback([command, arguments, &status] {
+        status.value = run_study(*arguments, petsc_arguments(*command));
+    });
 }
 
 }  // namespace livetet

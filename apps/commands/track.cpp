@@ -5,13 +5,13 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/live/frame_loop.hpp"
-#include "base/interruptible.hpp"
 #include "apps/live/replay.hpp"
-#include "apps/report/report.hpp"
 #include "apps/live/track_run.hpp"
 #include "apps/live/tracker_source.hpp"
+#include "apps/report/report.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
+#include "base/interruptible.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
@@ -24,13 +24,15 @@ namespace {
 
 using nlohmann::json;
 
-json describe_run(const OpenSource& open, const FiducialRegistration& registration, const SceneBody& body,
-                  const FrameCounts& counts, std::optional<double> budget_s, const std::string& problem) {
+json describe_run(const OpenSource& open, const FiducialRegistration& registration,
+                  const SceneBody& body, const FrameCounts& counts, std::optional<double> budget_s,
+                  const std::string& problem) {
     const double interval_s = open.interval_s > 0 ? open.interval_s : counts.interval_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
-        fiducials.push_back(
-            {{"name", f.name}, {"residual_mm", 1e3 * f.residual}, {"leave_one_out_mm", 1e3 * f.leave_one_out}});
+        fiducials.push_back({{"name", f.name},
+                             {"residual_mm", 1e3 * f.residual},
+                             {"leave_one_out_mm", 1e3 * f.leave_one_out}});
     return {{"samples", counts.samples},
             {"frames", counts.frames},
             {"missed", counts.missed},
@@ -49,12 +51,17 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
 }
 
 /// What replay_run reads.
-json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference, const TrackerSource& source,
-                     const SceneBody& body, const FrameCounts& counts) {
+json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                     const TrackerSource& source, const SceneBody& body,
+                     const FrameCounts& counts) {
     const auto pose = matrix_rows(image_from_reference.rotation, image_from_reference.translation);
     json events = json::array();
-    for (const SceneEvent& event : counts.events) events.push_back({{"frame", event.frame}, {"scene", event.scene}});
-    return {{"threads", body.body->threads()}, {"tools", source.tools()}, {"image_from_reference", pose}, {"events", events}};
+    for (const SceneEvent& event : counts.events)
+        events.push_back({{"frame", event.frame}, {"scene", event.scene}});
+    return {{"threads", body.body->threads()},
+            {"tools", source.tools()},
+            {"image_from_reference", pose},
+            {"events", events}};
 }
 
 /// "18945", "0.0.0.0:18945" or "[::]:18945".
@@ -63,44 +70,57 @@ void take_publish(const std::string& text, std::optional<PublishOptions>& publis
     if (!publish) publish.emplace();
     const std::size_t colon = text.rfind(':');
     std::string address = colon == std::string::npos ? "" : text.substr(0, colon);
-    if (address.starts_with('[') && address.ends_with(']')) address = address.substr(1, address.size() - 2);
+    if (address.starts_with('[') && address.ends_with(']'))
+        address = address.substr(1, address.size() - 2);
     if (!address.empty()) publish->address = address;
     const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
-    const bool digits = !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
+    const bool digits = !port.empty() && port.size() <= 5 &&
+                        port.find_first_not_of("0123456789") == std::string::npos;
     if (!digits || std::stoi(port) > 65535)
         fail("--publish {}: expected a port from 0 to 65535, or ADDRESS:PORT", text);
     publish->port = std::stoi(port);
 }
 
-/// `registration` as the transform that the reference sensor carries. Throws Error where it is none for this scene.
-RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistration& registration, const TrackOptions& track) {
+/// `registration` as the transform that the reference sensor carries. Throws Error where it is none
+/// for this scene.
+RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistration& registration,
+                                                        const TrackOptions& track) {
     const auto& image_from_base = registration.image_from_base;
     if (std::abs(image_from_base.scale - 1) > 1e-9)
-        fail("{}: has a scale of {:.5f}, expected a rigid registration (livetet register without --scale)",
-             track.registration.string(), image_from_base.scale);
+        fail(
+            "{}: has a scale of {:.5f}, expected a rigid registration (livetet register without "
+            "--scale)",
+            track.registration.string(), image_from_base.scale);
     if (registration.reference_tool != track.reference_tool)
-        fail("{}: registered in the frame of {}, expected the reference sensor {} (livetet register --reference {})",
-             track.registration.string(),
-             registration.reference_tool.empty() ? "the tracker" : registration.reference_tool, track.reference_tool,
-             track.reference_tool);
+        fail(
+            "{}: registered in the frame of {}, expected the reference sensor {} (livetet register "
+            "--reference {})",
+            track.registration.string(),
+            registration.reference_tool.empty() ? "the tracker" : registration.reference_tool,
+            track.reference_tool, track.reference_tool);
     return {image_from_base.rotation, image_from_base.translation};
 }
 
 }  // namespace
 
-int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc, const GuestMaker& make_guest) {
+int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
+              const GuestMaker& make_guest) {
     // 1. what is asked: everything is read and checked before anything runs
     std::error_code gone;  // load_scene says so
     const auto written = std::filesystem::last_write_time(arguments.scene, gone);
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
-        fail("{}: track is missing, expected the tracker's source and registration (livetet scene lists its keys)",
-             arguments.scene.string());
+        fail(
+            "{}: track is missing, expected the tracker's source and registration (livetet scene "
+            "lists its keys)",
+            arguments.scene.string());
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
     const std::optional<double> budget_s = seconds_of(scene.track->budget);
     if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
-        fail("track.budget = {}: solves of the mixed form cannot be cut short, expected formulation: displacement ({})",
-             scene.track->budget, arguments.scene.string());
+        fail(
+            "track.budget = {}: solves of the mixed form cannot be cut short, expected "
+            "formulation: displacement ({})",
+            scene.track->budget, arguments.scene.string());
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     take_publish(arguments.publish, scene.track->publish);
     const FiducialRegistration registration = read_registration(scene.track->registration);
@@ -108,16 +128,19 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     std::vector<std::string> tools{scene.track->reference_tool};
     for (const SensorOptions& sensor : scene.track->sensors) tools.push_back(sensor.tool);
     for (const ToolOptions& tool : scene.track->tools)
-        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end()) tools.push_back(tool.tool);
+        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
+            tools.push_back(tool.tool);
     const bool every_sample = scene.track->pace == Pace::every_sample;
     ArrivalLog arrivals;
-    OpenSource open = open_source(scene.track->source, tools,
-                                  {every_sample ? 0 : scene.track->speed, [&](const StreamSample& s) { arrivals.keep(s); },
-                                   scene.track->request_ms});
+    OpenSource open =
+        open_source(scene.track->source, tools,
+                    {every_sample ? 0 : scene.track->speed,
+                     [&](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
 
     // 2. mesh, body, model
     PetscSession session("livetet", petsc);
-    if (session.ranks() > 1) fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
+    if (session.ranks() > 1)
+        fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
     session.add_options(scene.solver.petsc_options);
     MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
@@ -129,7 +152,8 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     std::optional<Recorder> recorder;
     if (scene.output.has_file()) {
         writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-        writer->write_text("tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
+        writer->write_text(
+            "tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
         recorder.emplace(*writer, body.body->elastic_operator().kind(), arrivals);
     }
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
@@ -144,38 +168,48 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
         if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
-        run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer, watch ? &*watch : nullptr,
-                   {budget_s, every_sample, arguments.seconds, open.is_live() ? SampleClock::arrival : SampleClock::own,
-                    guest.get()},
+        run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer,
+                   watch ? &*watch : nullptr,
+                   {budget_s, every_sample, arguments.seconds,
+                    open.is_live() ? SampleClock::arrival : SampleClock::own, guest.get()},
                    counts);
-    } catch (const std::exception& error) {  // what came until then is kept where it does not come again
+    } catch (
+        const std::exception& error) {  // what came until then is kept where it does not come again
         if (!open.is_live() || counts.frames == 0) throw;
         problem = error.what();
     }
     if (!recorder) {
         if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
-        fmt::print("{} frames, {} samples missed, {} frames not converged; nothing was recorded (output.file: none)\n", counts.frames, counts.missed,
-                   counts.not_converged);
+        fmt::print(
+            "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
+            "(output.file: none)\n",
+            counts.frames, counts.missed, counts.not_converged);
         if (problem) fail("{}", *problem);
         return counts.not_converged == 0 ? 0 : 3;
     }
     if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
     if (arrivals.not_kept() > 0)
-        Announcer::note(fmt::format("{} samples came faster than the disk could keep them: a replay may lack some",
-                                    arrivals.not_kept()));
+        Announcer::note(fmt::format(
+            "{} samples came faster than the disk could keep them: a replay may lack some",
+            arrivals.not_kept()));
     if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
     const auto every = static_cast<std::size_t>(scene.output.every);
     counts.not_kept = (counts.frames + every - 1) / every - writer->frame_count();
     if (problem && writer->frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer->write_text("run", describe_run(open, registration, body, counts, budget_s, problem.value_or("")).dump(-1, ' ', false, json::error_handler_t::replace));
-    writer->write_text("replay", describe_replay(image_from_reference, source, body, counts).dump());
+    writer->write_text(
+        "run", describe_run(open, registration, body, counts, budget_s, problem.value_or(""))
+                   .dump(-1, ' ', false, json::error_handler_t::replace));
+    writer->write_text("replay",
+                       describe_replay(image_from_reference, source, body, counts).dump());
     writer->close();
 
     // 4. report
     if (guest) guest->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
     session.tell_unused_options();
-    if (problem) fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(), writer->frame_count());
+    if (problem)
+        fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(),
+             writer->frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
 
@@ -184,12 +218,14 @@ namespace {
 int replay(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     PetscSession session("livetet", petsc);
     const ReplayReport report = replay_run(arguments.replay);
-    fmt::print("{}: {} of {} frames are the same to the bit", arguments.replay.string(), report.same, report.frames);
+    fmt::print("{}: {} of {} frames are the same to the bit", arguments.replay.string(),
+               report.same, report.frames);
     if (report.same == report.frames) {
         fmt::print("\n");
         return 0;
     }
-    fmt::print("; the first other one is frame {}, the largest gap {:.3g} mm\n", report.first_other, 1e3 * report.largest_gap);
+    fmt::print("; the first other one is frame {}, the largest gap {:.3g} mm\n", report.first_other,
+               1e3 * report.largest_gap);
     return 3;
 }
 
@@ -197,25 +233,32 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
 
 void add_track_options(CLI::App& command, TrackArguments& arguments) {
     command.add_option("--publish", arguments.publish,
-                        "serve the deformed surface, tools and status by OpenIGTLink on this port, or ADDRESS:PORT; this "
-                        "machine alone can connect unless an address is named");
-    command.add_option("--for", arguments.seconds, "stop after so many seconds")->check(CLI::PositiveNumber);
-    command.add_flag("--every-sample", arguments.every_sample,
-                      "every sample of the recording, however long it takes, instead of its own pace");
+                       "serve the deformed surface, tools and status by OpenIGTLink on this port, "
+                       "or ADDRESS:PORT; this "
+                       "machine alone can connect unless an address is named");
+    command.add_option("--for", arguments.seconds, "stop after so many seconds")
+        ->check(CLI::PositiveNumber);
+    command.add_flag(
+        "--every-sample", arguments.every_sample,
+        "every sample of the recording, however long it takes, instead of its own pace");
     command.add_option("--json", arguments.json, "write the report to this file too");
 }
 
 void add_track_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command =
-        app.add_subcommand("track", "Follows a tracker in real time: registration, deformation, results, report. Ctrl-C ends it");
+    CLI::App* command = app.add_subcommand("track",
+                                           "Follows a tracker in real time: registration, "
+                                           "deformation, results, report. Ctrl-C ends it");
     command->footer(
-        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys of a scene: livetet "
+        "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys "
+        "of a scene: livetet "
         "scene.");
     auto arguments = std::make_shared<TrackArguments>();
-    CLI::Option* scene = command->add_option("scene", arguments->scene, "scene file (YAML) with a track section");
+    CLI::Option* scene =
+        command->add_option("scene", arguments->scene, "scene file (YAML) with a track section");
     command
         ->add_option("--replay", arguments->replay,
-                     "compute a recorded run (.h5) again from what came in, and compare each frame to the bit")
+                     "compute a recorded run (.h5) again from what came in, and compare each frame "
+                     "to the bit")
         ->excludes(scene);
     add_track_options(*command, *arguments);
     command->allow_extras();
@@ -223,7 +266,8 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         if (arguments->scene.empty() && arguments->replay.empty())
             fail("track: expected a scene file (YAML), or --replay RESULT.h5");
         const std::vector<std::string> petsc = petsc_arguments(*command);
-        status.value = arguments->replay.empty() ? run_track(*arguments, petsc) : replay(*arguments, petsc);
+        status.value =
+            arguments->replay.empty() ? run_track(*arguments, petsc) : replay(*arguments, petsc);
     });
 }
 

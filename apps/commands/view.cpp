@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/outputs.hpp"
-#include "apps/plots/virtual_display.hpp"
 #include "apps/live/track_run.hpp"
+#include "apps/plots/virtual_display.hpp"
+#include "apps/scene/outputs.hpp"
 #include "apps/viewer/live.hpp"
 #include "apps/viewer/player.hpp"
 #include "base/error.hpp"
@@ -48,17 +48,20 @@ std::optional<ViewScript> read_script(const ViewArguments& arguments) {
 /// A run with a window beside it.
 int view_scene(const ViewArguments& arguments, const std::vector<std::string>& petsc) {
     if (arguments.frame || !arguments.record.empty() || arguments.colour != ViewArguments{}.colour)
-        fail("view {}: --frame, --record and --colour are for recorded results (.h5); a run is recorded, and can be viewed then",
-             arguments.input.string());
+        fail(
+            "view {}: --frame, --record and --colour are for recorded results (.h5); a run is "
+            "recorded, and can be viewed then",
+            arguments.input.string());
     const std::optional<ViewScript> script = read_script(arguments);
     return run_track(arguments.track, petsc, [&](const Scene& scene, const TetMesh& mesh) {
         ShownBody body = make_shown_body(mesh, scene, arguments.input, arguments.files);
         tell_left_out(body);
-        return std::make_unique<LiveView>(std::move(body),
-                                          LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
-                                                            {arguments.size[0], arguments.size[1]},
-                                                            script,
-                                                            arguments.screenshot});
+        return std::make_unique<LiveView>(
+            std::move(body),
+            LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
+                              {arguments.size[0], arguments.size[1]},
+                              script,
+                              arguments.screenshot});
     });
 }
 
@@ -67,14 +70,18 @@ int view_recording(const ViewArguments& arguments) {
     const std::optional<ViewScript> script = read_script(arguments);
     const ViewRecording recording(arguments.input, arguments.files);
     if (arguments.frame && (*arguments.frame < 1 || *arguments.frame > recording.times_s().size()))
-        fail("--frame {}: {} holds {} frame(s), expected 1 to {}", *arguments.frame, arguments.input.string(),
-             recording.times_s().size(), recording.times_s().size());
+        fail("--frame {}: {} holds {} frame(s), expected 1 to {}", *arguments.frame,
+             arguments.input.string(), recording.times_s().size(), recording.times_s().size());
     if (arguments.colour == "stress" && !recording.has_stress())
-        fail("--colour stress: {} holds no von_mises, expected a solve with output: {{fields: [von_mises]}}", arguments.input.string());
+        fail(
+            "--colour stress: {} holds no von_mises, expected a solve with output: {{fields: "
+            "[von_mises]}}",
+            arguments.input.string());
     tell_left_out(recording.body());
 
     // 2. the window
-    ViewWindow window(recording.body(), arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
+    ViewWindow window(recording.body(),
+                      arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
                       {arguments.size[0], arguments.size[1]});
     Player player(recording, window);
     if (arguments.frame)
@@ -96,49 +103,76 @@ int view_recording(const ViewArguments& arguments) {
 /// Without an X server: what needs no user is done with one that has no screen.
 void do_without_screen(const ViewArguments& arguments) {
     if (arguments.needs_user() && arguments.is_scene())
-        fail("view {}: no X server answers (DISPLAY), expected one for the window; livetet track follows the scene without, and "
-             "--screenshot FILE.png draws a picture at the end",
-             arguments.input.string());
+        fail(
+            "view {}: no X server answers (DISPLAY), expected one for the window; livetet track "
+            "follows the scene without, and "
+            "--screenshot FILE.png draws a picture at the end",
+            arguments.input.string());
     if (arguments.needs_user())
-        fail("view {}: no X server answers (DISPLAY), expected one for the window; --screenshot FILE.png draws a picture without",
-             arguments.input.string());
+        fail(
+            "view {}: no X server answers (DISPLAY), expected one for the window; --screenshot "
+            "FILE.png draws a picture without",
+            arguments.input.string());
     need_display(fmt::format("view {}", arguments.input.string()));
 }
 
 }  // namespace
 
 void add_view_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand("view", "A window on a recorded result, or on a scene that is followed live: the organ, slices of its image");
+    CLI::App* command = app.add_subcommand("view",
+                                           "A window on a recorded result, or on a scene that is "
+                                           "followed live: the organ, slices of its image");
     auto arguments = std::make_shared<ViewArguments>();
-    command->add_option("input", arguments->input, "a result of livetet track or solve (.h5), or a scene (.yaml) that is followed as by livetet track")->required();
-    command->add_option("--image", arguments->files.image, "the grey image of the slices, instead of the one that the scene names");
+    command
+        ->add_option("input", arguments->input,
+                     "a result of livetet track or solve (.h5), or a scene (.yaml) that is "
+                     "followed as by livetet track")
+        ->required();
+    command->add_option("--image", arguments->files.image,
+                        "the grey image of the slices, instead of the one that the scene names");
     command->add_option("--surface", arguments->files.surface,
-                        "a finer surface of the organ (.stl, .ply, .vtp ..., mm, RAS), carried by the mesh; without, the mesh's own, subdivided");
+                        "a finer surface of the organ (.stl, .ply, .vtp ..., mm, RAS), carried by "
+                        "the mesh; without, the mesh's own, subdivided");
     command->add_option("--frame", arguments->frame, "begin with this frame, counted from 1");
     command->add_option("--colour", arguments->colour, "what the surface is coloured by")
         ->check(CLI::IsMember({"displacement", "stress"}))
         ->capture_default_str();
-    command->add_option("--size", arguments->size, "of the window, pixels")->expected(2)->check(CLI::Range(200, 8000));
+    command->add_option("--size", arguments->size, "of the window, pixels")
+        ->expected(2)
+        ->check(CLI::Range(200, 8000));
     command->add_option("--screenshot", arguments->screenshot,
-                        "no window: draw a picture (.png), of the deepest press unless --frame or --script say otherwise");
-    command->add_option("--record", arguments->record, "no window: draw all of it, as a video (.ogv) or a folder of pictures");
-    command->add_option("--rate", arguments->rate_Hz, "pictures a second of --record")->check(CLI::Range(1.0, 100.0))->capture_default_str();
-    command->add_option("--script", arguments->script, "do what this file says, then end (the commands are listed below)");
+                        "no window: draw a picture (.png), of the deepest press unless --frame or "
+                        "--script say otherwise");
+    command->add_option("--record", arguments->record,
+                        "no window: draw all of it, as a video (.ogv) or a folder of pictures");
+    command->add_option("--rate", arguments->rate_Hz, "pictures a second of --record")
+        ->check(CLI::Range(1.0, 100.0))
+        ->capture_default_str();
+    command->add_option("--script", arguments->script,
+                        "do what this file says, then end (the commands are listed below)");
     command->add_flag("--off-screen", arguments->off_screen, "no window: for --script");
     command->footer("A script has one command a line:\n" + ViewScript::reference());
     add_track_options(*command, arguments->track);
     command->allow_extras();
     command->callback([command, arguments, &status] {
         const std::vector<std::string> petsc = petsc_arguments(*command);
-        if (!arguments->is_scene() && (!petsc.empty() || !arguments->track.publish.empty() || arguments->track.seconds > 0 ||
-                                       arguments->track.every_sample || !arguments->track.json.empty()))
-            fail("view {}: --publish, --for, --every-sample, --json and PETSc's options are for a scene (.yaml)", arguments->input.string());
+        if (!arguments->is_scene() &&
+            (!petsc.empty() || !arguments->track.publish.empty() || arguments->track.seconds > 0 ||
+             arguments->track.every_sample || !arguments->track.json.empty()))
+            fail(
+                "view {}: --publish, --for, --every-sample, --json and PETSc's options are for a "
+                "scene (.yaml)",
+                arguments->input.string());
         expect_ending("--screenshot", arguments->screenshot, ".png");
-        if (arguments->off_screen && arguments->script.empty() && arguments->screenshot.empty() && arguments->record.empty())
-            fail("--off-screen: nobody would see it, expected --script, --screenshot or --record with it");
+        if (arguments->off_screen && arguments->script.empty() && arguments->screenshot.empty() &&
+            arguments->record.empty())
+            fail(
+                "--off-screen: nobody would see it, expected --script, --screenshot or --record "
+                "with it");
         arguments->track.scene = arguments->input;
         if (!have_display()) do_without_screen(*arguments);
-        status.value = arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);
+        status.value =
+            arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);
     });
 }
 

@@ -18,11 +18,11 @@
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
+#include "image/image_warp.hpp"
+#include "image/label_map.hpp"
 #include "io/image_file.hpp"
 #include "io/result_file.hpp"
 #include "io/text.hpp"
-#include "image/image_warp.hpp"
-#include "image/label_map.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -39,18 +39,25 @@ struct WarpArguments {
     int threads = 0;
 };
 
-std::string size_text(const std::array<int, 3>& size) { return fmt::format("{} x {} x {}", size[0], size[1], size[2]); }
+std::string size_text(const std::array<int, 3>& size) {
+    return fmt::format("{} x {} x {}", size[0], size[1], size[2]);
+}
 
 /// What can be wrong before anything is read.
 void check_outputs(const WarpArguments& a) {
     if (a.output.empty() && a.inverse_field.empty() && a.forward_field.empty())
         fail("warp: nothing to write, expected -o, --inverse-field or --forward-field");
     const std::pair<const char*, const fs::path*> written[] = {
-        {"--output", &a.output}, {"--inverse-field", &a.inverse_field}, {"--forward-field", &a.forward_field}, {"--json", &a.json}};
+        {"--output", &a.output},
+        {"--inverse-field", &a.inverse_field},
+        {"--forward-field", &a.forward_field},
+        {"--json", &a.json}};
     for (const auto& [option, path] : written) {
         if (path->empty()) continue;
-        if (const std::string end = ending(*path); path != &a.json && end != ".nii" && end != ".nii.gz")
-            fail("{} {}: the name ends in '{}', expected .nii or .nii.gz", option, path->string(), end);
+        if (const std::string end = ending(*path);
+            path != &a.json && end != ".nii" && end != ".nii.gz")
+            fail("{} {}: the name ends in '{}', expected .nii or .nii.gz", option, path->string(),
+                 end);
         refuse_to_overwrite(option, *path, {a.result, a.image, a.grid});
         for (const auto& [other, other_path] : written)
             if (path != other_path && same_file(*path, *other_path))
@@ -65,14 +72,17 @@ std::size_t chosen_frame(const ResultReader& result, const WarpArguments& a) {
     if (times.empty()) fail("{}: holds no frame, expected at least one", a.result.string());
     if (a.frame) {
         if (*a.frame < 1 || *a.frame > static_cast<std::int64_t>(times.size()))
-            fail("{}: holds {} frame(s), found --frame {}, expected 1 to {}", a.result.string(), times.size(), *a.frame, times.size());
+            fail("{}: holds {} frame(s), found --frame {}, expected 1 to {}", a.result.string(),
+                 times.size(), *a.frame, times.size());
         return static_cast<std::size_t>(*a.frame - 1);
     }
     if (!a.time_s) return times.size() - 1;
     if (!(*a.time_s >= times.front() && *a.time_s <= times.back()))
-        fail("{}: its frames are from {} to {} s, found --time {}", a.result.string(), times.front(), times.back(), *a.time_s);
+        fail("{}: its frames are from {} to {} s, found --time {}", a.result.string(),
+             times.front(), times.back(), *a.time_s);
     const auto after = std::lower_bound(times.begin(), times.end(), *a.time_s) - times.begin();
-    return after > 0 && *a.time_s - times[after - 1] <= times[after] - *a.time_s ? after - 1 : after;
+    return after > 0 && *a.time_s - times[after - 1] <= times[after] - *a.time_s ? after - 1
+                                                                                 : after;
 }
 
 using AnyImage = std::variant<GreyImage, LabelImage>;
@@ -92,7 +102,8 @@ struct Source {
 /// `known_labels`: what whoever meshed it knew of it. Else what looks like a label map is one.
 AnyImage values_of(const Volume& volume, const fs::path& file, std::optional<bool> known_labels,
                    std::optional<Interpolation> asked) {
-    if (known_labels == false || (asked && *asked != Interpolation::nearest)) return grey_image(volume, file);
+    if (known_labels == false || (asked && *asked != Interpolation::nearest))
+        return grey_image(volume, file);
     try {
         LabelImage labels = label_image(volume, file);
         if (known_labels || why_no_label_map(labels).empty()) return labels;
@@ -107,7 +118,8 @@ Source read_source(const ResultReader& result, const WarpArguments& a) {
     std::optional<SceneImage> found;
     if (a.image.empty()) {
         try {
-            found = find_scene_image(read_yaml<Scene>(result.scene_text(), a.result.string()), a.result);
+            found = find_scene_image(read_yaml<Scene>(result.scene_text(), a.result.string()),
+                                     a.result);
         } catch (const Error& e) {
             fail("{}; expected --image to name the image to warp", e.what());
         }
@@ -115,11 +127,15 @@ Source read_source(const ResultReader& result, const WarpArguments& a) {
     source.file = found ? found->file : a.image;
     const Volume volume = read_volume(source.file);
     if (found && found->grid &&
-        !(found->grid->size == volume.size && found->grid->ras_from_voxel.isApprox(volume.ras_from_voxel, 1e-6)))
-        fail("{}: has {} voxels in another place or of another number than the image that was meshed, of {}; expected --image to "
-             "name the image to warp",
-             source.file.string(), size_text(volume.size), size_text(found->grid->size));
-    source.values = values_of(volume, source.file, found ? found->label_map : std::nullopt, a.interpolation);
+        !(found->grid->size == volume.size &&
+          found->grid->ras_from_voxel.isApprox(volume.ras_from_voxel, 1e-6)))
+        fail(
+            "{}: has {} voxels in another place or of another number than the image that was "
+            "meshed, of {}; expected --image to "
+            "name the image to warp",
+            source.file.string(), size_text(volume.size), size_text(found->grid->size));
+    source.values =
+        values_of(volume, source.file, found ? found->label_map : std::nullopt, a.interpolation);
     const bool plain = volume.slope == 1 && volume.intercept == 0;
     source.stored = plain ? volume.type : ScalarType::float32;
     const bool labels = std::holds_alternative<LabelImage>(source.values);
@@ -128,7 +144,8 @@ Source read_source(const ResultReader& result, const WarpArguments& a) {
 }
 
 /// Refuses a grid that none of these nodes lies in; says how many do not. `what`: the nodes.
-void check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const char* what, const fs::path& file) {
+void check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const char* what,
+                 const fs::path& file) {
     const Eigen::Affine3d voxel_from_ras(Eigen::Matrix4d(grid.ras_from_voxel.inverse()));
     const Eigen::Vector3d size(grid.size[0], grid.size[1], grid.size[2]);
     std::size_t outside = 0;
@@ -142,14 +159,19 @@ void check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const ch
              box_mm(std::array{Vector3(box.min()), Vector3(box.max())}), what, box_mm(nodes));
     }
     if (outside > 0)
-        fmt::print("note         {} of {} nodes of {} lie outside of {}\n", outside, nodes.size(), what, file.string());
+        fmt::print("note         {} of {} nodes of {} lie outside of {}\n", outside, nodes.size(),
+                   what, file.string());
 }
 
-double voxel_ml(const ImageGrid& grid) { return 1e6 * std::abs(grid.ras_from_voxel.topLeftCorner<3, 3>().determinant()); }
+double voxel_ml(const ImageGrid& grid) {
+    return 1e6 * std::abs(grid.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+}
 
 void print_counts(const WarpCounts& c, double ml) {
     const auto line = [&](const char* name, std::size_t count, const char* what) {
-        if (count > 0) fmt::print("{:<13}{} voxels, {:.2f} ml: {}\n", name, count, static_cast<double>(count) * ml, what);
+        if (count > 0)
+            fmt::print("{:<13}{} voxels, {:.2f} ml: {}\n", name, count,
+                       static_cast<double>(count) * ml, what);
     };
     line("carried", c.carried, "moved with the body");
     line("left empty", c.left_empty, "the body lay there at rest, and has gone");
@@ -169,11 +191,13 @@ void run(const WarpArguments& a) {
     Stopwatch watch;
     const ResultReader result(a.result);
     const std::size_t frame = chosen_frame(result, a);
-    fmt::print("frame        {} at {:.3f} s, of {}\n", frame + 1, result.times_s()[frame], result.frame_count());
+    fmt::print("frame        {} at {:.3f} s, of {}\n", frame + 1, result.times_s()[frame],
+               result.frame_count());
     std::optional<Source> source;
     if (!a.output.empty() || a.grid.empty()) {
         source = read_source(result, a);
-        for (const fs::path& written : {a.output, a.inverse_field, a.forward_field, a.json}) refuse_to_overwrite("warp", written, {source->file});
+        for (const fs::path& written : {a.output, a.inverse_field, a.forward_field, a.json})
+            refuse_to_overwrite("warp", written, {source->file});
     }
     ImageGrid grid;
     if (a.grid.empty()) {
@@ -184,26 +208,33 @@ void run(const WarpArguments& a) {
     }
 
     // 2. the motion
-    const double rind = a.rind_mm ? 1e-3 * *a.rind_mm : (source ? source->grid() : grid).spacing().maxCoeff();
+    const double rind =
+        a.rind_mm ? 1e-3 * *a.rind_mm : (source ? source->grid() : grid).spacing().maxCoeff();
     const BodyMotion motion = body_motion(result.mesh(), result.displacement(frame), rind);
     if (source) check_place(source->grid(), result.mesh().nodes, "the mesh at rest", source->file);
     if (!a.grid.empty()) check_place(grid, motion.deformed, "the deformed mesh", a.grid);
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     ThreadTeam team(a.threads > 0 ? a.threads : cores);
-    nlohmann::json json{{"result", a.result.string()}, {"frame", frame + 1}, {"time_s", result.times_s()[frame]},
-                        {"size", grid.size}, {"rind_mm", 1e3 * rind}};
+    nlohmann::json json{{"result", a.result.string()},
+                        {"frame", frame + 1},
+                        {"time_s", result.times_s()[frame]},
+                        {"size", grid.size},
+                        {"rind_mm", 1e3 * rind}};
     json["read_s"] = watch.lap();
 
     // 3. image, fields; each is written whole or not at all
     if (!a.output.empty()) {
         const double empty = a.empty.value_or(default_empty(source->values));
         const bool labels = std::holds_alternative<LabelImage>(source->values);
-        if (labels && empty != std::floor(empty)) fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty, source->file.string());
+        if (labels && empty != std::floor(empty))
+            fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty,
+                 source->file.string());
         WarpCounts counts;
         watch.lap();
         const AnyImage out = std::visit(
             [&]<class T>(const Image<T>& image) -> AnyImage {
-                return warp_image(image, grid, motion, source->how, static_cast<T>(empty), team, counts);
+                return warp_image(image, grid, motion, source->how, static_cast<T>(empty), team,
+                                  counts);
             },
             source->values);
         json["warp_s"] = watch.lap();
@@ -213,52 +244,82 @@ void run(const WarpArguments& a) {
             write_image(a.output, std::get<LabelImage>(out));
         json["write_s"] = watch.lap();
         constexpr const char* names[] = {"nearest neighbour", "linear", "cubic"};
-        fmt::print("image        {}: {}, {}; empty is {:g}\n", source->file.string(), labels ? "a label map" : "grey",
-                   names[static_cast<int>(source->how)], empty);
+        fmt::print("image        {}: {}, {}; empty is {:g}\n", source->file.string(),
+                   labels ? "a label map" : "grey", names[static_cast<int>(source->how)], empty);
         print_counts(counts, voxel_ml(grid));
-        fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n", json["read_s"].get<double>(),
-                   json["warp_s"].get<double>(), json["write_s"].get<double>(), a.output.string());
-        json.update({{"image", source->file.string()}, {"label_map", labels}, {"interpolation", names[static_cast<int>(source->how)]},
-                     {"empty", empty}, {"voxel_ml", voxel_ml(grid)}, {"carried", counts.carried}, {"left_empty", counts.left_empty},
-                     {"inverted", counts.inverted}, {"beyond_image", counts.beyond_image}});
+        fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n",
+                   json["read_s"].get<double>(), json["warp_s"].get<double>(),
+                   json["write_s"].get<double>(), a.output.string());
+        json.update({{"image", source->file.string()},
+                     {"label_map", labels},
+                     {"interpolation", names[static_cast<int>(source->how)]},
+                     {"empty", empty},
+                     {"voxel_ml", voxel_ml(grid)},
+                     {"carried", counts.carried},
+                     {"left_empty", counts.left_empty},
+                     {"inverted", counts.inverted},
+                     {"beyond_image", counts.beyond_image}});
     }
-    for (const auto& [path, direction] : {std::pair{a.inverse_field, FieldDirection::inverse}, {a.forward_field, FieldDirection::forward}}) {
+    for (const auto& [path, direction] : {std::pair{a.inverse_field, FieldDirection::inverse},
+                                          {a.forward_field, FieldDirection::forward}}) {
         if (path.empty()) continue;
         write_displacement_field(path, displacement_field(grid, motion, direction, team));
         fmt::print("written      {}\n", path.string());
     }
-    if (!a.json.empty()) write_text_file(a.json, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    if (!a.json.empty())
+        write_text_file(a.json,
+                        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace
 
 void add_warp_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("warp", "The image that was meshed, as it is in a frame of a result; displacement fields");
-    command->footer("A voxel in the deformed body takes what lay there at rest. Where the body lay and has gone the image is empty; "
-                    "elsewhere it stays as it is.");
+    CLI::App* command = app.add_subcommand(
+        "warp", "The image that was meshed, as it is in a frame of a result; displacement fields");
+    command->footer(
+        "A voxel in the deformed body takes what lay there at rest. Where the body lay and has "
+        "gone the image is empty; "
+        "elsewhere it stays as it is.");
     auto a = std::make_shared<WarpArguments>();
     command->add_option("result", a->result, "what livetet track or solve wrote (.h5)")->required();
     command->add_option("-o,--output", a->output, "the deformed image to write (.nii, .nii.gz)");
-    CLI::Option* frame = command->add_option("--frame", a->frame, "which frame, counted from 1 as `livetet view` does (default: the last)");
+    CLI::Option* frame = command->add_option(
+        "--frame", a->frame,
+        "which frame, counted from 1 as `livetet view` does (default: the last)");
     command->add_option("--time", a->time_s, "the frame nearest to this time, s")->excludes(frame);
-    command->add_option("--image", a->image, "the image to warp (default: the one that the result's mesh was made from)");
-    command->add_option("--grid", a->grid, "an image on whose voxels to write (default: the warped image's own)");
+    command->add_option(
+        "--image", a->image,
+        "the image to warp (default: the one that the result's mesh was made from)");
+    command->add_option("--grid", a->grid,
+                        "an image on whose voxels to write (default: the warped image's own)");
     command
         ->add_option("--interpolation", a->interpolation,
-                     "between voxels: nearest, linear or cubic (default: nearest for a label map, linear for a grey image; an image "
-                     "of at most 200 different whole values, none of them negative, is taken for a label map)")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, Interpolation>{
-            {"nearest", Interpolation::nearest}, {"linear", Interpolation::linear}, {"cubic", Interpolation::cubic}}));
-    command->add_option("--empty", a->empty, "value of voxels that the body has left (default: label 0, or the least grey value)");
+                     "between voxels: nearest, linear or cubic (default: nearest for a label map, "
+                     "linear for a grey image; an image "
+                     "of at most 200 different whole values, none of them negative, is taken for a "
+                     "label map)")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, Interpolation>{{"nearest", Interpolation::nearest},
+                                                 {"linear", Interpolation::linear},
+                                                 {"cubic", Interpolation::cubic}}));
+    command->add_option(
+        "--empty", a->empty,
+        "value of voxels that the body has left (default: label 0, or the least grey value)");
     command
         ->add_option("--rind-mm", a->rind_mm,
-                     "how thick a layer about the mesh goes with it, for the organ in the image ends a little beyond (default: the "
+                     "how thick a layer about the mesh goes with it, for the organ in the image "
+                     "ends a little beyond (default: the "
                      "longest side of a voxel)")
         ->check(CLI::NonNegativeNumber);
     command->add_option("--inverse-field", a->inverse_field,
-                        "write the field that images are resampled by, from deformed to rest (NIfTI vectors, mm, LPS: ANTs, 3D Slicer, ITK)");
-    command->add_option("--forward-field", a->forward_field, "write the field that points are moved by, from rest to deformed (likewise)");
-    command->add_option("--threads", a->threads, "0: one a core")->capture_default_str()->check(CLI::Range(0, 64));
+                        "write the field that images are resampled by, from deformed to rest "
+                        "(NIfTI vectors, mm, LPS: ANTs, 3D Slicer, ITK)");
+    command->add_option(
+        "--forward-field", a->forward_field,
+        "write the field that points are moved by, from rest to deformed (likewise)");
+    command->add_option("--threads", a->threads, "0: one a core")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 64));
     command->add_option("--json", a->json, "write the figures to this file too");
     command->callback([a] { run(*a); });
 }

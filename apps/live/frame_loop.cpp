@@ -4,8 +4,8 @@
 #include <chrono>
 #include <thread>
 
-#include "base/interruptible.hpp"
 #include "base/error.hpp"
+#include "base/interruptible.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "tracking/poses.hpp"
@@ -32,7 +32,8 @@ class SampleCount {
     explicit SampleCount(SampleClock clock) : clock_(clock) {}
 
     void take(const StreamSample& sample, FrameCounts& counts) {
-        const double now_s = clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
+        const double now_s =
+            clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
         const bool came = std::ranges::any_of(sample.sample.poses, has_come);
         if (first_s_) {
             const std::uint64_t steps = sample.number - number_;
@@ -63,26 +64,29 @@ class SampleCount {
 
 }  // namespace
 
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder, Announcer& announcer,
-                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts) {
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
+                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+                FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
     SampleCount count(plan.clock);
     while (!stop_asked) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
-        if (SceneChange* change = watch ? watch->take() : nullptr) take_changes(*change, scene, model, counts);
+        if (SceneChange* change = watch ? watch->take() : nullptr)
+            take_changes(*change, scene, model, counts);
         FrameLimits limits;
         if (plan.budget_s)
-            limits.deadline =
-                start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*plan.budget_s));
+            limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
+                                          std::chrono::duration<double>(*plan.budget_s));
         if (plan.guest) model.pull(plan.guest->pull());
         const Frame& frame = model.advance(sample->sample, limits);
         const double seconds = seconds_since(start);
         count.take(*sample, counts);
         if (recorder && counts.frames % scene.output.every == 0) {
             bool kept = recorder->keep(frame, *sample, seconds);
-            while (!kept && plan.every_sample && !recorder->failed()) {  // nothing is real time: wait for the disk
+            while (!kept && plan.every_sample &&
+                   !recorder->failed()) {  // nothing is real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder->keep(frame, *sample, seconds);
             }

@@ -4,25 +4,28 @@
 #include <vector>
 
 #include "apps/live/frame_publisher.hpp"
-#include "apps/live/tracked_body.hpp"
 #include "apps/live/recorder.hpp"
 #include "apps/live/replay.hpp"
 #include "apps/live/scene_watch.hpp"
+#include "apps/live/tracked_body.hpp"
 #include "tracking/source.hpp"
 
 namespace livetet {
 
-/// What tells a run's time: the samples' own time, or, where it may be set while it runs, when they came.
+/// What tells a run's time: the samples' own time, or, where it may be set while it runs, when they
+/// came.
 enum class SampleClock { own, arrival };
 
-/// Whoever watches a run and has a hand in it. Called from the simulation's thread, so it must never wait.
+/// Whoever watches a run and has a hand in it. Called from the simulation's thread, so it must
+/// never wait.
 class FrameGuest {
   public:
     virtual ~FrameGuest() = default;
     /// The marker pulled by hand, for the next frame.
     virtual std::optional<HandPull> pull() = 0;
     virtual void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) = 0;
-    /// After the last frame: may wait, for a user who goes on looking. Throws Error where watching failed.
+    /// After the last frame: may wait, for a user who goes on looking. Throws Error where watching
+    /// failed.
     virtual void finish() {}
 };
 
@@ -37,10 +40,12 @@ struct FramePlan {
 
 /// What a run of frames came to.
 struct FrameCounts {
-    std::size_t frames = 0, missed = 0, not_kept = 0, not_converged = 0;  ///< not_kept: by the end, counted in the result
+    std::size_t frames = 0, missed = 0, not_kept = 0,
+                not_converged = 0;  ///< not_kept: by the end, counted in the result
     std::uint64_t samples = 0;
     std::size_t came = 0;  ///< frames in whose sample a tool came
-    /// Of samples that follow each other and in which a tool came: how many steps from one to the next, and how long.
+    /// Of samples that follow each other and in which a tool came: how many steps from one to the
+    /// next, and how long.
     std::uint64_t steps = 0;
     double steps_s = 0;
     std::vector<SceneEvent> events;
@@ -48,10 +53,11 @@ struct FrameCounts {
     double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch` says, which may be nullptr, as may the
-/// recorder;
-/// `counts` holds what was done even where an exception ends it.
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder, Announcer& announcer,
-                SceneWatch* watch, const FramePlan& plan, FrameCounts& counts);
+/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch`
+/// says, which may be nullptr, as may the recorder; `counts` holds what was done even where an
+/// exception ends it.
+void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
+                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+                FrameCounts& counts);
 
 }  // namespace livetet

@@ -18,13 +18,17 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<const char*, 6> drive_names{"placing", "following", "returning", "holding", "releasing", "released"};
+constexpr std::array<const char*, 6> drive_names{"placing", "following", "returning",
+                                                 "holding", "releasing", "released"};
 constexpr std::array<const char*, 3> registration_names{"valid", "held", "lost"};
 
-constexpr std::array<const char*, 9> trouble_names{"",       "lost",   "invalid",  "out of volume",    "stale",
-                                                   "not a pose", "jumped", "too far", "reference not seen"};
+constexpr std::array<const char*, 9> trouble_names{
+    "",           "lost",   "invalid", "out of volume",     "stale",
+    "not a pose", "jumped", "too far", "reference not seen"};
 
-const char* text_of(SensorTrouble trouble) { return trouble_names[static_cast<std::size_t>(trouble)]; }
+const char* text_of(SensorTrouble trouble) {
+    return trouble_names[static_cast<std::size_t>(trouble)];
+}
 
 /// " (stale)"; nothing where all is well.
 std::string because(SensorTrouble trouble) {
@@ -32,7 +36,9 @@ std::string because(SensorTrouble trouble) {
 }
 
 const char* text_of(DriveStatus status) { return drive_names[static_cast<std::size_t>(status)]; }
-const char* text_of(RegistrationStatus status) { return registration_names[static_cast<std::size_t>(status)]; }
+const char* text_of(RegistrationStatus status) {
+    return registration_names[static_cast<std::size_t>(status)];
+}
 
 /// "registration held (stale)".
 std::string registration_text(const FrameState& frame) {
@@ -44,26 +50,31 @@ std::vector<std::string> sensor_texts(const Announcement& a) {
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < a.sensors.size() && i < a.frame.sensors.size(); ++i) {
         const SensorState& s = a.frame.sensors[i];
-        texts.push_back(s.off_organ > 0 ? fmt::format("{} {:.0f} mm off the organ", a.sensors[i], 1e3 * s.off_organ)
-                                        : fmt::format("{} {}{}", a.sensors[i], text_of(s.drive), because(s.trouble)));
+        texts.push_back(
+            s.off_organ > 0
+                ? fmt::format("{} {:.0f} mm off the organ", a.sensors[i], 1e3 * s.off_organ)
+                : fmt::format("{} {}{}", a.sensors[i], text_of(s.drive), because(s.trouble)));
     }
     return texts;
 }
 
 bool is_well(const FrameState& frame) {
     return frame.registration == RegistrationStatus::valid &&
-           std::all_of(frame.sensors.begin(), frame.sensors.end(),
-                       [](const SensorState& s) { return s.trouble == SensorTrouble::none && s.off_organ == 0; });
+           std::all_of(frame.sensors.begin(), frame.sensors.end(), [](const SensorState& s) {
+               return s.trouble == SensorTrouble::none && s.off_organ == 0;
+           });
 }
 
 }  // namespace
 
-FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface) : surface_(std::move(surface)) {
+FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
+    : surface_(std::move(surface)) {
     triangles_ = boundary_triangles(mesh.tets);
     nodes_ = nodes_of(triangles_);
     for (Triangle& t : triangles_)
         for (std::int32_t& n : t)
-            n = static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) - nodes_.begin());
+            n = static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) -
+                                          nodes_.begin());
     for (const std::int32_t n : nodes_) rest_.push_back(mesh.nodes[n]);
 }
 
@@ -80,7 +91,8 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
     std::vector<igtl::Message> messages;
     messages.push_back(igtl::surface_message(surface_, points, triangles_, scalars, time_s));
     if (frame.registration != RegistrationStatus::lost)
-        messages.push_back(igtl::transform_message("TrackerToRAS", frame.tracker_from_image.inverse(), time_s));
+        messages.push_back(
+            igtl::transform_message("TrackerToRAS", frame.tracker_from_image.inverse(), time_s));
     for (std::size_t i = 0; i < a.tools.size(); ++i) {
         const TrackedPose& pose = frame.image_from_tool[i];
         if (!is_usable(pose)) continue;
@@ -88,7 +100,8 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
             fmt::format("{}{}ToRAS", a.tools[i].tool, a.tools[i].has_tip ? "Tip" : ""),
             RigidTransform<ImageFrame, Tool>{pose.rotation, pose.translation}, time_s));
     }
-    const std::string text = fmt::format("{}; {}", registration_text(frame), fmt::join(sensor_texts(a), ", "));
+    const std::string text =
+        fmt::format("{}; {}", registration_text(frame), fmt::join(sensor_texts(a), ", "));
     messages.push_back(igtl::status_message("Livetet", is_well(frame) ? 1 : 7, text, time_s));
     json sensors = json::object();
     for (std::size_t i = 0; i < a.sensors.size() && i < frame.sensors.size(); ++i)
@@ -105,29 +118,36 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
                         {"sensors", sensors},
                         {"iterations", frame.step.iterations},
                         {"error_estimate_mm", 1e3 * frame.step.solve_error}};
-    messages.push_back(igtl::string_message("LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
+    messages.push_back(igtl::string_message(
+        "LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
     return messages;
 }
 
-std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz, double frames_Hz) {
+std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz,
+                        double frames_Hz) {
     std::string text;
     if (const std::string names = names_text(source); !source.never_came.empty() && !names.empty())
-        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "), names);
+        text +=
+            fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "), names);
     if (source.state != "receiving" && source.state != "playing") text += source.state;
-    if (!source.problem.empty() && source.state != "receiving") text += fmt::format(" ({})", source.problem);
+    if (!source.problem.empty() && source.state != "receiving")
+        text += fmt::format(" ({})", source.problem);
     if (!text.empty() && !text.ends_with("| ")) text += " | ";
-    text += fmt::format("{:.1f} Hz in, {:.1f} frames/s, {} missed", received_Hz, frames_Hz, a.missed);
-    if (source.refused > 0) text += fmt::format(", {} messages refused ({})", source.refused, source.refusal);
+    text +=
+        fmt::format("{:.1f} Hz in, {:.1f} frames/s, {} missed", received_Hz, frames_Hz, a.missed);
+    if (source.refused > 0)
+        text += fmt::format(", {} messages refused ({})", source.refused, source.refusal);
     text += fmt::format(" | latency {:.1f} ms", 1e3 * (a.done_s - a.arrived_s));
     std::vector<std::string> ages;
     for (const LiveModel::ShownTool& tool : a.tools) {
         const bool came = tool.pose < a.times.size() && a.times[tool.pose].arrived_s > 0;
-        ages.push_back(came ? fmt::format("{} {:.0f} ms", tool.tool, 1e3 * (a.done_s - a.times[tool.pose].arrived_s))
+        ages.push_back(came ? fmt::format("{} {:.0f} ms", tool.tool,
+                                          1e3 * (a.done_s - a.times[tool.pose].arrived_s))
                             : tool.tool + " never");
     }
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
-    text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.linearisations, a.frame.step.iterations,
-                        1e3 * a.frame.step.solve_error);
+    text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.linearisations,
+                        a.frame.step.iterations, 1e3 * a.frame.step.solve_error);
     text += fmt::format(" | {}, {}", registration_text(a.frame), fmt::join(sensor_texts(a), ", "));
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
 }
@@ -152,11 +172,12 @@ Announcer::~Announcer() {
 }
 
 void Announcer::note(const std::string& text) {
-    std::fputs(fmt::format("track: {}\n", text).c_str(), stderr);  // fmt::print throws where the terminal is gone
+    std::fputs(fmt::format("track: {}\n", text).c_str(),
+               stderr);  // fmt::print throws where the terminal is gone
 }
 
-void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene, const StreamSample& sample,
-                     std::size_t frames, std::size_t missed) {
+void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene,
+                     const StreamSample& sample, std::size_t frames, std::size_t missed) {
     Announcement& a = mailbox_.outgoing();
     a.frame = frame;
     if (server_) a.displacement = frame.displacement;
@@ -177,7 +198,8 @@ void Announcer::run() {
     double due_s = 0;
     Rate received, computed;
     for (;;) {
-        const auto seen = mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+        const auto seen =
+            mailbox_.posted();  // before `take`: whatever is posted after this wakes us
         if (!mailbox_.take()) {
             mailbox_.wait_beyond(seen);
             continue;
@@ -190,7 +212,8 @@ void Announcer::run() {
             server_->publish((*messages_)(a, utc_seconds()));
         }
         const SourceStatus source = source_.status();
-        const std::string text = status_text(a, source, received(source.samples), computed(a.frames));
+        const std::string text =
+            status_text(a, source, received(source.samples), computed(a.frames));
         if (samples_ > 0)
             line.update(static_cast<double>(a.sample) / static_cast<double>(samples_), text);
         else

@@ -25,9 +25,10 @@ struct Announcement {
     bool last = false;
 };
 
-/// The messages that a frame becomes: the organ's surface (POLYDATA, with the displacement's length in mm), the tracker and
-/// the tools in the image (TRANSFORM: `TrackerToRAS`, `StylusTipToRAS`, `SensorToRAS`; none of a tool that is not seen),
-/// STATUS `Livetet` (1: all is well, 7: something is not followed, and why) and STRING `LivetetFrame`, JSON. `time_s`: UTC.
+/// The messages that a frame becomes: the organ's surface (POLYDATA, with the displacement's length
+/// in mm), the tracker and the tools in the image (TRANSFORM: `TrackerToRAS`, `StylusTipToRAS`,
+/// `SensorToRAS`; none of a tool that is not seen), STATUS `Livetet` (1: all is well, 7: something
+/// is not followed, and why) and STRING `LivetetFrame`, JSON. `time_s`: UTC.
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);
@@ -40,23 +41,26 @@ class FrameMessages {
     std::vector<Triangle> triangles_;  ///< of places in nodes_
 };
 
-/// One line of what is going on: Hz received, latency, age of each tool, what was missed, Newton and Krylov iterations, the
-/// estimated error, what sensors do; and, where a name asked for does not come, the names that do.
-std::string status_text(const Announcement& announcement, const SourceStatus& source, double received_Hz,
-                        double frames_Hz);
+/// One line of what is going on: Hz received, latency, age of each tool, what was missed, Newton
+/// and Krylov iterations, the estimated error, what sensors do; and, where a name asked for does
+/// not come, the names that do.
+std::string status_text(const Announcement& announcement, const SourceStatus& source,
+                        double received_Hz, double frames_Hz);
 
-/// Tells of frames from a thread of its own: the status line on the terminal, and OpenIGTLink. The newest frame alone
-/// matters: what comes while another is told of is passed over, and the simulation waits for nobody.
+/// Tells of frames from a thread of its own: the status line on the terminal, and OpenIGTLink. The
+/// newest frame alone matters: what comes while another is told of is passed over, and the
+/// simulation waits for nobody.
 class Announcer {
   public:
-    /// `samples`: how many there will be, 0 where nobody knows. Throws Error where the port cannot be listened on.
+    /// `samples`: how many there will be, 0 where nobody knows. Throws Error where the port cannot
+    /// be listened on.
     Announcer(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
               const std::optional<PublishOptions>& publish);
     ~Announcer();
 
     /// From the simulation's thread.
-    void tell(const Frame& frame, const LiveModel& model, const Scene& scene, const StreamSample& sample, std::size_t frames,
-              std::size_t missed);
+    void tell(const Frame& frame, const LiveModel& model, const Scene& scene,
+              const StreamSample& sample, std::size_t frames, std::size_t missed);
     std::uint16_t port() const { return server_ ? server_->port() : 0; }
     /// Something that the user should know, on a line of its own; from any thread.
     static void note(const std::string& text);

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 
-/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x 4 matrix by rows.
+/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x
+/// 4 matrix by rows.
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
 
@@ -32,7 +33,8 @@ std::uint64_t whole_number(double x, double most, const char* what, const std::s
 
 constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
 
-std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k, const std::string& source) {
+std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k,
+                                  const std::string& source) {
     const std::vector<double> v = reader.values(pull_values, k, 7);
     const auto number = whole_number(v[0], 1e9, "pull", source);
     if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
@@ -44,8 +46,8 @@ std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k, con
 }  // namespace
 
 std::uint32_t checksum(std::span<const Vector3> displacement) {
-    return static_cast<std::uint32_t>(
-        ::crc32_z(0, reinterpret_cast<const Bytef*>(displacement.data()), displacement.size_bytes()));
+    return static_cast<std::uint32_t>(::crc32_z(
+        0, reinterpret_cast<const Bytef*>(displacement.data()), displacement.size_bytes()));
 }
 
 ArrivalLog::ArrivalLog() : ring_(arrivals_waiting) {}
@@ -62,7 +64,11 @@ void ArrivalLog::keep(const StreamSample& sample) {
 }
 
 Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s)
-    : writer_(writer), solver_(solver), ring_(frames_waiting), arrivals_(arrivals), flush_s_(flush_s) {
+    : writer_(writer),
+      solver_(solver),
+      ring_(frames_waiting),
+      arrivals_(arrivals),
+      flush_s_(flush_s) {
     arrivals_.wanted_.store(true, std::memory_order_release);
     thread_ = std::thread([this] { run(); });
 }
@@ -125,8 +131,8 @@ void Recorder::write_arrivals() {
     while (const StreamSample* s = arrivals_.ring_.oldest()) {
         for (std::size_t i = 0; i < s->sample.poses.size(); ++i) {
             const TrackedPose& pose = s->sample.poses[i];
-            std::vector<double> row{static_cast<double>(s->number), s->sample.time_s, s->arrived_s, static_cast<double>(i),
-                                    static_cast<double>(pose.status)};
+            std::vector<double> row{static_cast<double>(s->number), s->sample.time_s, s->arrived_s,
+                                    static_cast<double>(i), static_cast<double>(pose.status)};
             const auto matrix = matrix_rows(pose.rotation, pose.translation);
             row.insert(row.end(), matrix.begin(), matrix.end());
             writer_.append_row(arrival_table, row);
@@ -138,8 +144,8 @@ void Recorder::write_arrivals() {
 void Recorder::write(const KeptFrame& kept) {
     const Frame& f = kept.frame;
     writer_.append(f.time_s, f.displacement);
-    writer_.append_values("tracker_from_image",
-                          matrix_rows(f.tracker_from_image.rotation, f.tracker_from_image.translation));
+    writer_.append_values("tracker_from_image", matrix_rows(f.tracker_from_image.rotation,
+                                                            f.tracker_from_image.translation));
     const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
     value("frame_ms", 1e3 * kept.seconds);
     value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
@@ -157,7 +163,8 @@ void Recorder::write(const KeptFrame& kept) {
     value("press_mm", 1e3 * f.press);
     value("registration_status", static_cast<double>(f.registration));
     value("converged", f.step.converged);
-    // How many sensors are placing, following, returning, holding, releasing, released; and what a replay needs.
+    // How many sensors are placing, following, returning, holding, releasing, released; and what a
+    // replay needs.
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
     writer_.append_values("sensors", sensors);
@@ -170,8 +177,9 @@ void Recorder::write(const KeptFrame& kept) {
     writer_.append_values("solves", solves);
     value("checksum", checksum(f.displacement));
     const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
-    writer_.append_values(pull_values, {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(), pull.base.z(), pull.to.x(),
-                                         pull.to.y(), pull.to.z()}});
+    writer_.append_values(pull_values,
+                          {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),
+                            pull.base.z(), pull.to.x(), pull.to.y(), pull.to.z()}});
 }
 
 RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {
@@ -189,24 +197,29 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
             run.samples.back().arrived_s = row[2];
         }
         std::vector<TrackedPose>& poses = run.samples.back().sample.poses;
-        const auto status = whole_number(row[4], static_cast<double>(PoseStatus::broken), "status", source);
+        const auto status =
+            whole_number(row[4], static_cast<double>(PoseStatus::broken), "status", source);
         if (row[3] != static_cast<double>(poses.size()))
-            fail("{}: sample {} holds tool {}, expected tool {}", source, number, row[3], poses.size());
-        const auto pose = transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
+            fail("{}: sample {} holds tool {}, expected tool {}", source, number, row[3],
+                 poses.size());
+        const auto pose =
+            transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
         poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
     const std::vector<std::string> names = reader.value_names();
     const bool has_pulls = std::find(names.begin(), names.end(), pull_values) != names.end();
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
-        frame.sample = whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
-        frame.checksum =
-            static_cast<std::uint32_t>(whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
+        frame.sample =
+            whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
+        frame.checksum = static_cast<std::uint32_t>(
+            whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         if (has_pulls) frame.pull = read_pull(reader, k, source);
         const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
         for (int i = 0; i < most_recorded_solves; ++i)
-            frame.solves[i] = {static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
-                               solves[2 * i + 1] != 0};
+            frame.solves[i] = {
+                static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
+                solves[2 * i + 1] != 0};
     }
     return run;
 }

@@ -15,10 +15,10 @@ namespace livetet {
 /// A frame with the sample that it was made from and what it took.
 struct KeptFrame {
     Frame frame;
-    std::uint64_t sample = 0;         ///< its number
+    std::uint64_t sample = 0;          ///< its number
     double arrived_s = 0, done_s = 0;  ///< steady clock
-    double seconds = 0;               ///< what the frame took
-    bool last = false;                ///< no frame: the end of the stream
+    double seconds = 0;                ///< what the frame took
+    bool last = false;                 ///< no frame: the end of the stream
 };
 
 /// Samples on their way from the source's thread to the recorder's.
@@ -40,20 +40,21 @@ class ArrivalLog {
 /// Of the displacements as they are in memory, to the bit.
 std::uint32_t checksum(std::span<const Vector3> displacement);
 
-/// Writes frames, and the samples that came in, from a thread of its own, so that neither the simulation nor the source
-/// ever waits for a disk.
+/// Writes frames, and the samples that came in, from a thread of its own, so that neither the
+/// simulation nor the source ever waits for a disk.
 class Recorder {
   public:
-    /// `solver`: what computed the frames; the live one alone estimates their errors. What was written is whole on the
-    /// disk every `flush_s`, should the program be killed.
+    /// `solver`: what computed the frames; the live one alone estimates their errors. What was
+    /// written is whole on the disk every `flush_s`, should the program be killed.
     Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s = 3);
     ~Recorder();
-    /// False where the disk is a whole ring behind, or writing has failed: the frame is not kept. From the simulation's
-    /// thread.
+    /// False where the disk is a whole ring behind, or writing has failed: the frame is not kept.
+    /// From the simulation's thread.
     bool keep(const Frame& frame, const StreamSample& sample, double seconds);
     /// Whether writing has failed, which was said: nothing is kept from then on.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
-    /// Waits until all is written. Returns why writing failed, if it did: what was written before can still be kept.
+    /// Waits until all is written. Returns why writing failed, if it did: what was written before
+    /// can still be kept.
     std::optional<std::string> close();
 
   private:
@@ -73,7 +74,8 @@ class Recorder {
     std::thread thread_;
 };
 
-/// What a result holds of the samples that came in, in the order of their numbers, and of how each frame was solved.
+/// What a result holds of the samples that came in, in the order of their numbers, and of how each
+/// frame was solved.
 struct RecordedRun {
     struct FrameRecord {
         std::uint64_t sample = 0;

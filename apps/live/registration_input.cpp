@@ -37,7 +37,8 @@ std::vector<FrameWindow> parse_windows(const std::string& text, const char* opti
         const auto first = parse_index(part.substr(0, colon));
         const auto last = colon < part.size() ? parse_index(part.substr(colon + 1)) : std::nullopt;
         if (!first || !last || *last <= *first)
-            fail("{}: \"{}\" is not a window of frames, expected FIRST:END with FIRST < END", option, part);
+            fail("{}: \"{}\" is not a window of frames, expected FIRST:END with FIRST < END",
+                 option, part);
         windows.push_back({*first, *last});
         begin = end + 1;
     }
@@ -47,11 +48,13 @@ std::vector<FrameWindow> parse_windows(const std::string& text, const char* opti
 RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::string& source) {
     if (a.tip.empty() == a.tip_mm.empty())
         fail(
-            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet calibrate pivot`) or "
+            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet "
+            "calibrate pivot`) or "
             "--tip-mm X Y Z",
             source);
     if (!a.tip.empty()) return read_tip(a.tip, a.tool).tool_from_tip();
-    return {Eigen::Matrix3d::Identity(), Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
+    return {Eigen::Matrix3d::Identity(),
+            Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
 }
 
 DwellOptions dwell_options(const RegisterArguments& a) {
@@ -74,14 +77,18 @@ std::vector<Dwell> collect_dwells(const RegisterArguments& a, std::size_t expect
     if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
     const Recording recording = read_poses(a, a.tracker, "fiducials");
     const std::vector<Dwell> dwells = naming(a.tracker, [&] {
-        return windows.empty() ? find_dwells(recording, tool_from_tip, dwell_options(a))
-                               : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
+        return windows.empty()
+                   ? find_dwells(recording, tool_from_tip, dwell_options(a))
+                   : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
     });
     if (dwells.size() == expected) return dwells;
     std::string found;
-    for (const Dwell& d : dwells) found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
-    fail("{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with --dwells",
-         a.tracker, dwells.size(), found.empty() ? "never" : found, expected);
+    for (const Dwell& d : dwells)
+        found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
+    fail(
+        "{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with "
+        "--dwells",
+        a.tracker, dwells.size(), found.empty() ? "never" : found, expected);
 }
 
 void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
@@ -89,9 +96,11 @@ void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
     for (const RegisteredFiducial& f : r.fiducials) names.push_back(f.name);
     for (const std::string& text : a.weights) {
         const std::size_t equals = std::min(text.rfind('='), text.size());
-        const auto weight = equals < text.size() ? parse_number(text.substr(equals + 1)) : std::nullopt;
+        const auto weight =
+            equals < text.size() ? parse_number(text.substr(equals + 1)) : std::nullopt;
         if (!weight || !std::isfinite(*weight) || *weight < 0)
-            fail("--weight: found \"{}\", expected NAME=W with W a number that is not negative", text);
+            fail("--weight: found \"{}\", expected NAME=W with W a number that is not negative",
+                 text);
         const std::string name = text.substr(0, equals);
         const auto found = std::find(names.begin(), names.end(), name);
         if (found == names.end()) {
@@ -109,15 +118,18 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a) {
     FiducialRegistration r;
     r.reference_tool = a.reference;
     const std::vector<NamedPoint> in_image = read_list(a.image);
-    for (const NamedPoint& p : in_image) r.fiducials.push_back({.name = p.name, .in_image = p.position});
+    for (const NamedPoint& p : in_image)
+        r.fiducials.push_back({.name = p.name, .in_image = p.position});
     set_weights(a, r);
     if (is_list(a.tracker)) {
-        if (!a.reference.empty()) fail("--reference needs a recording, {} holds points only", a.tracker);
+        if (!a.reference.empty())
+            fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_list(a.tracker);
         if (touched.size() != in_image.size())
             fail("{} has {} fiducials and {} has {}, expected as many", a.tracker, touched.size(),
                  a.image.string(), in_image.size());
-        for (std::size_t i = 0; i < touched.size(); ++i) r.fiducials[i].in_tracker = touched[i].position;
+        for (std::size_t i = 0; i < touched.size(); ++i)
+            r.fiducials[i].in_tracker = touched[i].position;
         return r;
     }
     const std::vector<Dwell> dwells = collect_dwells(a, in_image.size());
@@ -159,18 +171,22 @@ void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& or
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) {
     const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
     if (a.surface_points.empty() && a.surface_frames.empty())
-        fail("--surface {}: no points on it, expected --surface-points FILE, or --surface-frames FIRST:END of {}",
-             a.surface.string(), source);
+        fail(
+            "--surface {}: no points on it, expected --surface-points FILE, or --surface-frames "
+            "FIRST:END of {}",
+            a.surface.string(), source);
     if (is_list(source)) {
         if (!a.surface_frames.empty())
-            fail("{}: holds points, expected a recording for --surface-frames {}", source, a.surface_frames);
+            fail("{}: holds points, expected a recording for --surface-frames {}", source,
+                 a.surface_frames);
         return positions_of(read_list(source));
     }
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
     const Recording recording = read_poses(a, source, "surface");
-    return naming(source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
+    return naming(source,
+                  [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
 }
 
 TriangleMesh read_organ_surface(const RegisterArguments& a) {

@@ -26,12 +26,13 @@ struct RegisterArguments {
     double surface_left_out = 0.1;
 };
 
-/// The fiducials in the image and in the tracker's (and the reference sensor's) frame, with their weights; not
-/// registered yet. Throws Error where files cannot be read, fiducials are not as many, or the tip does not rest where
-/// it should.
+/// The fiducials in the image and in the tracker's (and the reference sensor's) frame, with their
+/// weights; not registered yet. Throws Error where files cannot be read, fiducials are not as many,
+/// or the tip does not rest where it should.
 FiducialRegistration collect_fiducials(const RegisterArguments& a);
 
-/// Their places in the image, or in the frame that the registration is made in; their weights (none where all are 1).
+/// Their places in the image, or in the frame that the registration is made in; their weights (none
+/// where all are 1).
 std::vector<Eigen::Vector3d> places_in_image(const FiducialRegistration& r);
 std::vector<Eigen::Vector3d> places_in_base(const FiducialRegistration& r);
 std::vector<double> weights_of(const FiducialRegistration& r);
@@ -39,11 +40,12 @@ std::vector<double> weights_of(const FiducialRegistration& r);
 /// Gives fiducial i of the image what was touched as number order[i].
 void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& order);
 
-/// Points touched on the organ's surface, in the frame that the registration is made in: of a list, or where the tip
-/// was in a recording or is in a stream.
+/// Points touched on the organ's surface, in the frame that the registration is made in: of a list,
+/// or where the tip was in a recording or is in a stream.
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a);
 
-/// The organ's surface in the image: of a mesh hierarchy (.h5) the boundary of its finest level, else a surface file.
+/// The organ's surface in the image: of a mesh hierarchy (.h5) the boundary of its finest level,
+/// else a surface file.
 TriangleMesh read_organ_surface(const RegisterArguments& a);
 
 }  // namespace livetet

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/live/tracked_body.hpp"
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
+#include "apps/live/tracked_body.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "config/yaml.hpp"
@@ -33,20 +33,26 @@ struct Origin {
 Origin read_origin(const ResultReader& reader, const std::string& source) {
     Origin origin;
     origin.scene = read_yaml<Scene>(reader.scene_text(), source);
-    if (!origin.scene.track) fail("{}: its scene has no track section, expected the result of livetet track", source);
+    if (!origin.scene.track)
+        fail("{}: its scene has no track section, expected the result of livetet track", source);
     try {
         const json about = json::parse(reader.text("replay"));
         about.at("threads").get_to(origin.threads);
         if (origin.threads < 1 || origin.threads > most_threads)
-            fail("{}: was computed by {} threads, expected 1 to {}", source, origin.threads, most_threads);
+            fail("{}: was computed by {} threads, expected 1 to {}", source, origin.threads,
+                 most_threads);
         about.at("tools").get_to(origin.tools);
         const auto pose = about.at("image_from_reference").get<std::vector<double>>();
-        if (pose.size() != 12) fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
-        origin.image_from_reference = transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
+        if (pose.size() != 12)
+            fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
+        origin.image_from_reference =
+            transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
         for (const json& event : about.at("events"))
-            origin.events.push_back({event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
+            origin.events.push_back(
+                {event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
     } catch (const json::exception& e) {
-        fail("{}: what it says of its replay is not what livetet track writes: {}", source, e.what());
+        fail("{}: what it says of its replay is not what livetet track writes: {}", source,
+             e.what());
     }
     return origin;
 }
@@ -58,18 +64,25 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
     const ResultReader reader(path);
     Origin origin = read_origin(reader, source);
     const RecordedRun run = read_recorded_run(reader, source);
-    if (const std::size_t lacking = parse_run_info(reader.text("run"), source).not_kept; lacking > 0)
-        fail("{}: lacks {} frames, for which the disk was too slow or too full, expected all of them for a replay", source,
-             lacking);
+    if (const std::size_t lacking = parse_run_info(reader.text("run"), source).not_kept;
+        lacking > 0)
+        fail(
+            "{}: lacks {} frames, for which the disk was too slow or too full, expected all of "
+            "them for a replay",
+            source, lacking);
     if (origin.scene.output.every != 1)
-        fail("{}: keeps every {}th frame, expected output.every = 1 for a replay", source, origin.scene.output.every);
+        fail("{}: keeps every {}th frame, expected output.every = 1 for a replay", source,
+             origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
     ProgressLine progress("replay");
-    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene, load_mesh(origin.scene.mesh, progress.callback()), true);
+    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene,
+                               load_mesh(origin.scene.mesh, progress.callback()), true);
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
-        fail("{}: {} is not the mesh of this run any more", source, origin.scene.mesh.file.string());
-    LiveModel model(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference, true);
+        fail("{}: {} is not the mesh of this run any more", source,
+             origin.scene.mesh.file.string());
+    LiveModel model(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
+                    true);
 
     ReplayReport report;
     auto event = origin.events.begin();
@@ -77,10 +90,12 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
             model.change(prepare_change(read_yaml<Scene>(event->scene, source), body.mesh()));
-        const auto sample = std::lower_bound(run.samples.begin(), run.samples.end(), recorded.sample,
-                                             [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
+        const auto sample = std::lower_bound(
+            run.samples.begin(), run.samples.end(), recorded.sample,
+            [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
         if (sample == run.samples.end() || sample->number != recorded.sample)
-            fail("{}: frame {} was made of sample {}, which was not kept", source, k, recorded.sample);
+            fail("{}: frame {} was made of sample {}, which was not kept", source, k,
+                 recorded.sample);
         model.pull(recorded.pull);
         const Frame& frame = model.advance(sample->sample, {.as_done = &recorded.solves});
         ++report.frames;
@@ -90,9 +105,11 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
             if (report.same + 1 == report.frames) report.first_other = k;
             const std::vector<Vector3> kept = reader.displacement(k);
             for (std::size_t n = 0; n < kept.size(); ++n)
-                report.largest_gap = std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
+                report.largest_gap =
+                    std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
         }
-        progress.update(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()), fmt::format("frame {}", k));
+        progress.update(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()),
+                        fmt::format("frame {}", k));
     }
     return report;
 }

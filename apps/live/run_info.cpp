@@ -13,7 +13,8 @@ using nlohmann::json;
 template <class T>
 T value_of(const json& object, const char* key, const std::string& source) {
     const auto found = object.find(key);
-    if (found == object.end()) fail("{}: what the run says about itself has no \"{}\"", source, key);
+    if (found == object.end())
+        fail("{}: what the run says about itself has no \"{}\"", source, key);
     try {
         return found->get<T>();
     } catch (const json::exception&) {
@@ -22,8 +23,9 @@ T value_of(const json& object, const char* key, const std::string& source) {
 }
 
 RunFiducial parse_fiducial(const json& object, const std::string& source) {
-    RunFiducial fiducial{
-        value_of<std::string>(object, "name", source), value_of<double>(object, "residual_mm", source), {}};
+    RunFiducial fiducial{value_of<std::string>(object, "name", source),
+                         value_of<double>(object, "residual_mm", source),
+                         {}};
     if (object.contains("leave_one_out_mm") && !object["leave_one_out_mm"].is_null())
         fiducial.leave_one_out_mm = value_of<double>(object, "leave_one_out_mm", source);
     return fiducial;
@@ -33,21 +35,26 @@ RunFiducial parse_fiducial(const json& object, const std::string& source) {
 
 RunInfo parse_run_info(const std::string& text, const std::string& source) {
     const json object = json::parse(text, nullptr, false);
-    if (!object.is_object()) fail("{}: what the run says about itself is not a JSON object", source);
+    if (!object.is_object())
+        fail("{}: what the run says about itself is not a JSON object", source);
     RunInfo info;
     info.samples = value_of<std::size_t>(object, "samples", source);
     info.frames = value_of<std::size_t>(object, "frames", source);
     info.missed = value_of<std::size_t>(object, "missed", source);
     info.budget_ms = value_of<double>(object, "budget_ms", source);
-    info.interval_ms = object.contains("interval_ms") ? value_of<double>(object, "interval_ms", source) : info.budget_ms;
-    if (object.contains("budget_given")) info.budget_given = value_of<bool>(object, "budget_given", source);
+    info.interval_ms = object.contains("interval_ms")
+                           ? value_of<double>(object, "interval_ms", source)
+                           : info.budget_ms;
+    if (object.contains("budget_given"))
+        info.budget_given = value_of<bool>(object, "budget_given", source);
     info.fre_mm = value_of<double>(object, "fre_mm", source);
     for (const json& f : value_of<std::vector<json>>(object, "fiducials", source))
         info.fiducials.push_back(parse_fiducial(f, source));
     info.tets = value_of<std::size_t>(object, "tets", source);
     info.nodes = value_of<std::size_t>(object, "nodes", source);
     info.levels = value_of<std::size_t>(object, "levels", source);
-    if (object.contains("not_kept")) info.not_kept = value_of<std::size_t>(object, "not_kept", source);
+    if (object.contains("not_kept"))
+        info.not_kept = value_of<std::size_t>(object, "not_kept", source);
     if (object.contains("problem")) info.problem = value_of<std::string>(object, "problem", source);
     if (object.contains("solver")) info.solver = value_of<std::string>(object, "solver", source);
     info.version = value_of<std::string>(object, "version", source);

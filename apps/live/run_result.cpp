@@ -14,7 +14,8 @@ namespace livetet {
 namespace {
 
 /// `names`: of the values that there are.
-RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& names, std::size_t k) {
+RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& names,
+                    std::size_t k) {
     const auto value = [&](const char* name) { return reader.values(name, k, 1)[0]; };
     const auto value_if_any = [&](const char* name) -> std::optional<double> {
         if (std::find(names.begin(), names.end(), name) == names.end()) return {};
@@ -51,10 +52,12 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
 
 /// See read_run_result: nothing is read off a press of less than 1 mm.
 void mark_nodes(RunResult& result) {
-    const auto deepest = std::max_element(result.frames.begin(), result.frames.end(),
-                                          [](const RunFrame& a, const RunFrame& b) { return a.press_mm < b.press_mm; });
+    const auto deepest = std::max_element(
+        result.frames.begin(), result.frames.end(),
+        [](const RunFrame& a, const RunFrame& b) { return a.press_mm < b.press_mm; });
     if (deepest->press_mm < 1) return;
-    const std::vector<Vector3> u = result.displacement(static_cast<std::size_t>(deepest - result.frames.begin()));
+    const std::vector<Vector3> u =
+        result.displacement(static_cast<std::size_t>(deepest - result.frames.begin()));
     std::vector<std::int32_t> fixed, patch;
     for (const std::int32_t n : nodes_of(boundary_triangles(result.mesh.tets))) {
         if (u[n].isZero(0)) fixed.push_back(n);
@@ -76,17 +79,21 @@ RunInfo killed_run(const RunResult& result) {
 
 }  // namespace
 
-RunResult read_run_result(std::shared_ptr<const ResultReader> reader, const std::filesystem::path& path) {
+RunResult read_run_result(std::shared_ptr<const ResultReader> reader,
+                          const std::filesystem::path& path) {
     RunResult result;
     result.source = path.string();
     result.scene_text = reader->scene_text();
     result.mesh = reader->mesh();
-    if (reader->frame_count() == 0) fail("{}: holds no frame, expected the result of livetet track", result.source);
+    if (reader->frame_count() == 0)
+        fail("{}: holds no frame, expected the result of livetet track", result.source);
     const std::vector<std::string> names = reader->value_names();
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
         fail("{}: holds no tracked poses, expected the result of livetet track", result.source);
-    for (std::size_t k = 0; k < reader->frame_count(); ++k) result.frames.push_back(read_frame(*reader, names, k));
-    result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source) : killed_run(result);
+    for (std::size_t k = 0; k < reader->frame_count(); ++k)
+        result.frames.push_back(read_frame(*reader, names, k));
+    result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source)
+                                          : killed_run(result);
     result.displacement = [reader](std::size_t k) { return reader->displacement(k); };
     mark_nodes(result);
     return result;

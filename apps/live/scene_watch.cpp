@@ -24,8 +24,8 @@ Scene with_changes(const Scene& running, const Scene& edited) {
     return scene;
 }
 
-SceneWatch::SceneWatch(std::filesystem::path path, std::filesystem::file_time_type written, Scene scene,
-                       const TetMesh& mesh)
+SceneWatch::SceneWatch(std::filesystem::path path, std::filesystem::file_time_type written,
+                       Scene scene, const TetMesh& mesh)
     : path_(std::move(path)), written_(written), scene_(std::move(scene)), mesh_(mesh) {
     thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
@@ -42,12 +42,15 @@ void SceneWatch::watch(const std::stop_token& stop) {
         written_ = now;
         try {
             const Scene edited = load_scene(path_);
-            if (!edited.track) fail("{}: track is missing, expected it while the scene runs", path_.string());
+            if (!edited.track)
+                fail("{}: track is missing, expected it while the scene runs", path_.string());
             Scene next = with_changes(scene_, edited);
             const std::string next_text = to_yaml(next);
             if (to_yaml(edited) != next_text)
-                Announcer::note(path_.string() + ": other changes than of track.sensors, track.tools and fix wait for the "
-                                                 "next start");
+                Announcer::note(
+                    path_.string() +
+                    ": other changes than of track.sensors, track.tools and fix wait for the "
+                    "next start");
             if (next_text == text) continue;
             auto change = std::make_shared<SceneChange>(prepare_change(next, mesh_));
             text = next_text;

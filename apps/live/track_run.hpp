@@ -23,10 +23,13 @@ struct TrackArguments {
 void add_track_options(CLI::App& command, TrackArguments& arguments);
 
 /// Makes who watches a run, once its mesh is there.
-using GuestMaker = std::function<std::unique_ptr<FrameGuest>(const Scene& scene, const TetMesh& mesh)>;
+using GuestMaker =
+    std::function<std::unique_ptr<FrameGuest>(const Scene& scene, const TetMesh& mesh)>;
 
-/// Follows the tracker of a scene to its end, Ctrl-C, or until the guest asks for it (`stop_asked`); writes result and report, then
-/// waits for the guest. `petsc`: options for it. Returns the exit status; throws Error.
-int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc, const GuestMaker& make_guest = {});
+/// Follows the tracker of a scene to its end, Ctrl-C, or until the guest asks for it
+/// (`stop_asked`); writes result and report, then waits for the guest. `petsc`: options for it.
+/// Returns the exit status; throws Error.
+int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
+              const GuestMaker& make_guest = {});
 
 }  // namespace livetet

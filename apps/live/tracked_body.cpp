@@ -32,7 +32,8 @@ const TrackedPose& pose_of(const TrackerSample& sample, std::size_t tool) {
 std::vector<RigidTransform<Tool, Tip>> read_tips(const TrackOptions& track) {
     std::vector<RigidTransform<Tool, Tip>> tips;
     for (const ToolOptions& tool : track.tools)
-        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(tool.tip, tool.tool).tool_from_tip());
+        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{}
+                                        : read_tip(tool.tip, tool.tool).tool_from_tip());
     return tips;
 }
 
@@ -46,11 +47,14 @@ SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
 }
 
 ToolFinder tool_finder(std::vector<std::string> tools) {
-    return [recording = Recording{std::move(tools), {}}](const std::string& tool) { return tool_index(recording, tool); };
+    return [recording = Recording{std::move(tools), {}}](const std::string& tool) {
+        return tool_index(recording, tool);
+    };
 }
 
 LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
-                     const RigidTransform<ImageFrame, Reference>& image_from_reference, bool misplaced_waits)
+                     const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                     bool misplaced_waits)
     : scene_(scene),
       body_(body),
       find_tool_(std::move(find_tool)),
@@ -63,7 +67,8 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
       driven_slot_(body.mesh().nodes.size(), -1) {
     SceneChange whole = prepare_change(scene_, body_.mesh());
     scene_constraints_.emplace(std::move(whole.constraints));
-    for (const SensorOptions& options : scene_.track->sensors) sensors_.push_back(new_sensor(options));
+    for (const SensorOptions& options : scene_.track->sensors)
+        sensors_.push_back(new_sensor(options));
     find_shown(std::move(whole.tips));
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
@@ -93,7 +98,8 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
 }
 
 LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
-    return {options, find_tool_(options.tool), false, 0, SensorPatch(sensor_patch_options(scene_, options))};
+    return {options, find_tool_(options.tool), false, 0,
+            SensorPatch(sensor_patch_options(scene_, options))};
 }
 
 void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
@@ -118,8 +124,9 @@ void LiveModel::change(SceneChange&& change) {
     const bool fix_changed = !(next.fix == scene_.fix);
     std::list<Sensor> sensors, leaving;
     for (const SensorOptions& options : next.track->sensors) {
-        const auto same = std::find_if(sensors_.begin(), sensors_.end(),
-                                       [&](const Sensor& s) { return !s.leaving && s.options == options; });
+        const auto same = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
+            return !s.leaving && s.options == options;
+        });
         if (same == sensors_.end()) sensors.push_back(new_sensor(options));
         (void)find_tool_(options.tool);
     }
@@ -128,10 +135,13 @@ void LiveModel::change(SceneChange&& change) {
     // 2. what cannot
     scene_ = std::move(next);
     for (const SensorOptions& options : scene_.track->sensors) {
-        const auto kept = std::find_if(sensors_.begin(), sensors_.end(),
-                                       [&](const Sensor& s) { return !s.leaving && s.options == options; });
-        auto at = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.options == options; });
-        leaving.splice(leaving.end(), kept != sensors_.end() ? sensors_ : sensors, kept != sensors_.end() ? kept : at);
+        const auto kept = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
+            return !s.leaving && s.options == options;
+        });
+        auto at = std::find_if(sensors.begin(), sensors.end(),
+                               [&](const Sensor& s) { return s.options == options; });
+        leaving.splice(leaving.end(), kept != sensors_.end() ? sensors_ : sensors,
+                       kept != sensors_.end() ? kept : at);
     }
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
@@ -164,8 +174,10 @@ void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
 
 void LiveModel::follow(const TrackerSample& sample) {
     const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
-    frame_.registration = registration_.update(sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
-    if (registration_.image_from_tracker()) frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
+    frame_.registration = registration_.update(
+        sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
+    if (registration_.image_from_tracker())
+        frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
     frame_.reference = trouble_of(pose_of(sample, reference_), reference.verdict);
     frame_.press = 0;
     std::size_t k = 0;
@@ -177,7 +189,9 @@ void LiveModel::follow(const TrackerSample& sample) {
         }
         s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose), reference,
                        registration_.image_from_reference());
-        if (!s.leaving) frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(), s.off_organ, s.patch.drive().base()};
+        if (!s.leaving)
+            frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(),
+                                   s.off_organ, s.patch.drive().base()};
         frame_.press = std::max(frame_.press, s.patch.press());
     }
     for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -186,7 +200,8 @@ void LiveModel::follow(const TrackerSample& sample) {
         if (!is_usable(pose) || frame_.registration == RegistrationStatus::lost) continue;
         const auto image_from_tip =
             *registration_.image_from_tracker() * tracker_from<Tool>(pose) * tips_[i];
-        frame_.image_from_tool[i] = {image_from_tip.rotation, image_from_tip.translation, PoseStatus::ok};
+        frame_.image_from_tool[i] = {image_from_tip.rotation, image_from_tip.translation,
+                                     PoseStatus::ok};
     }
 }
 
@@ -194,7 +209,8 @@ void LiveModel::place_patches() {
     for (Sensor& s : sensors_) {
         if (s.leaving || !s.patch.is_to_be_placed()) continue;
         const Vector3 place = s.patch.drive().base()->translation;
-        const double distance = s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);
+        const double distance =
+            s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);
         s.off_organ = distance <= farthest_from_organ ? 0 : distance;
         if (s.by_hand) {
             s.leaving = s.off_organ > 0;
@@ -202,8 +218,10 @@ void LiveModel::place_patches() {
         }
         if (s.off_organ > 0 && !misplaced_waits_)
             fail(
-                "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in the image, {:.1f} mm off "
-                "the organ's surface, expected at most {:g} mm: is the registration of this recording?",
+                "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in "
+                "the image, {:.1f} mm off "
+                "the organ's surface, expected at most {:g} mm: is the registration of this "
+                "recording?",
                 s.options.tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * distance,
                 1e3 * farthest_from_organ);
     }
@@ -258,9 +276,11 @@ void LiveModel::pull_patches() {
     springs_.stiffness.resize(driven_slot_.size(), 0);
     springs_.target.resize(driven_slot_.size(), Vector3::Zero());
     for (const Sensor& s : sensors_) {
-        const double each = s.patch.spring_stiffness() / static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
+        const double each = s.patch.spring_stiffness() /
+                            static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
         if (each == 0) continue;
-        for (std::size_t k = 0; k < s.patch.nodes().size(); ++k) {  // together they pull to their mean
+        for (std::size_t k = 0; k < s.patch.nodes().size();
+             ++k) {  // together they pull to their mean
             double& stiffness = springs_.stiffness[s.patch.nodes()[k]];
             Vector3& target = springs_.target[s.patch.nodes()[k]];
             stiffness += each;
@@ -273,10 +293,12 @@ void LiveModel::pull_patches() {
 void LiveModel::settle() {
     if (!settling_) return;
     const double release_s = scene_.track->release_s;
-    const double way = release_s > 0 ? std::min(1.0, (frame_.time_s - settling_->since_s) / release_s) : 1.0;
+    const double way =
+        release_s > 0 ? std::min(1.0, (frame_.time_s - settling_->since_s) / release_s) : 1.0;
     const double left = 1 - way * way * (3 - 2 * way);
     for (std::size_t k = 0; k < settling_->nodes.size(); ++k)
-        settling_->now[k] = scene_constraints_->constraints().values[settling_->nodes[k]] + left * settling_->from[k];
+        settling_->now[k] = scene_constraints_->constraints().values[settling_->nodes[k]] +
+                            left * settling_->from[k];
     body_.body->move_constraints(settling_->nodes, settling_->now);
     if (way >= 1) settling_.reset();
 }
@@ -287,19 +309,24 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
     follow(sample);
     place_patches();
     std::erase_if(sensors_, [](const Sensor& s) {
-        return s.leaving && (s.patch.nodes().empty() || s.patch.drive().status() == DriveStatus::released);
+        return s.leaving &&
+               (s.patch.nodes().empty() || s.patch.drive().status() == DriveStatus::released);
     });
-    const bool held_anew =
-        std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) { return s.is_hard != s.patch.is_hard(); });
+    const bool held_anew = std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) {
+        return s.is_hard != s.patch.is_hard();
+    });
     if (held_anew) take_constraints();
     move_patches();
     pull_patches();
     settle();
     frame_.sensor_s = seconds_since(start);
-    const double dt = last_time_s_ ? std::min(sample.time_s - *last_time_s_, longest_frame_s) : scene_.time.step_s;
+    const double dt = last_time_s_ ? std::min(sample.time_s - *last_time_s_, longest_frame_s)
+                                   : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
-    if (limits.deadline) *limits.deadline -= std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
+    if (limits.deadline)
+        *limits.deadline -=
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
     frame_.step = body_.body->step(dt, {.linearisations = scene_.track->linearisations,
                                         .linear_tolerance = scene_.solver.relative_tolerance,
                                         .iterations = limits.iterations,

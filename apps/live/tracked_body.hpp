@@ -16,13 +16,15 @@ namespace livetet {
 struct SensorState {
     DriveStatus drive = DriveStatus::placing;
     SensorTrouble trouble = SensorTrouble::lost;
-    double press = 0;      ///< how far the middle of its patch was moved since the sensor was placed, m
-    double off_organ = 0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
-    std::optional<RigidTransform<ImageFrame, Sensor>> base{};  ///< its place at rest, once that is known
+    double press = 0;  ///< how far the middle of its patch was moved since the sensor was placed, m
+    double off_organ =
+        0;  ///< how far off the surface it was when it could not be placed, m; 0: it could
+    std::optional<RigidTransform<ImageFrame, Sensor>>
+        base{};  ///< its place at rest, once that is known
 };
 
-/// A marker that is pulled by hand: where on the organ, as it was then, it was set, and where it is pulled to (image frame,
-/// m). `number`: counted up with each marker, from 1.
+/// A marker that is pulled by hand: where on the organ, as it was then, it was set, and where it is
+/// pulled to (image frame, m). `number`: counted up with each marker, from 1.
 struct HandPull {
     int number = 0;
     Vector3 base = Vector3::Zero(), to = Vector3::Zero();
@@ -34,20 +36,23 @@ struct FrameState {
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
     SensorTrouble reference = SensorTrouble::lost;
-    double press = 0;                           ///< the largest of the sensors', m
-    std::vector<SensorState> sensors;           ///< as the scene lists them
-    std::vector<TrackedPose> image_from_tool;   ///< as `LiveModel::tools` lists them
+    double press = 0;                          ///< the largest of the sensors', m
+    std::vector<SensorState> sensors;          ///< as the scene lists them
+    std::vector<TrackedPose> image_from_tool;  ///< as `LiveModel::tools` lists them
     std::optional<HandPull> pull{};
     StepReport step;
-    double sensor_s = 0, output_s = 0;  ///< what the way from sample to constraints took, and the displacement's out
+    double sensor_s = 0,
+           output_s =
+               0;  ///< what the way from sample to constraints took, and the displacement's out
 };
 struct Frame : FrameState {
     std::vector<Vector3> displacement;  ///< m, each node of the finest mesh
 };
 
-/// What a frame may take: it is to be done by `deadline`, as near to converged as that allows; `iterations` of each solve at
-/// most (0: as the scene says); `by_halves`: one half of the operator renewed, the other by the next frame, which else
-/// only a near deadline leads to; `as_done`: as an earlier frame was solved, to the bit.
+/// What a frame may take: it is to be done by `deadline`, as near to converged as that allows;
+/// `iterations` of each solve at most (0: as the scene says); `by_halves`: one half of the operator
+/// renewed, the other by the next frame, which else only a near deadline leads to; `as_done`: as an
+/// earlier frame was solved, to the bit.
 struct FrameLimits {
     std::optional<Clock::time_point> deadline{};
     int iterations = 0;
@@ -67,7 +72,8 @@ struct SceneChange {
     std::vector<RigidTransform<Tool, Tip>> tips;  ///< as track.tools lists them
 };
 
-/// Reads the masks and tips of `scene`. Throws Error where one is not good, or nothing would hold the body.
+/// Reads the masks and tips of `scene`. Throws Error where one is not good, or nothing would hold
+/// the body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
 
 /// What a sensor's patch is in this scene.
@@ -76,27 +82,33 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
 /// How far off the organ's surface a sensor may be when it is placed, m.
 inline constexpr double farthest_from_organ = 0.02;
 
-/// From a tracker's sample to the deformed organ: registration by the reference sensor, the deformation sensors' patches,
-/// the constraints, one time step. Its times are the samples'; a clock decides only when to stop solving.
+/// From a tracker's sample to the deformed organ: registration by the reference sensor, the
+/// deformation sensors' patches, the constraints, one time step. Its times are the samples'; a
+/// clock decides only when to stop solving.
 class LiveModel {
   public:
-    /// Throws Error where a tool of the scene is not found, or nothing holds the body when no sensor does.
-    /// `misplaced_waits`: a sensor that is not on the organ when it is placed is placed again later, which the frame
-    /// says; else `advance` throws Error.
+    /// Throws Error where a tool of the scene is not found, or nothing holds the body when no
+    /// sensor does. `misplaced_waits`: a sensor that is not on the organ when it is placed is
+    /// placed again later, which the frame says; else `advance` throws Error.
     LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
-              const RigidTransform<ImageFrame, Reference>& image_from_reference, bool misplaced_waits = false);
+              const RigidTransform<ImageFrame, Reference>& image_from_reference,
+              bool misplaced_waits = false);
 
-    /// One frame. After the first ones nothing is allocated, but where a patch is placed, let go or taken hold of.
+    /// One frame. After the first ones nothing is allocated, but where a patch is placed, let go or
+    /// taken hold of.
     const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
 
-    /// Takes up the sensors, tools and fixed nodes of another state of the scene, without reading any file. A sensor whose entry is gone or has
-    /// changed holds its patch and lets it go as a lost one does; what is new is placed first. Nodes that are fixed from now
-    /// on are led to their place at rest in `track.release_s`. Throws Error, and changes nothing, where that cannot be.
+    /// Takes up the sensors, tools and fixed nodes of another state of the scene, without reading
+    /// any file. A sensor whose entry is gone or has changed holds its patch and lets it go as a
+    /// lost one does; what is new is placed first. Nodes that are fixed from now on are led to
+    /// their place at rest in `track.release_s`. Throws Error, and changes nothing, where that
+    /// cannot be.
     void change(SceneChange&& change);
 
-    /// From the next frame on a patch about the marker's base goes with it, as with a sensor that was placed there at once; of
-    /// an earlier marker, or with nothing, it is let go as that of a lost sensor is. A base that is farther than
-    /// `farthest_from_organ` off the surface moves nothing.
+    /// From the next frame on a patch about the marker's base goes with it, as with a sensor that
+    /// was placed there at once; of an earlier marker, or with nothing, it is let go as that of a
+    /// lost sensor is. A base that is farther than `farthest_from_organ` off the surface moves
+    /// nothing.
     void pull(const std::optional<HandPull>& pull);
 
     struct ShownTool {
@@ -107,7 +119,8 @@ class LiveModel {
     /// What `Frame::image_from_tool` shows: the reference, the sensors, the tools of the scene.
     const std::vector<ShownTool>& tools() const { return shown_; }
 
-    /// Nodes that follow sensors and that the scene does not hold, and where to: the frame's prescribed displacements, m.
+    /// Nodes that follow sensors and that the scene does not hold, and where to: the frame's
+    /// prescribed displacements, m.
     const std::vector<std::int32_t>& driven() const { return driven_; }
     const std::vector<Vector3>& driven_to() const { return driven_to_; }
     /// All constraints but the values of `driven`.

@@ -11,9 +11,9 @@
 #include <thread>
 #include <utility>
 
-#include "base/interruptible.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
+#include "base/interruptible.hpp"
 #include "base/progress.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
@@ -51,7 +51,8 @@ class SampleLog {
             const std::lock_guard lock(mutex_);
             samples = samples_;
         }
-        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come)) samples.pop_back();
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come))
+            samples.pop_back();
         for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
         return recording;
     }
@@ -64,7 +65,8 @@ class SampleLog {
 
 /// Whether the name is that of a transform, `StylusToReference`, and not of a tool.
 bool is_transform(std::string_view name) {
-    for (std::size_t i = name.find("To", 1); i != std::string_view::npos; i = name.find("To", i + 1))
+    for (std::size_t i = name.find("To", 1); i != std::string_view::npos;
+         i = name.find("To", i + 1))
         if (i + 2 < name.size() && name[i + 2] >= 'A' && name[i + 2] <= 'Z') return true;
     return false;
 }
@@ -104,7 +106,8 @@ std::string status_text(const SourceStatus& status, std::size_t samples, double 
     std::string text = fmt::format("{:.1f} Hz, {} samples", rate_Hz, samples);
     if (!names.empty()) text += fmt::format("; what comes: {}", names);
     if (status.state != "receiving") text += fmt::format("; {}", status.state);
-    if (status.state != "receiving" && !status.problem.empty()) text += fmt::format(" ({})", status.problem);
+    if (status.state != "receiving" && !status.problem.empty())
+        text += fmt::format(" ({})", status.problem);
     if (!names.empty() && !status.never_came.empty())
         text += fmt::format("; no {} yet", fmt::join(status.never_came, ", "));
     return text;
@@ -122,7 +125,8 @@ class Saving {
         } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
             std::fputs(fmt::format("{}; recording goes on\n", error.what()).c_str(), stderr);
         }
-        due_s_ = steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));
+        due_s_ =
+            steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));
     }
 
   private:
@@ -130,9 +134,10 @@ class Saving {
     double due_s_ = steady_seconds() + options_.save_every_s;
 };
 
-/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is asked for; returns what
-/// is no tool.
-std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log, const ListenOptions& options) {
+/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is
+/// asked for; returns what is no tool.
+std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
+                                      const ListenOptions& options) {
     const double began_s = steady_seconds();
     ProgressLine line(options.title);
     Rate rate;
@@ -161,12 +166,14 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
         fail("{}: nothing came, expected a tracker server that sends ({})", source,
              status.problem.empty() ? status.state : status.problem);
     fail("{}: no {} came; what comes: {}", source,
-         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")), names);
+         tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")),
+         names);
 }
 
 Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
     SampleLog log;
-    const OpenSource open = open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
+    const OpenSource open =
+        open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
     Heard heard;
     heard.left_out = wait_for_end(*open.source, log, options);
     const SourceStatus status = open.source->status();
@@ -182,7 +189,8 @@ Recording part_of(Recording whole, const ListenOptions& options) {
     for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
     Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
     for (TrackerSample& sample : whole.samples) {
-        if (options.seconds > 0 && sample.time_s - whole.samples.front().time_s > options.seconds) break;
+        if (options.seconds > 0 && sample.time_s - whole.samples.front().time_s > options.seconds)
+            break;
         TrackerSample& kept = part.samples.emplace_back();
         kept.time_s = sample.time_s;
         if (options.tools.empty()) kept.poses = std::move(sample.poses);

@@ -10,25 +10,29 @@ namespace livetet {
 
 struct ListenOptions {
     std::vector<std::string> tools{};  ///< none: every one that comes
-    double seconds = 0;                ///< from the first pose on; 0: to the source's end, or until Ctrl-C
-    std::string title = "record";      ///< of the status line
-    std::function<void(const Recording&)> save{};  ///< of a stream: given what has come so far, again and again
-    double save_every_s = 10;                      ///< more rarely where it takes long
+    double seconds = 0;  ///< from the first pose on; 0: to the source's end, or until Ctrl-C
+    std::string title = "record";  ///< of the status line
+    std::function<void(const Recording&)>
+        save{};                ///< of a stream: given what has come so far, again and again
+    double save_every_s = 10;  ///< more rarely where it takes long
 };
 
 /// What came.
 struct Heard {
     Recording recording;
     std::vector<std::string> never_came{};  ///< tools asked for
-    std::vector<std::string> left_out{};    ///< names that came and are no tool's ("StylusTipToReference")
+    std::vector<std::string>
+        left_out{};  ///< names that came and are no tool's ("StylusTipToReference")
 };
 
-/// Takes down a source (see `open_source`): a stream as it comes, with a status line, until `seconds` are over or
-/// `stop_asked` (see Interruptible); a file at once. A stream's recording begins with the first sample in which a tool comes and ends with the
-/// last. Throws Error where nothing came, saying why, and where a file has no tool of that name.
+/// Takes down a source (see `open_source`): a stream as it comes, with a status line, until
+/// `seconds` are over or `stop_asked` (see Interruptible); a file at once. A stream's recording
+/// begins with the first sample in which a tool comes and ends with the last. Throws Error where
+/// nothing came, saying why, and where a file has no tool of that name.
 Heard listen(const std::string& source, const ListenOptions& options);
 
-/// The same for those who need each tool asked for, until Ctrl-C: throws Error where one never came.
+/// The same for those who need each tool asked for, until Ctrl-C: throws Error where one never
+/// came.
 Recording read_source(const std::string& source, const ListenOptions& options);
 
 }  // namespace livetet

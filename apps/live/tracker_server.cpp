@@ -3,8 +3,8 @@
 #include <chrono>
 #include <thread>
 
-#include "base/interruptible.hpp"
 #include "apps/live/tracker_source.hpp"
+#include "base/interruptible.hpp"
 #include "base/progress.hpp"
 #include "io/openigtlink/border.hpp"
 #include "io/openigtlink/plus_pose.hpp"
@@ -22,42 +22,49 @@ void wait(double seconds) {
 }
 
 /// Once from beginning to end, or until Ctrl-C; `round` is counted from 1.
-void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line, int round) {
+void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line,
+          int round) {
     const double began_s = utc_seconds(), first_s = played.recording.samples.front().time_s;
     const std::size_t samples = played.recording.samples.size();
-    Playback playback(played.recording, {1, played.delays_s, [&](const StreamSample& s) {
-                                             const double time_s = began_s + s.sample.time_s - first_s;
-                                             server.publish(sample_messages(played.recording.tools, s.sample, time_s));
-                                         }});
+    Playback playback(
+        played.recording,
+        {1, played.delays_s, [&](const StreamSample& s) {
+             const double time_s = began_s + s.sample.time_s - first_s;
+             server.publish(sample_messages(played.recording.tools, s.sample, time_s));
+         }});
     (void)playback.next();  // begins
-    for (std::uint64_t sent = 0; !stop_asked && sent < samples; std::this_thread::sleep_for(pause)) {
+    for (std::uint64_t sent = 0; !stop_asked && sent < samples;
+         std::this_thread::sleep_for(pause)) {
         sent = playback.status().samples;
         const auto statistics = server.statistics();
-        line.say(fmt::format("{} clients, round {}: sample {} of {}, {} messages sent, {} dropped for slow clients",
-                             statistics.clients, round, sent, samples, statistics.sent,
-                             statistics.dropped + statistics.skipped));
+        line.say(fmt::format(
+            "{} clients, round {}: sample {} of {}, {} messages sent, {} dropped for slow clients",
+            statistics.clients, round, sent, samples, statistics.sent,
+            statistics.dropped + statistics.skipped));
     }
 }
 
 }  // namespace
 
-std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools, const TrackerSample& sample,
-                                           double time_s) {
+std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools,
+                                           const TrackerSample& sample, double time_s) {
     std::vector<igtl::Message> messages;
     for (std::size_t i = 0; i < tools.size(); ++i) {
         const TrackedPose& pose = sample.poses[i];
         const bool seen = pose.status == PoseStatus::ok;
         const RigidTransform<Tracker, Tool> tracker_from_tool{pose.rotation, pose.translation};
-        igtl::Message& m =
-            messages.emplace_back(igtl::transform_message(tools[i] + "ToTracker", tracker_from_tool, time_s));
-        m.metadata = {{"TransformValid", 3, seen ? "true" : "false"}, {"TransformStatus", 3, std::string(pose_status_word(pose.status))}};
+        igtl::Message& m = messages.emplace_back(
+            igtl::transform_message(tools[i] + "ToTracker", tracker_from_tool, time_s));
+        m.metadata = {{"TransformValid", 3, seen ? "true" : "false"},
+                      {"TransformStatus", 3, std::string(pose_status_word(pose.status))}};
         m.version = seen ? 1 : 2;
     }
     return messages;
 }
 
 void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat) {
-    if (played.recording.samples.empty()) fail("the recording has no samples, expected some to play");
+    if (played.recording.samples.empty())
+        fail("the recording has no samples, expected some to play");
     const double interval_s = sample_interval(played.recording);
     const Interruptible interruptible;
     ProgressLine line("serve");

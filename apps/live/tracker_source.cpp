@@ -31,10 +31,12 @@ std::pair<std::string, std::uint16_t> host_and_port(const std::string& name) {
     bool good = !host.empty() && bracket != std::string_view::npos;
     if (good && colon != std::string_view::npos) {
         const std::string_view digits = rest.substr(colon + 1);
-        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+        const auto [end, error] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), port);
         good = error == std::errc{} && end == digits.data() + digits.size() && port > 0;
     }
-    if (!good) fail("{}: expected openigtlink://host:port, such as openigtlink://localhost:18944", name);
+    if (!good)
+        fail("{}: expected openigtlink://host:port, such as openigtlink://localhost:18944", name);
     return {std::string(host), port};
 }
 
@@ -78,7 +80,8 @@ double Rate::operator()(std::uint64_t count) {
     return rate_Hz_;
 }
 
-OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options) {
+OpenSource open_source(const std::string& name, const std::vector<std::string>& tools,
+                       const SourceOptions& options) {
     if (is_stream(name)) {
         const auto [host, port] = host_and_port(name);
         OpenIgtLinkSourceOptions stream;
@@ -92,7 +95,8 @@ OpenSource open_source(const std::string& name, const std::vector<std::string>& 
     open.samples = recording.samples.size();
     open.interval_s = sample_interval(recording);
     open.source = std::make_unique<Playback>(
-        std::move(recording), PlaybackOptions{options.speed, std::move(delays_s), options.listener});
+        std::move(recording),
+        PlaybackOptions{options.speed, std::move(delays_s), options.listener});
     return open;
 }
 

@@ -11,8 +11,8 @@
 namespace livetet {
 
 struct SourceOptions {
-    double speed = 1;             ///< of a recording: times its own pace; 0: every sample, one after the other
-    SampleListener listener{};    ///< called with each sample that comes, by the source's thread
+    double speed = 1;  ///< of a recording: times its own pace; 0: every sample, one after the other
+    SampleListener listener{};  ///< called with each sample that comes, by the source's thread
     std::optional<int> request_ms{};  ///< of a stream: asks for TDATA so often
 };
 
@@ -27,8 +27,8 @@ struct OpenSource {
 /// Whether a source is one that others send (openigtlink://host:port), else it is a file.
 bool is_stream(const std::string& name);
 
-/// A recording, or what a simulated tracker's script (.yaml, .yml) makes, whole. Throws Error where the file is not
-/// good.
+/// A recording, or what a simulated tracker's script (.yaml, .yml) makes, whole. Throws Error where
+/// the file is not good.
 DelayedRecording read_stored(const std::string& name);
 
 /// The typical time between a recording's samples, s; 0 where it has less than two.
@@ -47,8 +47,10 @@ class Rate {
     double marked_s_ = steady_seconds(), rate_Hz_ = 0;
 };
 
-/// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated tracker's script. `tools`:
-/// those wanted of a stream. Throws Error where the name or the file is not good, or a recording lacks a tool.
-OpenSource open_source(const std::string& name, const std::vector<std::string>& tools, const SourceOptions& options);
+/// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated
+/// tracker's script. `tools`: those wanted of a stream. Throws Error where the name or the file is
+/// not good, or a recording lacks a tool.
+OpenSource open_source(const std::string& name, const std::vector<std::string>& tools,
+                       const SourceOptions& options);
 
 }  // namespace livetet

@@ -31,8 +31,9 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
     return {AngleAxisd(degrees * M_PI / 180, axis.normalized()).toRotationMatrix(), translation};
 }
 
-/// A folder under way, in its place or, where there is none yet, beside it: its files are moved there one by one once all are written. Destroyed without
-/// `commit` it leaves nothing behind, nor ended by a signal before.
+/// A folder under way, in its place or, where there is none yet, beside it: its files are moved
+/// there one by one once all are written. Destroyed without `commit` it leaves nothing behind, nor
+/// ended by a signal before.
 class PendingFolder {
   public:
     explicit PendingFolder(fs::path target) : target_(std::move(target)) {
@@ -40,7 +41,8 @@ class PendingFolder {
         std::error_code error;
         if (fs::exists(target_, error) && !fs::is_directory(target_, error))
             fail("{}: is a file, expected a folder", target_.string());
-        const fs::path place = fs::exists(target_, error) ? target_ : fs::absolute(target_).parent_path();
+        const fs::path place =
+            fs::exists(target_, error) ? target_ : fs::absolute(target_).parent_path();
         fs::create_directories(place, error);
         if (error) fail("{}: cannot be made: {}", place.string(), error.message());
         temporary_ = place / fmt::format(".phantom.part{}", ::getpid());
@@ -67,7 +69,8 @@ class PendingFolder {
             std::error_code error;
             fs::create_directories((target_ / name).parent_path(), error);
             fs::rename(temporary_ / name, target_ / name, error);
-            if (error) fail("{}: cannot be written: {}", (target_ / name).string(), error.message());
+            if (error)
+                fail("{}: cannot be written: {}", (target_ / name).string(), error.message());
         }
         return names_;
     }
@@ -79,7 +82,8 @@ class PendingFolder {
 };
 
 /// A part of the whole's progress.
-ProgressCallback part_of(const ProgressCallback& progress, double from, double to, const std::string& what) {
+ProgressCallback part_of(const ProgressCallback& progress, double from, double to,
+                         const std::string& what) {
     if (!progress) return {};
     return [=](double fraction, std::string_view words) {
         progress(from + (to - from) * fraction, fmt::format("{}: {}", what, words));
@@ -90,7 +94,8 @@ ProgressCallback part_of(const ProgressCallback& progress, double from, double t
 
 void check_options(const PhantomOptions& o) {
     const auto within = [](const char* name, double value, double low, double high) {
-        if (!(value >= low && value <= high)) fail("phantom: {} = {} must be from {} to {}", name, value, low, high);
+        if (!(value >= low && value <= high))
+            fail("phantom: {} = {} must be from {} to {}", name, value, low, high);
     };
     within("spacing-mm", o.spacing_mm, 0.5, 4);
     within("position-noise-mm", o.position_noise_mm, 0, 50);
@@ -107,12 +112,15 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
     t.seed = options.seed;
     t.tool_from_tip.translation = {0.0042, -0.0017, 0.1513};
     t.pivot_in_tracker = {0.210, -0.080, -0.130};
-    t.tracker_from_image_at_start = turned<Tracker, ImageFrame>(118, {0.35, -0.2, 1}, {0.260, -0.040, -0.150});
+    t.tracker_from_image_at_start =
+        turned<Tracker, ImageFrame>(118, {0.35, -0.2, 1}, {0.260, -0.040, -0.150});
     t.turn_centre_in_image = phantom::organ_centre();
     t.organ_travel = 0.028;
     t.organ_turn_deg = 24;
-    t.image_from_reference = turned<ImageFrame, Reference>(155, {1, 0.3, -0.4}, phantom::reference_place());
-    t.image_from_sensor_at_rest = turned<ImageFrame, Sensor>(40, {0.2, -1, 0.6}, phantom::sensor_place());
+    t.image_from_reference =
+        turned<ImageFrame, Reference>(155, {1, 0.3, -0.4}, phantom::reference_place());
+    t.image_from_sensor_at_rest =
+        turned<ImageFrame, Sensor>(40, {0.2, -1, 0.6}, phantom::sensor_place());
     t.press_direction = -phantom::organ_normal(phantom::sensor_place());
     t.press_depth = 0.015;
     t.presses = 3;
@@ -120,7 +128,8 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
     return t;
 }
 
-PhantomRecordings record_phantom(const PhantomOptions& options, const std::vector<NamedPoint>& fiducials) {
+PhantomRecordings record_phantom(const PhantomOptions& options,
+                                 const std::vector<NamedPoint>& fiducials) {
     const std::vector<Vector3d> places = positions_of(fiducials);
     // Each recording has errors of its own, which no other phantom's recordings share.
     SimulatedTrackerOptions tracker = phantom_tracker(options);
@@ -147,8 +156,8 @@ Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press
     constexpr int steps = 5;
     for (int k = 1; k <= steps; ++k) truth.depths.push_back(tracker.press_depth * k / steps);
     for (const TrackerSample& s : press.samples)
-        truth.samples.push_back(
-            {s.time_s, true_press_depth(tracker, s.time_s), true_tracker_from_image(tracker, s.time_s)});
+        truth.samples.push_back({s.time_s, true_press_depth(tracker, s.time_s),
+                                 true_tracker_from_image(tracker, s.time_s)});
     return truth;
 }
 

@@ -52,8 +52,10 @@ output:
 }
 
 std::string phantom_solve_scene(const Truth& truth) {
-    const Eigen::Vector3d place = 1e3 * truth.sensor_rest, way = 1e3 * truth.depths.back() * truth.press_direction;
-    return fmt::format(R"(# The liver phantom pressed once, without a tracker:   livetet solve solve.yaml
+    const Eigen::Vector3d place = 1e3 * truth.sensor_rest,
+                          way = 1e3 * truth.depths.back() * truth.press_direction;
+    return fmt::format(
+        R"(# The liver phantom pressed once, without a tracker:   livetet solve solve.yaml
 # `livetet scene` lists every key, its unit and its default; paths are relative to this file.
 {}
 drive:
@@ -72,8 +74,8 @@ solver:
 output:
   file: solved.h5            # with solved.xdmf beside it, for ParaView
 )",
-                       body_text, place.x(), place.y(), place.z(), 1e3 * truth.patch_radius, way.x(), way.y(), way.z(),
-                       1e3 * truth.depths.back());
+        body_text, place.x(), place.y(), place.z(), 1e3 * truth.patch_radius, way.x(), way.y(),
+        way.z(), 1e3 * truth.depths.back());
 }
 
 }  // namespace livetet

@@ -26,7 +26,8 @@ const Ellipsoid middle{{-0.014, 0.010, 0.004}, {0.038, 0.038, 0.027}};
 const Ellipsoid hollow{{-0.016, -0.010, -0.061}, {0.062, 0.055, 0.044}};
 constexpr double blend = 0.012;  // metres over which they melt into each other
 
-// f (f - 1) / |grad f| with f = |x / r|: zero on the ellipsoid, and a distance to first order beside it.
+// f (f - 1) / |grad f| with f = |x / r|: zero on the ellipsoid, and a distance to first order
+// beside it.
 double distance_to(const Ellipsoid& e, const Vector3d& place) {
     const Vector3d x = (place - e.centre).cwiseQuotient(e.radii);
     const double f = x.norm(), slope = x.cwiseQuotient(e.radii).norm();
@@ -48,7 +49,8 @@ struct Tube {
 double distance_to(const Tube& tube, const Vector3d& place) {
     const Vector3d axis = tube.to - tube.from;
     const double along = std::clamp((place - tube.from).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
-    return (place - tube.from - along * axis).norm() - (tube.from_radius + along * (tube.to_radius - tube.from_radius));
+    return (place - tube.from - along * axis).norm() -
+           (tube.from_radius + along * (tube.to_radius - tube.from_radius));
 }
 
 // A portal tree that enters from the hollow, and three veins that meet high at the back.
@@ -67,7 +69,8 @@ const std::array<Tube, 12> vessels{{
     {{-0.002, -0.026, 0.020}, {-0.042, 0.000, 0.016}, 0.0040, 0.0018},
 }};
 
-// The n-th number of van der Corput's sequence in a base: Halton points are evenly spread and need no dice.
+// The n-th number of van der Corput's sequence in a base: Halton points are evenly spread and need
+// no dice.
 double van_der_corput(int n, int base) {
     double value = 0, digit = 1.0 / base;
     for (; n > 0; n /= base, digit /= base) value += digit * (n % base);
@@ -94,8 +97,9 @@ Vector3d organ_half_extents() { return {0.075, 0.055, 0.040}; }
 
 double organ_distance(const Vector3d& place) {
     const Vector3d x = place - organ_centre();
-    const double lobes = smooth_union(smooth_union(distance_to(right_lobe, x), distance_to(middle, x), blend),
-                                      distance_to(left_lobe, x), blend);
+    const double lobes =
+        smooth_union(smooth_union(distance_to(right_lobe, x), distance_to(middle, x), blend),
+                     distance_to(left_lobe, x), blend);
     return -smooth_union(-lobes, distance_to(hollow, x), blend);
 }
 
@@ -117,7 +121,8 @@ Vector3d organ_normal(const Vector3d& place) {
     constexpr double h = 1e-5;
     Vector3d slope;
     for (int c = 0; c < 3; ++c)
-        slope[c] = organ_distance(place + h * Vector3d::Unit(c)) - organ_distance(place - h * Vector3d::Unit(c));
+        slope[c] = organ_distance(place + h * Vector3d::Unit(c)) -
+                   organ_distance(place - h * Vector3d::Unit(c));
     return slope.normalized();
 }
 
@@ -138,16 +143,24 @@ bool is_held(const Vector3d& place) {
            organ_normal(place).z() < -0.4;
 }
 
-Vector3d sensor_place() { return organ_exit(organ_centre() + Vector3d(0.030, 0.004, 0), Vector3d(0.05, 0.08, 1)); }
+Vector3d sensor_place() {
+    return organ_exit(organ_centre() + Vector3d(0.030, 0.004, 0), Vector3d(0.05, 0.08, 1));
+}
 
-Vector3d reference_place() { return organ_exit(organ_centre() + Vector3d(0.034, -0.020, 0), Vector3d(0, 0, -1)); }
+Vector3d reference_place() {
+    return organ_exit(organ_centre() + Vector3d(0.034, -0.020, 0), Vector3d(0, 0, -1));
+}
 
 std::vector<NamedPoint> fiducials() {
-    const std::array<Vector3d, 5> directions{
-        {{-0.80, 0.35, 0.30}, {0.15, 1.00, 0.25}, {0.95, 0.20, -0.15}, {0.30, -0.60, 0.75}, {-0.35, -0.90, -0.20}}};
+    const std::array<Vector3d, 5> directions{{{-0.80, 0.35, 0.30},
+                                              {0.15, 1.00, 0.25},
+                                              {0.95, 0.20, -0.15},
+                                              {0.30, -0.60, 0.75},
+                                              {-0.35, -0.90, -0.20}}};
     std::vector<NamedPoint> points;
     for (std::size_t i = 0; i < directions.size(); ++i) {
-        // The container's distance grows in proportion along a ray from its middle: one division finds its surface.
+        // The container's distance grows in proportion along a ray from its middle: one division
+        // finds its surface.
         const Vector3d ray = 0.1 * directions[i].normalized();
         const double middle_value = body_distance(organ_centre());
         const double reach = -middle_value / (body_distance(organ_centre() + ray) - middle_value);
@@ -161,20 +174,25 @@ std::vector<NamedPoint> targets() {
     constexpr std::size_t count = 32;
     std::vector<NamedPoint> points;
     const auto add = [&](const Vector3d& place) {
-        if (organ_distance(place) <= inside) points.push_back({fmt::format("T{:02}", points.size() + 1), place});
+        if (organ_distance(place) <= inside)
+            points.push_back({fmt::format("T{:02}", points.size() + 1), place});
     };
     const Vector3d sensor = sensor_place(), inwards = -organ_normal(sensor);
     for (const double depth : depths) add(sensor + depth * inwards);
-    const Vector3d side = inwards.cross(Vector3d::UnitY()).normalized(), other = inwards.cross(side);
+    const Vector3d side = inwards.cross(Vector3d::UnitY()).normalized(),
+                   other = inwards.cross(side);
     for (const auto& [depth, distance, degrees] : beside) {
         const double angle = degrees * std::numbers::pi / 180;
-        add(sensor + depth * inwards + distance * (std::cos(angle) * side + std::sin(angle) * other));
+        add(sensor + depth * inwards +
+            distance * (std::cos(angle) * side + std::sin(angle) * other));
     }
     for (int n = 1; points.size() < count; ++n) {
         const Vector3d u(van_der_corput(n, 2), van_der_corput(n, 3), van_der_corput(n, 5));
-        const Vector3d place = organ_centre() + organ_half_extents().cwiseProduct(2 * u - Vector3d::Ones());
-        const bool crowded = std::any_of(points.begin(), points.end(),
-                                         [&](const NamedPoint& p) { return (p.position - place).norm() < apart; });
+        const Vector3d place =
+            organ_centre() + organ_half_extents().cwiseProduct(2 * u - Vector3d::Ones());
+        const bool crowded = std::any_of(points.begin(), points.end(), [&](const NamedPoint& p) {
+            return (p.position - place).norm() < apart;
+        });
         if (!crowded) add(place);
     }
     return points;

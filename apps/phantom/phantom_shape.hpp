@@ -8,8 +8,9 @@
 
 namespace livetet {
 
-/// The liver phantom as a solid of formulas: a large right and a small left lobe over a hollow lower side, about
-/// 150 x 110 x 80 mm, inside a rounded container. Positions in metres, RAS, in the world of its image.
+/// The liver phantom as a solid of formulas: a large right and a small left lobe over a hollow
+/// lower side, about 150 x 110 x 80 mm, inside a rounded container. Positions in metres, RAS, in
+/// the world of its image.
 namespace phantom {
 
 /// The middle of the organ's bounding box, and half its extents.
@@ -26,11 +27,12 @@ double vessel_distance(const Eigen::Vector3d& place);
 /// The organ's outward unit normal at (or near) its surface.
 Eigen::Vector3d organ_normal(const Eigen::Vector3d& place);
 
-/// Where a ray from `inside` the organ leaves it. Precondition: organ_distance(inside) < 0; `direction` of any length.
+/// Where a ray from `inside` the organ leaves it. Precondition: organ_distance(inside) < 0;
+/// `direction` of any length.
 Eigen::Vector3d organ_exit(const Eigen::Vector3d& inside, const Eigen::Vector3d& direction);
 
-/// Whether a place belongs to the layer that a scene holds fixed: within 4 mm of the organ's surface where that looks
-/// down and lies low.
+/// Whether a place belongs to the layer that a scene holds fixed: within 4 mm of the organ's
+/// surface where that looks down and lies low.
 bool is_held(const Eigen::Vector3d& place);
 
 /// Where the deformation sensor rests: on the upper side of the right lobe.
@@ -44,8 +46,8 @@ inline constexpr double marker_radius = 0.005, marker_casing = 0.0015;
 /// F1 to F5 on the container: not in one plane, no two alike in their distances.
 std::vector<NamedPoint> fiducials();
 
-/// The hidden targets, all of them at least 5 mm inside the organ: T01 on are under the sensor at growing depths and to
-/// its sides, the later ones spread through the rest of the organ.
+/// The hidden targets, all of them at least 5 mm inside the organ: T01 on are under the sensor at
+/// growing depths and to its sides, the later ones spread through the rest of the organ.
 std::vector<NamedPoint> targets();
 
 }  // namespace phantom

@@ -31,16 +31,19 @@ struct PressEffort {
     StepEffort moving, resting;
 };
 
-/// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static equations then
-/// leaves 1e-4 to 2e-2 out of balance after 30 linearisations, as the mesh will have it. Implicit Euler's inertia
-/// carries it on to 1e-4, in about half the time; on three meshes where the static solve ended near 1e-4 the targets
-/// agreed within a micrometre. A neo-Hookean body needs Newton's line search on top.
+/// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static
+/// equations then leaves 1e-4 to 2e-2 out of balance after 30 linearisations, as the mesh will have
+/// it. Implicit Euler's inertia carries it on to 1e-4, in about half the time; on three meshes
+/// where the static solve ended near 1e-4 the targets agreed within a micrometre. A neo-Hookean
+/// body needs Newton's line search on top.
 PressEffort effort_for(StrainModel strain) {
     if (strain == StrainModel::neohookean)
         return {5,
                 {.linearisations = 10, .tolerance = 1e-3, .linear_tolerance = 1e-2},
                 {.linearisations = 5, .tolerance = 1e-3, .linear_tolerance = 1e-2}};
-    return {3, {.linearisations = 2, .linear_tolerance = 1e-2}, {.linearisations = 1, .linear_tolerance = 1e-2}};
+    return {3,
+            {.linearisations = 2, .linear_tolerance = 1e-2},
+            {.linearisations = 1, .linear_tolerance = 1e-2}};
 }
 
 struct PressedNode {
@@ -48,7 +51,8 @@ struct PressedNode {
     double share;  ///< of the depth
 };
 
-std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth, const TruthModel& model) {
+std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
+                                       const TruthModel& model) {
     std::vector<PressedNode> pressed;
     const auto patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes;
     for (const std::int32_t n : with_edge_nodes_between(mesh, patch)) {
@@ -59,9 +63,11 @@ std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth, 
     return pressed;
 }
 
-/// Brings the patch from one depth to the next and lets the body come to rest; returns the force left out of balance.
-double press(DeformableBody& body, std::span<const PressedNode> pressed, std::span<const std::int32_t> fixed,
-             const Truth& truth, std::size_t k, const PressEffort& effort) {
+/// Brings the patch from one depth to the next and lets the body come to rest; returns the force
+/// left out of balance.
+double press(DeformableBody& body, std::span<const PressedNode> pressed,
+             std::span<const std::int32_t> fixed, const Truth& truth, std::size_t k,
+             const PressEffort& effort) {
     constexpr int most_steps_at_rest = 120;
     constexpr double moving_s = 0.05, resting_s = 0.1, tolerance = 1e-4;
     const double from = k > 0 ? truth.depths[k - 1] : 0, to = truth.depths[k];
@@ -80,8 +86,10 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed, std::sp
         imbalance = force_out_of_balance(body, constraints);
         if (imbalance <= tolerance) return imbalance;
     }
-    fail("phantom: the truth at {:.1f} mm did not come to rest: force out of balance {:.1e}, expected {:.0e}", 1e3 * to,
-         imbalance, tolerance);
+    fail(
+        "phantom: the truth at {:.1f} mm did not come to rest: force out of balance {:.1e}, "
+        "expected {:.0e}",
+        1e3 * to, imbalance, tolerance);
 }
 
 }  // namespace
@@ -93,8 +101,8 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
     options.target_tolerance = 0.3;  // finer than the scene's is all that matters
     options.levels = 4;
     if (progress) progress(0, "surface of the labels");
-    MeshHierarchy hierarchy =
-        std::move(build_hierarchy(surface_of_labels(labels, options).surface, options, progress).hierarchy);
+    MeshHierarchy hierarchy = std::move(
+        build_hierarchy(surface_of_labels(labels, options).surface, options, progress).hierarchy);
     TetMesh& finest = hierarchy.levels.front();
     finest.node_sets["fixed"] = nodes_in_mask(finest, fixed_mask);
     return hierarchy;
@@ -108,7 +116,8 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                         {.scheme = TimeScheme::implicit_euler}, {});
     const auto pressed = pressed_nodes(mesh, truth, model);
     const auto fixed = mesh.node_sets.find("fixed");
-    if (fixed == mesh.node_sets.end() || fixed->second.empty()) fail("phantom: the truth's mesh has no fixed nodes");
+    if (fixed == mesh.node_sets.end() || fixed->second.empty())
+        fail("phantom: the truth's mesh has no fixed nodes");
 
     truth.targets.clear();
     for (const NamedPoint& t : targets) truth.targets.push_back({t.name, t.position, {}});
@@ -116,9 +125,11 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
     double worst = 0;
     for (std::size_t k = 0; k < truth.depths.size(); ++k) {
         if (progress)
-            progress(static_cast<double>(k) / truth.depths.size(),
-                     fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
-        const double imbalance = press(body, pressed, fixed->second, truth, k, effort_for(model.strain));
+            progress(
+                static_cast<double>(k) / truth.depths.size(),
+                fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
+        const double imbalance =
+            press(body, pressed, fixed->second, truth, k, effort_for(model.strain));
         worst = std::max(worst, imbalance);
         const std::vector<Vector3> u = sampler.sample(body.displacement());
         for (std::size_t i = 0; i < u.size(); ++i) truth.targets[i].displacement.push_back(u[i]);
@@ -126,8 +137,9 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
     truth.provenance = fmt::format(
         "{} equilibrium, E = {} Pa, nu = {}, {} {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
-        model.strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa, material.poisson,
-        mesh.tets.size(), mesh.edge_nodes.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
+        model.strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa,
+        material.poisson, mesh.tets.size(), mesh.edge_nodes.empty() ? "P1" : "P2",
+        mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
     if (progress) progress(1, "done");
 }
 

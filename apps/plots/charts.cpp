@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "apps/plots/pictures.hpp"
 #include "apps/plots/chart_parts.hpp"
+#include "apps/plots/pictures.hpp"
 
 namespace livetet {
 
@@ -15,7 +15,8 @@ double largest(const std::vector<double>& values) {
     return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-ChartLine level(const std::string& name, double first, double last, double y, const look::Colour& colour, int pen) {
+ChartLine level(const std::string& name, double first, double last, double y,
+                const look::Colour& colour, int pen) {
     return {name, {first, last}, {y, y}, colour, 2.5F, pen};
 }
 
@@ -23,9 +24,16 @@ ChartLine level(const std::string& name, double first, double last, double y, co
 
 void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors) {
     ChartLine press{"press depth (right axis)", {}, {}, look::grey, 2, vtkPen::DASH_LINE};
-    ChartLine rigid{
-        fmt::format("rigid-only: {:.1f} mm RMS at deepest press", errors.rigid_mm.rms), {}, {}, look::red, 3};
-    ChartLine deforming{fmt::format("with deformation: {:.1f} mm RMS", errors.deforming_mm.rms), {}, {}, look::blue, 3};
+    ChartLine rigid{fmt::format("rigid-only: {:.1f} mm RMS at deepest press", errors.rigid_mm.rms),
+                    {},
+                    {},
+                    look::red,
+                    3};
+    ChartLine deforming{fmt::format("with deformation: {:.1f} mm RMS", errors.deforming_mm.rms),
+                        {},
+                        {},
+                        look::blue,
+                        3};
     for (const TargetErrorSample& s : errors.samples) {
         for (ChartLine* line : {&press, &rigid, &deforming}) line->x.push_back(s.time_s);
         press.y.push_back(s.press_mm);
@@ -35,11 +43,11 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
     // Room above the curves for the legend; both vertical axes are millimetres and share one range.
     const double top = 1.3 * std::max({largest(rigid.y), largest(deforming.y), largest(press.y)});
     ChartWindow out;
-    const auto chart =
-        make_chart(out.scene(),
-                   fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
-                               errors.moving, errors.gain()),
-                   {10, 10, look::width - 20, look::height - 20});
+    const auto chart = make_chart(
+        out.scene(),
+        fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
+                    errors.moving, errors.gain()),
+        {10, 10, look::width - 20, look::height - 20});
     for (const ChartLine* line : {&rigid, &deforming}) add_plot(chart, vtkChart::LINE, *line);
     chart->SetPlotCorner(add_plot(chart, vtkChart::LINE, press), 1);
     set_axis(chart, vtkAxis::BOTTOM, "time [s]", press.x.front(), press.x.back());
@@ -55,26 +63,31 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     // A budget far above all frames is left out: with it they would lie flat on the axis.
     const double budget = report.run.budget_ms, seen = budget <= 4 * ms.worst ? budget : 0;
     const double top = 1.35 * std::max(ms.worst, seen);
-    std::string title = fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples);
+    std::string title =
+        fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples);
     if (report.run.budget_given)
-        title += fmt::format(", {} of {} frames cut short", report.frames.cut_short, report.frames.kept);
+        title +=
+            fmt::format(", {} of {} frames cut short", report.frames.cut_short, report.frames.kept);
     ChartLine times{"each frame", {}, {}, look::blue, 2};
     for (const RunFrame& frame : frames) {
         times.x.push_back(frame.time_s);
         times.y.push_back(frame.frame_ms);
     }
     ChartWindow out;
-    const auto chart = make_chart(
-        out.scene(), title, {10, 10, look::width - 500, look::height - 20});
+    const auto chart =
+        make_chart(out.scene(), title, {10, 10, look::width - 500, look::height - 20});
     add_plot(chart, vtkChart::LINE, times);
     const double first = times.x.front(), last = times.x.back();
     if (seen > 0)
         add_plot(chart, vtkChart::LINE,
-                 level(fmt::format("budget {:g} ms", budget), first, last, budget, look::red, vtkPen::SOLID_LINE));
+                 level(fmt::format("budget {:g} ms", budget), first, last, budget, look::red,
+                       vtkPen::SOLID_LINE));
     add_plot(chart, vtkChart::LINE,
-             level(fmt::format("99 %: {:.1f} ms", ms.p99), first, last, ms.p99, look::ink, vtkPen::DOT_LINE));
+             level(fmt::format("99 %: {:.1f} ms", ms.p99), first, last, ms.p99, look::ink,
+                   vtkPen::DOT_LINE));
     add_plot(chart, vtkChart::LINE,
-             level(fmt::format("median {:.1f} ms", ms.median), first, last, ms.median, look::ink, vtkPen::DASH_LINE));
+             level(fmt::format("median {:.1f} ms", ms.median), first, last, ms.median, look::ink,
+                   vtkPen::DASH_LINE));
     set_axis(chart, vtkAxis::BOTTOM, "time [s]", first, last);
     set_axis(chart, vtkAxis::LEFT, "frame time [ms]", 0, top);
     show_legend(chart);
@@ -83,26 +96,35 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     ChartLine counts{"frames", std::vector<double>(bins), std::vector<double>(bins), look::blue, 1};
     const double widest = std::max(ms.worst, seen) * 1.02;
     for (int b = 0; b < bins; ++b) counts.x[b] = (b + 0.5) * widest / bins;
-    for (const double t : times.y) ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
-    const auto histogram =
-        make_chart(out.scene(), "How many took how long", {look::width - 480.F, 10, 470, look::height - 20});
+    for (const double t : times.y)
+        ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
+    const auto histogram = make_chart(out.scene(), "How many took how long",
+                                      {look::width - 480.F, 10, 470, look::height - 20});
     add_plot(histogram, vtkChart::BAR, counts);
     if (seen > 0)
         add_plot(histogram, vtkChart::LINE,
-                 {"budget", {budget, budget}, {0, 1.1 * largest(counts.y)}, look::red, 2.5F, vtkPen::SOLID_LINE});
+                 {"budget",
+                  {budget, budget},
+                  {0, 1.1 * largest(counts.y)},
+                  look::red,
+                  2.5F,
+                  vtkPen::SOLID_LINE});
     set_axis(histogram, vtkAxis::BOTTOM, "frame time [ms]", 0, widest);
     set_axis(histogram, vtkAxis::LEFT, "frames", 0, 1.1 * largest(counts.y));
     write_window(out.window, path);
 }
 
-void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts) {
-    constexpr look::Colour colours[] = {look::red, look::blue, {0.90, 0.55, 0.10}, {0.15, 0.60, 0.35}, {0.50, 0.30, 0.65}, look::grey, look::ink,
-                                        {0.35, 0.75, 0.85}};
+void write_work_precision_picture(const std::filesystem::path& path,
+                                  std::span<const WorkPrecisionChart> charts) {
+    constexpr look::Colour colours[] = {look::red,          look::blue,         {0.90, 0.55, 0.10},
+                                        {0.15, 0.60, 0.35}, {0.50, 0.30, 0.65}, look::grey,
+                                        look::ink,          {0.35, 0.75, 0.85}};
     ChartWindow out;
     const float width = (look::width - 20.F) / static_cast<float>(charts.size());
     float left = 10;
     for (const WorkPrecisionChart& c : charts) {
-        const auto chart = make_chart(out.scene(), c.title, {left, 10, width - 10, look::height - 20});
+        const auto chart =
+            make_chart(out.scene(), c.title, {left, 10, width - 10, look::height - 20});
         left += width;
         double low[2] = {1e30, 1e30}, high[2] = {0, 0};
         for (std::size_t i = 0; i < c.lines.size(); ++i) {
@@ -126,7 +148,8 @@ void write_work_precision_picture(const std::filesystem::path& path, std::span<c
             chart->GetAxis(axis)->SetNotation(vtkAxis::SCIENTIFIC_NOTATION);
             chart->GetAxis(axis)->SetPrecision(0);
             // Whole decades, and room above for the legend.
-            set_axis(chart, axis, d ? c.error_axis : c.time_axis, std::pow(10, std::floor(std::log10(low[d]))),
+            set_axis(chart, axis, d ? c.error_axis : c.time_axis,
+                     std::pow(10, std::floor(std::log10(low[d]))),
                      std::pow(10, std::ceil(std::log10(high[d])) + d));
         }
         show_legend(chart);

@@ -12,8 +12,8 @@
 #include <numbers>
 #include <utility>
 
-#include "apps/plots/pictures.hpp"
 #include "apps/plots/chart_parts.hpp"
+#include "apps/plots/pictures.hpp"
 
 namespace livetet {
 
@@ -21,7 +21,8 @@ namespace {
 
 constexpr int samples = 220;    // along each side of a panel
 constexpr double enlarged = 3;  // width of an enlarged panel, diameters
-constexpr float panel_width = 320, panel_height = 314;  // round circles: what axes take off is not square
+constexpr float panel_width = 320,
+                panel_height = 314;  // round circles: what axes take off is not square
 constexpr int most_columns = 6;
 constexpr look::Colour cross_colour{1.0, 0.75, 0.1}, circle_colour{0.95, 0.25, 0.2};
 
@@ -70,7 +71,8 @@ vtkSmartPointer<vtkImageData> sampled(const GreyImage& image, const Slice& slice
     const Eigen::Matrix4d voxel_from_ras = image.ras_from_voxel.inverse();
     auto pixels = vtkSmartPointer<vtkImageData>::New();
     pixels->SetDimensions(samples, samples, 1);
-    pixels->SetOrigin(1e3 * (slice.centre[slice.u] - slice.half), 1e3 * (slice.centre[slice.v] - slice.half), 0);
+    pixels->SetOrigin(1e3 * (slice.centre[slice.u] - slice.half),
+                      1e3 * (slice.centre[slice.v] - slice.half), 0);
     pixels->SetSpacing(2e3 * slice.half / samples, 2e3 * slice.half / samples, 1);
     pixels->AllocateScalars(VTK_FLOAT, 1);
     auto* to = static_cast<float*>(pixels->GetScalarPointer());
@@ -88,7 +90,8 @@ vtkSmartPointer<vtkImageData> sampled(const GreyImage& image, const Slice& slice
 void add_marks(vtkChartXY* chart, const Slice& s, const Vector3& marker, double radius) {
     const double u = 1e3 * marker[s.u], v = 1e3 * marker[s.v], gap = 0.25e3 * radius;
     for (const double side : {-1.0, 1.0}) {
-        const double u_end = 1e3 * (s.centre[s.u] + side * s.half), v_end = 1e3 * (s.centre[s.v] + side * s.half);
+        const double u_end = 1e3 * (s.centre[s.u] + side * s.half),
+                     v_end = 1e3 * (s.centre[s.v] + side * s.half);
         add_plot(chart, vtkChart::LINE, {"", {u + side * gap, u_end}, {v, v}, cross_colour, 1});
         add_plot(chart, vtkChart::LINE, {"", {u, u}, {v + side * gap, v_end}, cross_colour, 1});
     }
@@ -119,8 +122,9 @@ void set_mm_axis(vtkChartXY* chart, int which, const char* name, double low, dou
     axis->SetCustomTickPositions(ticks, labels);
 }
 
-void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slice, const Vector3& marker, double radius,
-               const std::array<float, 2>& range, const std::string& title, const std::array<float, 4>& place) {
+void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slice,
+               const Vector3& marker, double radius, const std::array<float, 2>& range,
+               const std::string& title, const std::array<float, 4>& place) {
     constexpr const char* names[] = {"x (R) [mm]", "y (A) [mm]", "z (S) [mm]"};
     const auto chart = make_chart(scene, title, place);
     vtkNew<vtkColorTransferFunction> greys;
@@ -133,7 +137,8 @@ void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slic
     chart->AddPlot(pixels);
     add_marks(chart, slice, marker, radius);
     set_text(chart->GetTitleProperties(), 15, true);
-    for (const auto& [which, axis] : {std::pair(vtkAxis::BOTTOM, slice.u), std::pair(vtkAxis::LEFT, slice.v)})
+    for (const auto& [which, axis] :
+         {std::pair(vtkAxis::BOTTOM, slice.u), std::pair(vtkAxis::LEFT, slice.v)})
         set_mm_axis(chart, which, names[axis], 1e3 * (slice.centre[axis] - slice.half),
                     1e3 * (slice.centre[axis] + slice.half));
 }
@@ -166,15 +171,16 @@ void write_marker_picture(const std::filesystem::path& path, const GreyImage& im
         const ImageMarker& marker = markers[static_cast<std::size_t>(m)];
         const Vector3 c = marker.centre, mm = 1e3 * c;
         const Slice slices[] = {whole(image, c), {0, 1, c, half}, {0, 2, c, half}, {1, 2, c, half}};
-        const std::string titles[] = {
-            fmt::format("M{}: fit {:.3f}, +- {:.2f} mm", m + 1, marker.fit, 1e3 * marker.uncertainty),
-            fmt::format("z = {:.2f} mm", mm.z()), fmt::format("y = {:.2f} mm", mm.y()),
-            fmt::format("x = {:.2f} mm", mm.x())};
+        const std::string titles[] = {fmt::format("M{}: fit {:.3f}, +- {:.2f} mm", m + 1,
+                                                  marker.fit, 1e3 * marker.uncertainty),
+                                      fmt::format("z = {:.2f} mm", mm.z()),
+                                      fmt::format("y = {:.2f} mm", mm.y()),
+                                      fmt::format("x = {:.2f} mm", mm.x())};
         for (int row = 0; row < 4; ++row)
             add_panel(out.scene(), image, slices[row], c, radius, range, titles[row],
                       {panel_width * static_cast<float>(m % most_columns),
-                       height - panel_height * static_cast<float>(4 * (m / most_columns) + row + 1), panel_width,
-                       panel_height});
+                       height - panel_height * static_cast<float>(4 * (m / most_columns) + row + 1),
+                       panel_width, panel_height});
     }
     write_window(out.window, path);
 }

@@ -36,10 +36,12 @@ void set_text(vtkTextProperty* text, int size, bool bold) {
 }
 
 vtkSmartPointer<vtkColorTransferFunction> organ_colours(double largest) {
-    constexpr double steps[8][3] = {{0.93, 0.95, 0.75}, {0.78, 0.91, 0.71}, {0.50, 0.80, 0.73}, {0.25, 0.71, 0.77},
-                                    {0.11, 0.57, 0.75}, {0.13, 0.37, 0.66}, {0.15, 0.20, 0.58}, {0.03, 0.11, 0.35}};
+    constexpr double steps[8][3] = {{0.93, 0.95, 0.75}, {0.78, 0.91, 0.71}, {0.50, 0.80, 0.73},
+                                    {0.25, 0.71, 0.77}, {0.11, 0.57, 0.75}, {0.13, 0.37, 0.66},
+                                    {0.15, 0.20, 0.58}, {0.03, 0.11, 0.35}};
     auto map = vtkSmartPointer<vtkColorTransferFunction>::New();
-    for (int i = 0; i < 8; ++i) map->AddRGBPoint(largest * i / 7, steps[i][0], steps[i][1], steps[i][2]);
+    for (int i = 0; i < 8; ++i)
+        map->AddRGBPoint(largest * i / 7, steps[i][0], steps[i][1], steps[i][2]);
     return map;
 }
 
@@ -69,7 +71,8 @@ void write_window(vtkRenderWindow* window, const std::filesystem::path& path) {
     pixels->ReadFrontBufferOff();
     vtkNew<vtkPNGWriter> writer;
     writer->SetInputConnection(pixels->GetOutputPort());
-    writer->WriteToMemoryOn();  // its own writing says several lines of a full disk, and not that it is full
+    writer->WriteToMemoryOn();  // its own writing says several lines of a full disk, and not that
+                                // it is full
     writer->Write();
     vtkUnsignedCharArray* const png = writer->GetResult();
     if (writer->GetErrorCode() != 0 || !png) fail("{}: the picture cannot be made", path.string());

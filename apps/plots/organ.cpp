@@ -23,8 +23,8 @@
 #include <numbers>
 #include <string>
 
-#include "apps/plots/pictures.hpp"
 #include "apps/plots/off_screen_window.hpp"
+#include "apps/plots/pictures.hpp"
 #include "base/error.hpp"
 
 namespace livetet {
@@ -34,8 +34,10 @@ namespace {
 constexpr look::Colour patch_colour = look::red;
 constexpr look::Colour fixed_colour{0.25, 0.25, 0.28};
 
-/// The surface moved by `scale` times the displacement, in mm, with the displacement's length in mm at each point.
-vtkSmartPointer<vtkPolyData> surface(const TetMesh& mesh, std::span<const Vector3> displacement, double scale) {
+/// The surface moved by `scale` times the displacement, in mm, with the displacement's length in mm
+/// at each point.
+vtkSmartPointer<vtkPolyData> surface(const TetMesh& mesh, std::span<const Vector3> displacement,
+                                     double scale) {
     vtkNew<vtkPoints> points;
     vtkNew<vtkFloatArray> length;
     length->SetName("displacement");
@@ -72,12 +74,14 @@ vtkSmartPointer<vtkActor> coloured(vtkPolyData* data, vtkColorTransferFunction* 
     return actor;
 }
 
-/// The shape at rest as lines, but only where the organ has left it by a tenth of the largest motion or more.
-vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> displacement, vtkPolyData* rest,
-                               double largest_mm) {
+/// The shape at rest as lines, but only where the organ has left it by a tenth of the largest
+/// motion or more.
+vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> displacement,
+                               vtkPolyData* rest, double largest_mm) {
     vtkNew<vtkCellArray> left;
     for (const auto& [a, b, c] : boundary_triangles(mesh.tets)) {
-        const double moved = std::max({displacement[a].norm(), displacement[b].norm(), displacement[c].norm()});
+        const double moved =
+            std::max({displacement[a].norm(), displacement[b].norm(), displacement[c].norm()});
         const vtkIdType ids[3] = {a, b, c};
         if (1e3 * moved > 0.1 * largest_mm) left->InsertNextCell(3, ids);
     }
@@ -96,8 +100,8 @@ vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> dis
 }
 
 /// A small ball on each of some nodes of a surface.
-vtkSmartPointer<vtkActor> balls(vtkPolyData* data, std::span<const std::int32_t> nodes, double radius_mm,
-                                const look::Colour& colour) {
+vtkSmartPointer<vtkActor> balls(vtkPolyData* data, std::span<const std::int32_t> nodes,
+                                double radius_mm, const look::Colour& colour) {
     vtkNew<vtkPoints> points;
     for (const std::int32_t n : nodes) points->InsertNextPoint(data->GetPoint(n));
     vtkNew<vtkPolyData> places;
@@ -125,7 +129,8 @@ std::vector<std::int32_t> marked(const TetMesh& mesh, const char* name) {
     return nodes;
 }
 
-/// Where to look from: across the press, a little from the pressed side, onto the organ's broad face. Unit vectors.
+/// Where to look from: across the press, a little from the pressed side, onto the organ's broad
+/// face. Unit vectors.
 struct View {
     Vector3 towards_camera, up;
 };
@@ -150,8 +155,8 @@ View choose_view(const TetMesh& mesh, std::span<const Vector3> displacement) {
     return {(side + 0.5 * up).normalized(), up};
 }
 
-void add_text(vtkRenderer* renderer, const std::string& text, double x, double y, int size, const look::Colour& colour,
-              bool bold = false) {
+void add_text(vtkRenderer* renderer, const std::string& text, double x, double y, int size,
+              const look::Colour& colour, bool bold = false) {
     vtkNew<vtkTextActor> actor;
     actor->SetInput(text.c_str());
     actor->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
@@ -177,7 +182,8 @@ void add_scalar_bar(vtkRenderer* renderer, vtkColorTransferFunction* map) {
     renderer->AddViewProp(bar);
 }
 
-vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, double y0, double x1, double y1) {
+vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, double y0, double x1,
+                                          double y1) {
     auto renderer = vtkSmartPointer<vtkRenderer>::New();
     renderer->SetViewport(x0, y0, x1, y1);
     renderer->SetBackground(look::paper.data());
@@ -186,30 +192,36 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
 }
 
 /// What brings the body, at rest and deformed, to fill the view but for the title above it.
-double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh, std::span<const Vector3> displacement) {
+double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh,
+                    std::span<const Vector3> displacement) {
     constexpr double width = 0.95, height = 0.8;
     vtkCamera* camera = renderer->GetActiveCamera();
-    const Vector3 eye(camera->GetPosition()), ahead = (Vector3(camera->GetFocalPoint()) - eye).normalized();
-    const Vector3 right = ahead.cross(Vector3(camera->GetViewUp())).normalized(), up = right.cross(ahead);
-    double widest = 0, highest = 0;  // tangents of the angles that it is seen under, from the middle
+    const Vector3 eye(camera->GetPosition()),
+        ahead = (Vector3(camera->GetFocalPoint()) - eye).normalized();
+    const Vector3 right = ahead.cross(Vector3(camera->GetViewUp())).normalized(),
+                  up = right.cross(ahead);
+    double widest = 0,
+           highest = 0;  // tangents of the angles that it is seen under, from the middle
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        for (const Vector3& x : {Vector3(1e3 * mesh.nodes[n]), Vector3(1e3 * (mesh.nodes[n] + displacement[n]))}) {
+        for (const Vector3& x :
+             {Vector3(1e3 * mesh.nodes[n]), Vector3(1e3 * (mesh.nodes[n] + displacement[n]))}) {
             const Vector3 seen = x - eye;
             const double depth = std::max(seen.dot(ahead), 1e-3);
             widest = std::max(widest, std::abs(seen.dot(right)) / depth);
             highest = std::max(highest, std::abs(seen.dot(up)) / depth);
         }
     const double half = std::tan(0.5 * std::numbers::pi / 180 * camera->GetViewAngle());
-    return std::min(width * half * renderer->GetTiledAspectRatio() / widest, height * half / highest);
+    return std::min(width * half * renderer->GetTiledAspectRatio() / widest,
+                    height * half / highest);
 }
 
 }  // namespace
 
-void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
-                         const std::string& when) {
+void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
+                         std::span<const Vector3> displacement, const std::string& when) {
     if (displacement.size() != mesh.nodes.size())
-        fail("{}: {} displacements for {} nodes, expected one each", path.string(), displacement.size(),
-             mesh.nodes.size());
+        fail("{}: {} displacements for {} nodes, expected one each", path.string(),
+             displacement.size(), mesh.nodes.size());
     double largest_mm = 0;
     Eigen::AlignedBox3d box;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
@@ -218,8 +230,10 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     }
     const auto map = organ_colours(std::max(largest_mm, 0.1));
     const auto window = make_window();
-    const auto left = add_renderer(window, 0, 0.16, 0.5, 1), right = add_renderer(window, 0.5, 0.16, 1, 1);
-    const auto key = add_renderer(window, 0, 0, 0.45, 0.16), bar = add_renderer(window, 0.45, 0, 1, 0.16);
+    const auto left = add_renderer(window, 0, 0.16, 0.5, 1),
+               right = add_renderer(window, 0.5, 0.16, 1, 1);
+    const auto key = add_renderer(window, 0, 0, 0.45, 0.16),
+               bar = add_renderer(window, 0.45, 0, 1, 0.16);
 
     const auto rest = surface(mesh, displacement, 0), moved = surface(mesh, displacement, 1);
     const std::vector<std::int32_t> fixed = marked(mesh, "fixed"), patch = marked(mesh, "patch");
@@ -238,8 +252,10 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     add_text(right, fmt::format("Deformed, {}: {:.1f} mm at most", when, largest_mm), 0.5, 0.93,
              look::title_size, look::ink, true);
     if (!patch.empty())
-        add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size, look::red);
-    if (!fixed.empty()) add_text(key, "dark balls: fixed nodes", 0.5, 0.38, look::tick_size, look::ink);
+        add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size,
+                 look::red);
+    if (!fixed.empty())
+        add_text(key, "dark balls: fixed nodes", 0.5, 0.38, look::tick_size, look::ink);
     add_text(key, "grey lines, right: the shape at rest", 0.5, 0.14, look::tick_size, look::grey);
     add_text(bar, "displacement [mm]", 0.5, 0.68, look::label_size, look::ink);
     add_scalar_bar(bar, map);

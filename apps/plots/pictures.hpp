@@ -6,21 +6,23 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/run_result.hpp"
 #include "apps/plots/virtual_display.hpp"
 #include "apps/report/report.hpp"
-#include "apps/live/run_result.hpp"
 #include "image/image_markers.hpp"
 
 // Pictures, as PNG files of 1600 x 900 pixels, each written whole or not at all. They are drawn off
-// screen, but this needs an X server all the same (see need_display). VTK's own messages go to the log.
+// screen, but this needs an X server all the same (see need_display). VTK's own messages go to the
+// log.
 
 namespace livetet {
 
-/// The organ at rest and as it was at some moment, `when` ("at 3.20 s"), side by side, seen by the same camera, coloured by displacement in mm;
-/// the node sets "fixed" and "patch" of the mesh are marked. `displacement` of each node in metres. Throws Error where
-/// its size is not the mesh's or the file cannot be written.
-void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh, std::span<const Vector3> displacement,
-                         const std::string& when);
+/// The organ at rest and as it was at some moment, `when` ("at 3.20 s"), side by side, seen by the
+/// same camera, coloured by displacement in mm; the node sets "fixed" and "patch" of the mesh are
+/// marked. `displacement` of each node in metres. Throws Error where its size is not the mesh's or
+/// the file cannot be written.
+void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
+                         std::span<const Vector3> displacement, const std::string& when);
 
 /// RMS error at the moving targets over time, rigid-only and deforming, with the true press depth.
 void write_target_error_picture(const std::filesystem::path& path, const TargetErrors& errors);
@@ -44,7 +46,8 @@ struct WorkPrecisionChart {
 };
 
 /// Charts side by side.
-void write_work_precision_picture(const std::filesystem::path& path, std::span<const WorkPrecisionChart> charts);
+void write_work_precision_picture(const std::filesystem::path& path,
+                                  std::span<const WorkPrecisionChart> charts);
 
 /// One choice: what it costs and what its error is, both above 0.
 struct ChoicePoint {
@@ -58,8 +61,8 @@ struct ChoicesChart {
     std::vector<ChoicePoint> points;
 };
 
-/// Error against cost, both logarithmic, with the Pareto front; each point has its number, and beside the chart stands
-/// what it is.
+/// Error against cost, both logarithmic, with the Pareto front; each point has its number, and
+/// beside the chart stands what it is.
 void write_choices_picture(const std::filesystem::path& path, const ChoicesChart& chart);
 
 /// Means and their spread against something.
@@ -84,8 +87,10 @@ struct ScatterChart {
     bool logarithmic = false;  ///< x
 };
 
-/// Charts in rows, a point for each pair, and a line through the means where values of x come again.
-void write_scatter_picture(const std::filesystem::path& path, const std::string& title, std::span<const ScatterChart> charts);
+/// Charts in rows, a point for each pair, and a line through the means where values of x come
+/// again.
+void write_scatter_picture(const std::filesystem::path& path, const std::string& title,
+                           std::span<const ScatterChart> charts);
 
 enum class MatrixCell { good, neither, bad };
 
@@ -100,9 +105,9 @@ struct MatrixPicture {
 /// The matrix as coloured boxes.
 void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture& matrix);
 
-/// Markers found in an image, for a user to confirm: for each a slice through the whole image and, enlarged, the three
-/// slices through its centre across z, y and x (RAS), with a cross-hair and a circle of the `diameter` (metres); axes
-/// in mm. As many pixels as they need.
+/// Markers found in an image, for a user to confirm: for each a slice through the whole image and,
+/// enlarged, the three slices through its centre across z, y and x (RAS), with a cross-hair and a
+/// circle of the `diameter` (metres); axes in mm. As many pixels as they need.
 void write_marker_picture(const std::filesystem::path& path, const GreyImage& image,
                           std::span<const ImageMarker> markers, double diameter);
 

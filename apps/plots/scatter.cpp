@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "apps/plots/pictures.hpp"
 #include "apps/plots/chart_parts.hpp"
+#include "apps/plots/pictures.hpp"
 
 namespace livetet {
 
@@ -41,17 +41,23 @@ Range around(const std::vector<double>& values) {
 
 }  // namespace
 
-void write_scatter_picture(const std::filesystem::path& path, const std::string& title, std::span<const ScatterChart> charts) {
+void write_scatter_picture(const std::filesystem::path& path, const std::string& title,
+                           std::span<const ScatterChart> charts) {
     ChartWindow out;
-    const auto columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(charts.size()) * 1.2)));
+    const auto columns =
+        static_cast<int>(std::ceil(std::sqrt(static_cast<double>(charts.size()) * 1.2)));
     const int rows = (static_cast<int>(charts.size()) + columns - 1) / columns;
-    const float width = (look::width - 20.F) / static_cast<float>(columns), height = (look::height - 20.F) / static_cast<float>(rows);
+    const float width = (look::width - 20.F) / static_cast<float>(columns),
+                height = (look::height - 20.F) / static_cast<float>(rows);
     for (std::size_t i = 0; i < charts.size(); ++i) {
         const ScatterChart& c = charts[i];
         const int row = static_cast<int>(i) / columns, column = static_cast<int>(i) % columns;
-        const auto chart = make_chart(out.scene(), i == 0 ? title : "",
-                                      {10 + static_cast<float>(column) * width, 10 + static_cast<float>(rows - 1 - row) * height, width - 10, height - 10});
-        auto* points = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, {"", c.x, c.y, look::blue, 1}));
+        const auto chart =
+            make_chart(out.scene(), i == 0 ? title : "",
+                       {10 + static_cast<float>(column) * width,
+                        10 + static_cast<float>(rows - 1 - row) * height, width - 10, height - 10});
+        auto* points = vtkPlotPoints::SafeDownCast(
+            add_plot(chart, vtkChart::POINTS, {"", c.x, c.y, look::blue, 1}));
         points->SetMarkerStyle(vtkPlotPoints::CIRCLE);
         points->SetMarkerSize(10);
         const ChartLine means = means_of(c);
@@ -63,7 +69,8 @@ void write_scatter_picture(const std::filesystem::path& path, const std::string&
             chart->GetAxis(vtkAxis::BOTTOM)->SetLogScale(true);
             x = {*least / 1.1, *most * 1.1};
         }
-        set_axis(chart, vtkAxis::BOTTOM, means.x.empty() ? c.x_axis : c.x_axis + " (red: the mean)", x.low, x.high);
+        set_axis(chart, vtkAxis::BOTTOM, means.x.empty() ? c.x_axis : c.x_axis + " (red: the mean)",
+                 x.low, x.high);
         set_axis(chart, vtkAxis::LEFT, c.y_axis, y.low, y.high);
     }
     write_window(out.window, path);

@@ -10,7 +10,8 @@ namespace livetet {
 namespace {
 
 /// Of what the frames have of a value.
-Distribution distribution_of(const RunResult& result, std::optional<double> (*value)(const RunFrame&)) {
+Distribution distribution_of(const RunResult& result,
+                             std::optional<double> (*value)(const RunFrame&)) {
     std::vector<double> values;
     for (const RunFrame& frame : result.frames)
         if (const std::optional<double> x = value(frame)) values.push_back(*x);
@@ -31,32 +32,38 @@ FrameStatistics frame_statistics(const RunResult& result) {
     s.frame_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.frame_ms; });
     s.sensor_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.sensor_ms; });
     s.forces_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.forces_ms; });
-    s.operator_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.operator_ms; });
+    s.operator_ms =
+        distribution_of(result, [](const RunFrame& f) -> Value { return f.operator_ms; });
     s.solve_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.solve_ms; });
     s.finish_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.finish_ms; });
     s.output_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.output_ms; });
     s.iterations = distribution_of(result, [](const RunFrame& f) -> Value { return f.iterations; });
-    s.error_estimate_mm = distribution_of(result, [](const RunFrame& f) -> Value { return f.error_estimate_mm; });
+    s.error_estimate_mm =
+        distribution_of(result, [](const RunFrame& f) -> Value { return f.error_estimate_mm; });
     return s;
 }
 
-/// What the run's scene says of it. A scene of a later version may have keys that this one does not know: then nothing.
+/// What the run's scene says of it. A scene of a later version may have keys that this one does not
+/// know: then nothing.
 void add_scene(Report& report, const RunResult& result) {
     report.scene_text = result.scene_text;
-    report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(), result.info.levels, result.info.solver, true);
+    report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(),
+                               result.info.levels, result.info.solver, true);
     if (report.parts.empty()) return;
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     if (scene.track)
         for (const SensorOptions& s : scene.track->sensors)
-            report.sensors.push_back({s.tool, s.patch_radius_mm, s.motion == DriveMotion::rigid, s.stiffness_N_per_m});
+            report.sensors.push_back(
+                {s.tool, s.patch_radius_mm, s.motion == DriveMotion::rigid, s.stiffness_N_per_m});
 }
 
 }  // namespace
 
 Report make_report(const RunResult& result, const Truth* truth) {
     if (result.frames.empty()) fail("{}: holds no frame, expected at least one", result.source);
-    const auto deepest = std::max_element(result.frames.begin(), result.frames.end(),
-                                          [](const RunFrame& a, const RunFrame& b) { return a.press_mm < b.press_mm; });
+    const auto deepest = std::max_element(
+        result.frames.begin(), result.frames.end(),
+        [](const RunFrame& a, const RunFrame& b) { return a.press_mm < b.press_mm; });
     Report report;
     report.source = result.source;
     report.run = result.info;
@@ -69,7 +76,8 @@ Report make_report(const RunResult& result, const Truth* truth) {
     for (const RunFrame& frame : result.frames)
         if (frame.sensors) {
             if (!report.sensor_frames) report.sensor_frames.emplace().fill(0);
-            for (std::size_t s = 0; s < frame.sensors->size(); ++s) (*report.sensor_frames)[s] += (*frame.sensors)[s];
+            for (std::size_t s = 0; s < frame.sensors->size(); ++s)
+                (*report.sensor_frames)[s] += (*frame.sensors)[s];
         }
     if (truth) report.truth = compare_with_truth(result, *truth);
     return report;

@@ -16,23 +16,23 @@ ordered_json to_json(const Distribution& d) {
 ordered_json frames_json(const Report& r) {
     const FrameStatistics& f = r.frames;
     ordered_json out = {{"samples", r.run.samples},
-            {"computed", r.run.frames},
-            {"kept", f.kept},
-            {"missed", r.run.missed},
-            {"not_kept", r.run.not_kept},
-            {"interval_ms", r.run.interval_ms},
-            {"budget_ms", r.run.budget_ms},
-            {"budget_given", r.run.budget_given},
-            {"over_budget", f.over_budget},
-            {"cut_short", f.cut_short},
-            {"not_converged", f.not_converged},
-            {"registration_held", f.registration_held},
-            {"registration_lost", f.registration_lost},
-            {"frame_ms", to_json(f.frame_ms)},
-            {"operator_ms", to_json(f.operator_ms)},
-            {"forces_ms", to_json(f.forces_ms)},
-            {"solve_ms", to_json(f.solve_ms)},
-            {"iterations", to_json(f.iterations)}};
+                        {"computed", r.run.frames},
+                        {"kept", f.kept},
+                        {"missed", r.run.missed},
+                        {"not_kept", r.run.not_kept},
+                        {"interval_ms", r.run.interval_ms},
+                        {"budget_ms", r.run.budget_ms},
+                        {"budget_given", r.run.budget_given},
+                        {"over_budget", f.over_budget},
+                        {"cut_short", f.cut_short},
+                        {"not_converged", f.not_converged},
+                        {"registration_held", f.registration_held},
+                        {"registration_lost", f.registration_lost},
+                        {"frame_ms", to_json(f.frame_ms)},
+                        {"operator_ms", to_json(f.operator_ms)},
+                        {"forces_ms", to_json(f.forces_ms)},
+                        {"solve_ms", to_json(f.solve_ms)},
+                        {"iterations", to_json(f.iterations)}};
     const auto add = [&](const char* name, const Distribution& d) {  // what the run recorded
         if (d.count > 0) out[name] = to_json(d);
     };
@@ -56,12 +56,14 @@ ordered_json registration_json(const Report& r) {
 ordered_json sensors_json(const Report& r) {
     ordered_json tools = ordered_json::array(), frames = ordered_json::object();
     for (const ReportSensor& s : r.sensors) {
-        ordered_json tool = {{"tool", s.tool}, {"patch_radius_mm", s.patch_radius_mm}, {"turns", s.turns}};
+        ordered_json tool = {
+            {"tool", s.tool}, {"patch_radius_mm", s.patch_radius_mm}, {"turns", s.turns}};
         if (s.stiffness_N_per_m) tool["stiffness_N_per_m"] = *s.stiffness_N_per_m;
         tools.push_back(std::move(tool));
     }
     if (r.sensor_frames)
-        for (std::size_t s = 0; s < r.sensor_frames->size(); ++s) frames[sensor_states[s]] = (*r.sensor_frames)[s];
+        for (std::size_t s = 0; s < r.sensor_frames->size(); ++s)
+            frames[sensor_states[s]] = (*r.sensor_frames)[s];
     return {{"tools", tools}, {"frames", frames}};
 }
 
@@ -101,19 +103,20 @@ ordered_json truth_json(const TargetErrors& t) {
 }  // namespace
 
 std::string report_json(const Report& r) {
-    ordered_json out = {{"result", r.source},
-                {"version", r.run.version},
-                {"problem", r.run.problem},
-                {"verdicts", verdicts(r)},
-                {"mesh", {{"tets", r.run.tets}, {"nodes", r.run.nodes}, {"levels", r.run.levels}}},
-                {"solver", r.run.solver},
-                {"first_s", r.first_s},
-                {"last_s", r.last_s},
-                {"largest_press_mm", r.largest_press_mm},
-                {"registration", registration_json(r)},
-                {"frames", frames_json(r)},
-                {"sensors", sensors_json(r)},
-                {"parts", parts_json(r.parts)}};
+    ordered_json out = {
+        {"result", r.source},
+        {"version", r.run.version},
+        {"problem", r.run.problem},
+        {"verdicts", verdicts(r)},
+        {"mesh", {{"tets", r.run.tets}, {"nodes", r.run.nodes}, {"levels", r.run.levels}}},
+        {"solver", r.run.solver},
+        {"first_s", r.first_s},
+        {"last_s", r.last_s},
+        {"largest_press_mm", r.largest_press_mm},
+        {"registration", registration_json(r)},
+        {"frames", frames_json(r)},
+        {"sensors", sensors_json(r)},
+        {"parts", parts_json(r.parts)}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
     return json_text(out);
 }

@@ -9,13 +9,19 @@ namespace {
 std::string run_html(const Report& r) {
     HtmlSection s("The run");
     s.texts({"result", r.source});
-    s.texts({"mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels)});
+    s.texts({"mesh",
+             fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels)});
     if (!r.run.solver.empty()) s.texts({"solver", r.run.solver});
-    s.texts({"time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept)});
-    s.texts({"largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm)});
+    s.texts({"time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s,
+                                 r.frames.kept)});
+    s.texts({"largest press",
+             fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm)});
     if (!r.run.problem.empty()) s.texts({"ended early", r.run.problem});
-    s.texts({"versions", fmt::format("{}this page by livetet {}", r.run.version.empty() ? "" : fmt::format("run by livetet {}, ", r.run.version),
-                                     LIVETET_VERSION)});
+    s.texts(
+        {"versions",
+         fmt::format("{}this page by livetet {}",
+                     r.run.version.empty() ? "" : fmt::format("run by livetet {}, ", r.run.version),
+                     LIVETET_VERSION)});
     return s.end();
 }
 
@@ -30,7 +36,8 @@ std::string registration_html(const Report& r) {
     }
     s.numbers("FRE (RMS of the residuals)", {r.run.fre_mm}, 2);
     return s.end("Left out: how far a fiducial lies from where the others alone put it. Held in " +
-                 fmt::format("{} frames, lost in {}.", r.frames.registration_held, r.frames.registration_lost));
+                 fmt::format("{} frames, lost in {}.", r.frames.registration_held,
+                             r.frames.registration_lost));
 }
 
 std::string frames_html(const Report& r) {
@@ -49,10 +56,14 @@ std::string frames_html(const Report& r) {
     row("output [ms]", f.output_ms);
     row("iterations", f.iterations);
     row("error estimate [mm]", f.error_estimate_mm, 4);
-    return s.end(fmt::format("{} of {} samples computed, {} missed, {} not kept; {} frames took longer than {:g} ms ({}), {} were cut short by it; "
-                             "{} did not converge. The error estimate is what a frame's solve left undone, RMS over the nodes.",
-                             r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, f.over_budget, r.run.budget_ms,
-                             r.run.budget_given ? "track.budget" : "the time between samples", f.cut_short, f.not_converged));
+    return s.end(fmt::format(
+        "{} of {} samples computed, {} missed, {} not kept; {} frames took longer than {:g} ms "
+        "({}), {} were cut short by it; "
+        "{} did not converge. The error estimate is what a frame's solve left undone, RMS over the "
+        "nodes.",
+        r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, f.over_budget, r.run.budget_ms,
+        r.run.budget_given ? "track.budget" : "the time between samples", f.cut_short,
+        f.not_converged));
 }
 
 std::string sensors_html(const Report& r) {
@@ -67,28 +78,34 @@ std::string sensors_html(const Report& r) {
 std::string truth_html(const TargetErrors& t) {
     HtmlSection s("Error at the targets [mm]");
     s.heads({"", "RMS", "mean", "95 %", "worst"});
-    const auto row = [&](std::string_view name, const Distribution& d) { s.numbers(name, {d.rms, d.mean, d.p95, d.worst}, 2); };
+    const auto row = [&](std::string_view name, const Distribution& d) {
+        s.numbers(name, {d.rms, d.mean, d.p95, d.worst}, 2);
+    };
     row("deepest press: rigid-only", t.rigid_mm);
     row("deepest press: with deformation", t.deforming_mm);
     row("of which the registration", t.registration_mm);
     row("of which the deformation", t.deformation_mm);
     row("nothing pressed, organ moving: moved by the model", t.rest.moved_mm);
     row("nothing pressed, organ moving: the registration", t.rest.registration_mm);
-    return s.end(fmt::format("{} of {} targets move more than 3 mm; {:.1f} times smaller with deformation. The tracker's noise alone explains "
-                             "{:.2f} mm RMS; the registration lags by {:.0f} ms.",
-                             t.moving, t.targets, t.gain(), t.rest.expected_rms_mm, t.rest.registration_lag_ms));
+    return s.end(fmt::format(
+        "{} of {} targets move more than 3 mm; {:.1f} times smaller with deformation. The "
+        "tracker's noise alone explains "
+        "{:.2f} mm RMS; the registration lags by {:.0f} ms.",
+        t.moving, t.targets, t.gain(), t.rest.expected_rms_mm, t.rest.registration_lag_ms));
 }
 
 }  // namespace
 
-std::string report_page(const Report& r, std::span<const PagePicture> pictures, const std::string& no_pictures) {
+std::string report_page(const Report& r, std::span<const PagePicture> pictures,
+                        const std::string& no_pictures) {
     std::string body;
     if (r.truth) body += truth_html(*r.truth);
     body += frames_html(r) + registration_html(r);
     if (!r.sensors.empty() || r.sensor_frames) body += sensors_html(r);
     body += run_html(r);
     if (!r.parts.empty()) body += parts_html(r.parts);
-    return html_page("Report of a tracked run", verdicts(r), pictures, no_pictures, body, r.scene_text);
+    return html_page("Report of a tracked run", verdicts(r), pictures, no_pictures, body,
+                     r.scene_text);
 }
 
 }  // namespace livetet

@@ -52,7 +52,8 @@ std::string wrapped(const std::string& sentence, std::size_t width) {
     std::size_t begin = 0;
     while (sentence.size() - begin > width) {
         std::size_t end = sentence.rfind(' ', begin + width);
-        if (end == std::string::npos || end <= begin) end = sentence.find(' ', begin + width);  // after a long word, a path
+        if (end == std::string::npos || end <= begin)
+            end = sentence.find(' ', begin + width);  // after a long word, a path
         if (end == std::string::npos) break;
         out += sentence.substr(begin, end - begin) + "\n    ";
         begin = end + 1;
@@ -60,18 +61,22 @@ std::string wrapped(const std::string& sentence, std::size_t width) {
     return out + sentence.substr(begin) + "\n";
 }
 
-std::string report_line(std::string_view name, const std::string& value) { return fmt::format("  {:<22}{}\n", name, value); }
+std::string report_line(std::string_view name, const std::string& value) {
+    return fmt::format("  {:<22}{}\n", name, value);
+}
 
 std::string parts_text(std::span<const ExplainedPart> parts) {
     std::string out = "BUILT, AND LEFT OUT\n";
     for (const ExplainedPart& p : parts)
-        out += "  " + wrapped(fmt::format("{:<11}{:<22}{}", p.built ? "built" : "left out", p.part, p.why));
+        out += "  " + wrapped(fmt::format("{:<11}{:<22}{}", p.built ? "built" : "left out", p.part,
+                                          p.why));
     return out;
 }
 
 nlohmann::ordered_json parts_json(std::span<const ExplainedPart> parts) {
     auto list = nlohmann::ordered_json::array();
-    for (const ExplainedPart& p : parts) list.push_back({{"part", p.part}, {"built", p.built}, {"why", p.why}});
+    for (const ExplainedPart& p : parts)
+        list.push_back({{"part", p.part}, {"built", p.built}, {"why", p.why}});
     return list;
 }
 
@@ -79,11 +84,14 @@ std::string json_text(const nlohmann::ordered_json& json) {
     return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-HtmlSection::HtmlSection(std::string_view title) : html_(fmt::format("<section><h2>{}</h2>\n<table>\n", escaped(title))) {}
+HtmlSection::HtmlSection(std::string_view title)
+    : html_(fmt::format("<section><h2>{}</h2>\n<table>\n", escaped(title))) {}
 
 void HtmlSection::heads(std::initializer_list<std::string_view> names) {
     html_ += "<tr>";
-    for (const auto name : names) html_ += fmt::format("<th class=\"{}\">{}</th>", name == *names.begin() ? "" : "n", escaped(name));
+    for (const auto name : names)
+        html_ += fmt::format("<th class=\"{}\">{}</th>", name == *names.begin() ? "" : "n",
+                             escaped(name));
     html_ += "</tr>\n";
 }
 
@@ -101,7 +109,9 @@ void HtmlSection::numbers(std::string_view name, std::initializer_list<double> v
 
 void HtmlSection::row(std::initializer_list<std::string> cells) {
     html_ += "<tr>";
-    for (const auto& cell : cells) html_ += fmt::format("<td{}>{}</td>", &cell == cells.begin() ? "" : " class=\"n\"", escaped(cell));
+    for (const auto& cell : cells)
+        html_ += fmt::format("<td{}>{}</td>", &cell == cells.begin() ? "" : " class=\"n\"",
+                             escaped(cell));
     html_ += "</tr>\n";
 }
 
@@ -122,21 +132,31 @@ std::string parts_html(std::span<const ExplainedPart> parts) {
     return out;
 }
 
-std::string html_page(std::string_view title, std::span<const std::string> sentences, std::span<const PagePicture> pictures,
-                      const std::string& no_pictures, const std::string& body, const std::string& scene_text) {
-    std::string out = fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n"
-                                  "<title>Livetet: {0}</title>\n{1}</head><body>\n<h1>{0}</h1>\n<ul>\n",
-                                  escaped(title), style);
-    for (const std::string& sentence : sentences) out += fmt::format("<li>{}</li>\n", escaped(sentence));
+std::string html_page(std::string_view title, std::span<const std::string> sentences,
+                      std::span<const PagePicture> pictures, const std::string& no_pictures,
+                      const std::string& body, const std::string& scene_text) {
+    std::string out = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+        "content=\"width=device-width\">\n"
+        "<title>Livetet: {0}</title>\n{1}</head><body>\n<h1>{0}</h1>\n<ul>\n",
+        escaped(title), style);
+    for (const std::string& sentence : sentences)
+        out += fmt::format("<li>{}</li>\n", escaped(sentence));
     out += "</ul>\n";
     for (const PagePicture& p : pictures)
-        out += fmt::format("<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
-                           escaped(p.caption), p.base64);
-    if (!no_pictures.empty()) out += fmt::format("<p class=\"note\">Pictures are left out: {}.</p>\n", escaped(no_pictures));
+        out += fmt::format(
+            "<figure><img alt=\"{0}\" "
+            "src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
+            escaped(p.caption), p.base64);
+    if (!no_pictures.empty())
+        out +=
+            fmt::format("<p class=\"note\">Pictures are left out: {}.</p>\n", escaped(no_pictures));
     out += body;
     if (!scene_text.empty())
-        out += fmt::format("<section><h2>Scene</h2><details><summary>every value it resolved to</summary>\n<pre>{}</pre></details></section>\n",
-                           escaped(scene_text));
+        out += fmt::format(
+            "<section><h2>Scene</h2><details><summary>every value it resolved "
+            "to</summary>\n<pre>{}</pre></details></section>\n",
+            escaped(scene_text));
     return out + "</body></html>\n";
 }
 

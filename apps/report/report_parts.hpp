@@ -27,7 +27,8 @@ struct PagePicture {
     std::string caption, base64;
 };
 
-/// A table under a heading, row by row. Cells that are numbers stand to the right. Texts are escaped: names come from files.
+/// A table under a heading, row by row. Cells that are numbers stand to the right. Texts are
+/// escaped: names come from files.
 class HtmlSection {
   public:
     explicit HtmlSection(std::string_view title);
@@ -45,9 +46,10 @@ class HtmlSection {
 
 std::string parts_html(std::span<const ExplainedPart> parts);
 
-/// A page that needs no other file: sentences first, then pictures, the sections of `body`, the scene. `no_pictures`: why
-/// there are none, where there are none.
-std::string html_page(std::string_view title, std::span<const std::string> sentences, std::span<const PagePicture> pictures,
-                      const std::string& no_pictures, const std::string& body, const std::string& scene_text);
+/// A page that needs no other file: sentences first, then pictures, the sections of `body`, the
+/// scene. `no_pictures`: why there are none, where there are none.
+std::string html_page(std::string_view title, std::span<const std::string> sentences,
+                      std::span<const PagePicture> pictures, const std::string& no_pictures,
+                      const std::string& body, const std::string& scene_text);
 
 }  // namespace livetet

@@ -10,7 +10,8 @@ std::string frames_verdict(const Report& r) {
     const Distribution& ms = r.frames.frame_ms;
     const double rate = r.run.interval_ms > 0 ? 1e3 / r.run.interval_ms : 0;
     return fmt::format(
-        "Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th percentile, "
+        "Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th "
+        "percentile, "
         "of {:.1f} ms between samples ({:.1f} a second).",
         r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.interval_ms, rate);
 }
@@ -18,23 +19,27 @@ std::string frames_verdict(const Report& r) {
 /// "12 of 263 (4.6 %)", of the kept frames.
 std::string share_of_frames(const Report& r, std::size_t count) {
     return fmt::format("{} of {} ({:.1f} %)", count, r.frames.kept,
-                       100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(r.frames.kept, 1)));
+                       100.0 * static_cast<double>(count) /
+                           static_cast<double>(std::max<std::size_t>(r.frames.kept, 1)));
 }
 
 std::string budget_verdict(const Report& r) {
     const Distribution& e = r.frames.error_estimate_mm;
-    std::string text = fmt::format("Budget: of {:g} ms a frame, {} kept frames took longer; {} were cut short by it",
-                                   r.run.budget_ms, share_of_frames(r, r.frames.over_budget),
-                                   share_of_frames(r, r.frames.cut_short));
+    std::string text = fmt::format(
+        "Budget: of {:g} ms a frame, {} kept frames took longer; {} were cut short by it",
+        r.run.budget_ms, share_of_frames(r, r.frames.over_budget),
+        share_of_frames(r, r.frames.cut_short));
     if (e.count > 0)
-        text += fmt::format("; the solves left an error of {:.3f} mm in the mean, {:.3f} mm at worst, estimated", e.mean,
-                            e.worst);
+        text += fmt::format(
+            "; the solves left an error of {:.3f} mm in the mean, {:.3f} mm at worst, estimated",
+            e.mean, e.worst);
     return text + ".";
 }
 
 std::string press_verdict(const TargetErrors& t) {
     return fmt::format(
-        "Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, {:.2f} mm "
+        "Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, "
+        "{:.2f} mm "
         "rigid-only: {:.1f} times smaller, {} the {:g} times asked for.",
         t.deepest_press_mm, t.moving, t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
         t.gain() >= wanted_gain ? "at least" : "LESS than", wanted_gain);
@@ -42,29 +47,36 @@ std::string press_verdict(const TargetErrors& t) {
 
 std::string rest_verdict(const RestErrors& r) {
     return fmt::format(
-        "At rest: while the organ went {:.0f} mm and turned {:.0f} degrees, the model moved targets by {:.2f} "
-        "mm RMS, {:.2f} mm at worst: {} than registration noise explains ({:.2f} mm RMS, {:.2f} mm at worst).",
-        r.organ_travel_mm, r.organ_turn_deg, r.moved_mm.rms, r.moved_mm.worst, r.explained() ? "no more" : "MORE",
-        r.expected_rms_mm, 3 * r.expected_rms_mm);
+        "At rest: while the organ went {:.0f} mm and turned {:.0f} degrees, the model moved "
+        "targets by {:.2f} "
+        "mm RMS, {:.2f} mm at worst: {} than registration noise explains ({:.2f} mm RMS, {:.2f} mm "
+        "at worst).",
+        r.organ_travel_mm, r.organ_turn_deg, r.moved_mm.rms, r.moved_mm.worst,
+        r.explained() ? "no more" : "MORE", r.expected_rms_mm, 3 * r.expected_rms_mm);
 }
 
 std::string run_text(const Report& r) {
     std::string out = "RUN\n";
     out += report_line("result", r.source);
-    out += report_line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels));
+    out += report_line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets,
+                                           r.run.nodes, r.run.levels));
     if (!r.run.solver.empty()) out += report_line("solver", r.run.solver);
     if (!r.run.version.empty()) out += report_line("livetet", r.run.version);
     if (!r.run.problem.empty()) out += report_line("ended early", r.run.problem);
-    out += report_line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s, r.frames.kept));
-    out += report_line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm));
+    out += report_line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s,
+                                           r.last_s, r.frames.kept));
+    out += report_line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it",
+                                                    r.largest_press_mm));
     return out;
 }
 
 std::string registration_text(const Report& r) {
     std::size_t width = 10;
     for (const RunFiducial& f : r.run.fiducials) width = std::max(width, f.name.size() + 2);
-    std::string out = fmt::format("REGISTRATION\n  FRE {:.2f} mm (RMS of the residuals)\n", r.run.fre_mm);
-    out += fmt::format("  {:<{}}{:>13}{:>18}\n", "fiducial", width, "residual [mm]", "left out [mm]");
+    std::string out =
+        fmt::format("REGISTRATION\n  FRE {:.2f} mm (RMS of the residuals)\n", r.run.fre_mm);
+    out +=
+        fmt::format("  {:<{}}{:>13}{:>18}\n", "fiducial", width, "residual [mm]", "left out [mm]");
     for (const RunFiducial& f : r.run.fiducials)
         out += fmt::format("  {:<{}}{:>13.2f}{:>18}\n", f.name, width, f.residual_mm,
                            f.leave_one_out_mm ? fmt::format("{:.2f}", *f.leave_one_out_mm) : "-");
@@ -74,27 +86,35 @@ std::string registration_text(const Report& r) {
 /// Nothing where nothing is known.
 std::string row(std::string_view name, const Distribution& d, int digits = 2) {
     if (d.count == 0) return "";
-    return fmt::format("  {:<22}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}\n", name, d.median, digits, d.mean,
-                       digits, d.p95, digits, d.p99, digits, d.worst, digits);
+    return fmt::format("  {:<22}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}\n", name,
+                       d.median, digits, d.mean, digits, d.p95, digits, d.p99, digits, d.worst,
+                       digits);
 }
 
 std::string frames_text(const Report& r) {
     const FrameStatistics& f = r.frames;
-    std::string out =
-        fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median", "mean", "95 %", "99 %", "worst");
-    out += row("whole frame [ms]", f.frame_ms) + row("  sensor [ms]", f.sensor_ms) + row("  forces [ms]", f.forces_ms) +
-           row("  operator [ms]", f.operator_ms) + row("  solve [ms]", f.solve_ms) + row("  finish [ms]", f.finish_ms) +
+    std::string out = fmt::format("FRAMES\n  {:<22}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "median",
+                                  "mean", "95 %", "99 %", "worst");
+    out += row("whole frame [ms]", f.frame_ms) + row("  sensor [ms]", f.sensor_ms) +
+           row("  forces [ms]", f.forces_ms) + row("  operator [ms]", f.operator_ms) +
+           row("  solve [ms]", f.solve_ms) + row("  finish [ms]", f.finish_ms) +
            row("  output [ms]", f.output_ms) + row("iterations", f.iterations) +
            row("error estimate [mm]", f.error_estimate_mm, 4);
-    if (f.error_estimate_mm.count > 0) out += "  (error estimate: what a frame's solve left undone, RMS over the nodes)\n";
+    if (f.error_estimate_mm.count > 0)
+        out += "  (error estimate: what a frame's solve left undone, RMS over the nodes)\n";
     out += report_line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
-    out += report_line("budget", fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
-                                      r.run.budget_given ? "track.budget" : "time between samples",
-                                      share_of_frames(r, f.over_budget)));
-    if (r.run.budget_given) out += report_line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
+    out += report_line("budget",
+                       fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
+                                   r.run.budget_given ? "track.budget" : "time between samples",
+                                   share_of_frames(r, f.over_budget)));
+    if (r.run.budget_given)
+        out += report_line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
     out += report_line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
-    if (r.run.not_kept > 0) out += report_line("not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
-    out += report_line("registration", fmt::format("held in {} frames, lost in {}", f.registration_held, f.registration_lost));
+    if (r.run.not_kept > 0)
+        out += report_line(
+            "not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
+    out += report_line("registration", fmt::format("held in {} frames, lost in {}",
+                                                   f.registration_held, f.registration_lost));
     return out + report_line("not converged", fmt::format("{} frames", f.not_converged));
 }
 
@@ -103,34 +123,43 @@ std::string sensors_text(const Report& r) {
     for (const ReportSensor& s : r.sensors) out += report_line(s.tool, sensor_text(s));
     if (!r.sensor_frames) return out;
     for (std::size_t s = 0; s < r.sensor_frames->size(); ++s)
-        if (const double frames = (*r.sensor_frames)[s]; frames > 0) out += report_line(sensor_states[s], fmt::format("{:g} frames", frames));
+        if (const double frames = (*r.sensor_frames)[s]; frames > 0)
+            out += report_line(sensor_states[s], fmt::format("{:g} frames", frames));
     return out;
 }
 
 std::string error_row(std::string_view name, const Distribution& d) {
-    return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.rms, d.mean, d.p95, d.worst);
+    return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, d.rms, d.mean, d.p95,
+                       d.worst);
 }
 
 std::string truth_text(const TargetErrors& t) {
-    const std::string heads = fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
+    const std::string heads =
+        fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
     std::string out = fmt::format(
         "ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
         "{:.1f} mm); {} frames at 95 % of {:.1f} mm or more\n",
         t.moving, t.targets, t.largest_motion_mm, t.deepest_frames, t.deepest_press_mm);
     out += heads + error_row("rigid-only", t.rigid_mm) + error_row("deforming", t.deforming_mm) +
-           error_row("  registration part", t.registration_mm) + error_row("  deformation part", t.deformation_mm);
+           error_row("  registration part", t.registration_mm) +
+           error_row("  deformation part", t.deformation_mm);
     if (t.unregistered_frames > 0)
-        out += fmt::format("  {} frames had no registration yet and are left out\n", t.unregistered_frames);
+        out += fmt::format("  {} frames had no registration yet and are left out\n",
+                           t.unregistered_frames);
 
     const RestErrors& r = t.rest;
     out += fmt::format(
-        "\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went {:.0f} mm and "
+        "\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went "
+        "{:.0f} mm and "
         "turned {:.0f} degrees\n",
         r.frames, r.organ_travel_mm, r.organ_turn_deg);
-    out += heads + error_row("moved by the model", r.moved_mm) + error_row("registration", r.registration_mm);
-    out +=
-        report_line("noise expected", fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
-    return out + report_line("registration lags", fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
+    out += heads + error_row("moved by the model", r.moved_mm) +
+           error_row("registration", r.registration_mm);
+    out += report_line(
+        "noise expected",
+        fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
+    return out + report_line("registration lags",
+                             fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
 }
 
 }  // namespace
@@ -146,8 +175,10 @@ std::vector<std::string> verdicts(const Report& report) {
 }
 
 std::string sensor_text(const ReportSensor& s) {
-    return fmt::format("a patch of {:g} mm follows {}, {}", s.patch_radius_mm, s.turns ? "its way and turn" : "its way alone",
-                       s.stiffness_N_per_m ? fmt::format("softly, by {:g} N/m", *s.stiffness_N_per_m) : "exactly");
+    return fmt::format(
+        "a patch of {:g} mm follows {}, {}", s.patch_radius_mm,
+        s.turns ? "its way and turn" : "its way alone",
+        s.stiffness_N_per_m ? fmt::format("softly, by {:g} N/m", *s.stiffness_N_per_m) : "exactly");
 }
 
 std::string report_text(const Report& report) {

@@ -19,7 +19,9 @@ using ordered_json = nlohmann::ordered_json;
 
 constexpr std::size_t most_rows = 24;  // of a page's table of steps
 
-double number(const ordered_json& x) { return x.is_null() ? std::nan("") : x.get<double>(); }  // JSON has no NaN
+double number(const ordered_json& x) {
+    return x.is_null() ? std::nan("") : x.get<double>();
+}  // JSON has no NaN
 
 /// A whole number from 0 to `most`.
 std::size_t count(const ordered_json& x, std::size_t most) {
@@ -32,18 +34,34 @@ SolvedRun parse_run(const std::string& text) {
     constexpr std::size_t most = 1'000'000'000;
     try {
         const ordered_json j = ordered_json::parse(text);
-        SolvedRun run{.solver = j.at("solver"), .version = j.at("version"), .failure = j.at("failure"), .levels = count(j.at("levels"), most),
+        SolvedRun run{.solver = j.at("solver"),
+                      .version = j.at("version"),
+                      .failure = j.at("failure"),
+                      .levels = count(j.at("levels"), most),
                       .ranks = count(j.at("ranks"), most),
-                      .inverted_tets = count(j.value("inverted_tets", ordered_json(0)), most), .converged = j.at("converged"), .is_static = j.at("is_static"),
-                      .restarted_at_s = number(j.at("restarted_at_s")), .mesh_s = number(j.at("mesh_s")), .setup_s = number(j.at("setup_s")),
-                      .solve_s = number(j.at("solve_s")), .peak_bytes = number(j.at("peak_bytes")), .forces_N = {}, .steps = {}};
+                      .inverted_tets = count(j.value("inverted_tets", ordered_json(0)), most),
+                      .converged = j.at("converged"),
+                      .is_static = j.at("is_static"),
+                      .restarted_at_s = number(j.at("restarted_at_s")),
+                      .mesh_s = number(j.at("mesh_s")),
+                      .setup_s = number(j.at("setup_s")),
+                      .solve_s = number(j.at("solve_s")),
+                      .peak_bytes = number(j.at("peak_bytes")),
+                      .forces_N = {},
+                      .steps = {}};
         for (const auto& [key, f] : j.at("reactions_N").items())
-            run.forces_N.emplace_back(key, Eigen::Vector3d(number(f.at(0)), number(f.at(1)), number(f.at(2))));
+            run.forces_N.emplace_back(
+                key, Eigen::Vector3d(number(f.at(0)), number(f.at(1)), number(f.at(2))));
         for (const ordered_json& s : j.at("steps"))
-            run.steps.push_back({.time_s = number(s.at("time_s")), .step_s = number(s.at("step_s")), .seconds = number(s.at("seconds")),
-                                 .imbalance = number(s.at("imbalance")), .time_error_mm = number(s.at("time_error_mm")),
-                                 .linearisations = count(s.at("linearisations"), most), .iterations = count(s.at("iterations"), most),
-                                 .converged = s.at("converged"), .kept = s.at("kept")});
+            run.steps.push_back({.time_s = number(s.at("time_s")),
+                                 .step_s = number(s.at("step_s")),
+                                 .seconds = number(s.at("seconds")),
+                                 .imbalance = number(s.at("imbalance")),
+                                 .time_error_mm = number(s.at("time_error_mm")),
+                                 .linearisations = count(s.at("linearisations"), most),
+                                 .iterations = count(s.at("iterations"), most),
+                                 .converged = s.at("converged"),
+                                 .kept = s.at("kept")});
         return run;
     } catch (const ordered_json::exception& e) {
         fail("{}", e.what());
@@ -51,7 +69,8 @@ SolvedRun parse_run(const std::string& text) {
 }
 
 /// What holds the body; nothing where a mask is not to be had.
-std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh, const std::filesystem::path& source) {
+std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
+                                      const std::filesystem::path& source) {
     std::set<std::int32_t> nodes;
     try {
         for (const SelectionOptions& held : scene.fix)
@@ -69,33 +88,45 @@ std::vector<const SolvedStep*> shown_steps(const SolvedRun& run) {
     const std::vector<const SolvedStep*> kept = run.kept_steps();
     std::vector<const SolvedStep*> shown;
     for (std::size_t k = 0; k < kept.size(); ++k)
-        if ((k + 1) % shown_every(run) == 0 || k + 1 == kept.size() || !kept[k]->converged) shown.push_back(kept[k]);
+        if ((k + 1) % shown_every(run) == 0 || k + 1 == kept.size() || !kept[k]->converged)
+            shown.push_back(kept[k]);
     return shown;
 }
 
 std::string steps_note(const SolvedRun& run) {
     const std::size_t kept = run.kept_steps().size(), again = run.steps.size() - kept;
     std::string note;
-    if (shown_every(run) > 1) note += fmt::format("One in {} of {} steps. ", shown_every(run), kept);
-    if (again > 0) note += fmt::format("{} more were tried, and done again in other lengths. ", again);
+    if (shown_every(run) > 1)
+        note += fmt::format("One in {} of {} steps. ", shown_every(run), kept);
+    if (again > 0)
+        note += fmt::format("{} more were tried, and done again in other lengths. ", again);
     return note + "Imbalance: the forces out of balance, relative to those at work.";
 }
 
-const char* end_of_step(const SolvedRun& run) { return run.is_static ? "share of load" : "time [s]"; }
+const char* end_of_step(const SolvedRun& run) {
+    return run.is_static ? "share of load" : "time [s]";
+}
 const char* length_of_step(const SolvedRun& run) { return run.is_static ? "step" : "step [s]"; }
 
 std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) {
     std::vector<std::pair<std::string, std::string>> rows{{"result", r.source}};
-    rows.emplace_back("mesh", fmt::format("{} tets, {} nodes{}", r.tets, r.nodes, r.run ? fmt::format(", {} level(s)", r.run->levels) : ""));
+    rows.emplace_back("mesh",
+                      fmt::format("{} tets, {} nodes{}", r.tets, r.nodes,
+                                  r.run ? fmt::format(", {} level(s)", r.run->levels) : ""));
     if (r.run) {
         rows.emplace_back("solver", r.run->solver);
         rows.emplace_back("ranks", fmt::format("{}", r.run->ranks));
-        rows.emplace_back("seconds", fmt::format("mesh {:.2f}, set-up {:.2f}, solve {:.2f}", r.run->mesh_s, r.run->setup_s, r.run->solve_s));
-        rows.emplace_back("memory", fmt::format("{:.0f} MB at the peak, all ranks", r.run->peak_bytes / 1e6));
+        rows.emplace_back("seconds", fmt::format("mesh {:.2f}, set-up {:.2f}, solve {:.2f}",
+                                                 r.run->mesh_s, r.run->setup_s, r.run->solve_s));
+        rows.emplace_back("memory",
+                          fmt::format("{:.0f} MB at the peak, all ranks", r.run->peak_bytes / 1e6));
         if (!r.run->version.empty()) rows.emplace_back("livetet", r.run->version);
     }
-    rows.emplace_back("kept", r.is_static() ? fmt::format("{} frame(s), at {:.4g} to {:.4g} of the load", r.frames, r.first_s, r.last_s)
-                                            : fmt::format("{} frame(s), {:.4g} to {:.4g} s", r.frames, r.first_s, r.last_s));
+    rows.emplace_back("kept", r.is_static()
+                                  ? fmt::format("{} frame(s), at {:.4g} to {:.4g} of the load",
+                                                r.frames, r.first_s, r.last_s)
+                                  : fmt::format("{} frame(s), {:.4g} to {:.4g} s", r.frames,
+                                                r.first_s, r.last_s));
     return rows;
 }
 
@@ -109,21 +140,33 @@ std::vector<const SolvedStep*> SolvedRun::kept_steps() const {
 }
 
 SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source) {
-    if (result.frame_count() == 0) fail("{}: holds no frame, expected at least one", source.string());
-    SolveReport r{.source = source.string(), .scene_text = result.scene_text(), .tets = result.mesh().tets.size(), .nodes = result.mesh().nodes.size(),
-                  .frames = result.frame_count(), .first_s = result.times_s().front(), .last_s = result.times_s().back(), .run = {}, .fixed = {}, .parts = {}};
+    if (result.frame_count() == 0)
+        fail("{}: holds no frame, expected at least one", source.string());
+    SolveReport r{.source = source.string(),
+                  .scene_text = result.scene_text(),
+                  .tets = result.mesh().tets.size(),
+                  .nodes = result.mesh().nodes.size(),
+                  .frames = result.frame_count(),
+                  .first_s = result.times_s().front(),
+                  .last_s = result.times_s().back(),
+                  .run = {},
+                  .fixed = {},
+                  .parts = {}};
     for (std::size_t k = 0; k < r.frames; ++k) {
         r.last_mm = 0;
-        for (const Vector3& u : result.displacement(k)) r.last_mm = std::max(r.last_mm, 1e3 * u.norm());
+        for (const Vector3& u : result.displacement(k))
+            r.last_mm = std::max(r.last_mm, 1e3 * u.norm());
         if (r.last_mm > r.largest_mm) {
             r.largest_mm = r.last_mm;
             r.largest_frame = k;
         }
     }
     if (!result.has_text("solve")) return r;
-    r.run = naming(r.source + ": what the solve says of itself", [&] { return parse_run(result.text("solve")); });
+    r.run = naming(r.source + ": what the solve says of itself",
+                   [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, false);
-    if (!r.parts.empty()) r.fixed = fixed_nodes(read_yaml<Scene>(r.scene_text, r.source), result.mesh(), source);
+    if (!r.parts.empty())
+        r.fixed = fixed_nodes(read_yaml<Scene>(r.scene_text, r.source), result.mesh(), source);
     return r;
 }
 
@@ -137,18 +180,34 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             iterations += s.iterations;
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
-        sentences.push_back(fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; {:.1e} of the forces are out of balance in the end.",
-                                        r.run->converged ? "Converged" : "NOT converged", r.run->kept_steps().size(), linearisations, iterations,
-                                        r.run->solve_s, r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
+        sentences.push_back(
+            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; {:.1e} "
+                        "of the forces are out of balance in the end.",
+                        r.run->converged ? "Converged" : "NOT converged",
+                        r.run->kept_steps().size(), linearisations, iterations, r.run->solve_s,
+                        r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
-            sentences.push_back(fmt::format("It was taken up again at {:.4g} s: steps, iterations and seconds are those from there on.", r.run->restarted_at_s));
-        if (!r.run->failure.empty()) sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
+            sentences.push_back(
+                fmt::format("It was taken up again at {:.4g} s: steps, iterations and seconds are "
+                            "those from there on.",
+                            r.run->restarted_at_s));
+        if (!r.run->failure.empty())
+            sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
         if (r.run->inverted_tets > 0)
-            sentences.push_back(fmt::format("{} tets are inside out in the end: stresses there mean nothing; a finer mesh or a gentler load may help.", r.run->inverted_tets));
-        if (time_error_mm > 0) sentences.push_back(fmt::format("A time step errs by {:.3g} mm at most, estimated.", time_error_mm));
+            sentences.push_back(
+                fmt::format("{} tets are inside out in the end: stresses there mean nothing; a "
+                            "finer mesh or a gentler load may help.",
+                            r.run->inverted_tets));
+        if (time_error_mm > 0)
+            sentences.push_back(
+                fmt::format("A time step errs by {:.3g} mm at most, estimated.", time_error_mm));
     }
-    sentences.push_back(r.frames > 1 ? fmt::format("The body moves by {:.3f} mm at most, {:.3f} mm in the last of {} frames.", r.largest_mm, r.last_mm, r.frames)
-                                     : fmt::format("The body moves by {:.3f} mm at most.", r.largest_mm));
+    sentences.push_back(
+        r.frames > 1
+            ? fmt::format(
+                  "The body moves by {:.3f} mm at most, {:.3f} mm in the last of {} frames.",
+                  r.largest_mm, r.last_mm, r.frames)
+            : fmt::format("The body moves by {:.3f} mm at most.", r.largest_mm));
     return sentences;
 }
 
@@ -159,14 +218,18 @@ std::string report_text(const SolveReport& r) {
     for (const auto& [name, value] : run_rows(r)) out += report_line(name, value);
     if (r.run && !r.run->forces_N.empty()) {
         out += "\nFORCES ON THE BODY [N]\n";
-        for (const auto& [key, f] : r.run->forces_N) out += report_line(key, fmt::format("{:>12.5g}{:>12.5g}{:>12.5g}", f.x(), f.y(), f.z()));
+        for (const auto& [key, f] : r.run->forces_N)
+            out +=
+                report_line(key, fmt::format("{:>12.5g}{:>12.5g}{:>12.5g}", f.x(), f.y(), f.z()));
     }
     if (r.run && !r.run->steps.empty()) {
-        out += fmt::format("\nSTEPS\n  {:>14}{:>10}{:>16}{:>12}{:>12}{:>17}{:>10}\n", end_of_step(*r.run), length_of_step(*r.run), "linearisations", "iterations",
-                           "imbalance", "time error [mm]", "took [s]");
+        out += fmt::format("\nSTEPS\n  {:>14}{:>10}{:>16}{:>12}{:>12}{:>17}{:>10}\n",
+                           end_of_step(*r.run), length_of_step(*r.run), "linearisations",
+                           "iterations", "imbalance", "time error [mm]", "took [s]");
         for (const SolvedStep* s : shown_steps(*r.run))
-            out += fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n", s->time_s, s->step_s, s->linearisations, s->iterations,
-                               s->imbalance, s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
+            out += fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
+                               s->time_s, s->step_s, s->linearisations, s->iterations, s->imbalance,
+                               s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
         out += "  " + wrapped(steps_note(*r.run));
     }
     if (!r.parts.empty()) out += "\n" + parts_text(r.parts);
@@ -175,44 +238,70 @@ std::string report_text(const SolveReport& r) {
 
 std::string report_json(const SolveReport& r) {
     ordered_json out = {{"result", r.source},
-                {"verdicts", verdicts(r)},
-                {"tets", r.tets},
-                {"nodes", r.nodes},
-                {"frames", r.frames},
-                {"first_s", r.first_s},
-                {"last_s", r.last_s},
-                {"largest_displacement_mm", r.largest_mm},
-                {"last_displacement_mm", r.last_mm}};
+                        {"verdicts", verdicts(r)},
+                        {"tets", r.tets},
+                        {"nodes", r.nodes},
+                        {"frames", r.frames},
+                        {"first_s", r.first_s},
+                        {"last_s", r.last_s},
+                        {"largest_displacement_mm", r.largest_mm},
+                        {"last_displacement_mm", r.last_mm}};
     if (r.run) {
         ordered_json steps = ordered_json::array(), forces = ordered_json::object();
         for (const SolvedStep& s : r.run->steps)
-            steps.push_back({{"time_s", s.time_s}, {"step_s", s.step_s}, {"converged", s.converged}, {"kept", s.kept}, {"linearisations", s.linearisations},
-                             {"iterations", s.iterations}, {"imbalance", s.imbalance}, {"time_error_mm", s.time_error_mm}, {"seconds", s.seconds}});
+            steps.push_back({{"time_s", s.time_s},
+                             {"step_s", s.step_s},
+                             {"converged", s.converged},
+                             {"kept", s.kept},
+                             {"linearisations", s.linearisations},
+                             {"iterations", s.iterations},
+                             {"imbalance", s.imbalance},
+                             {"time_error_mm", s.time_error_mm},
+                             {"seconds", s.seconds}});
         for (const auto& [key, f] : r.run->forces_N) forces[key] = {f.x(), f.y(), f.z()};
-        out.update({{"solver", r.run->solver}, {"version", r.run->version}, {"levels", r.run->levels}, {"ranks", r.run->ranks},
-                    {"converged", r.run->converged}, {"is_static", r.run->is_static}, {"restarted_at_s", r.run->restarted_at_s}, {"failure", r.run->failure}, {"inverted_tets", r.run->inverted_tets}, {"mesh_s", r.run->mesh_s}, {"setup_s", r.run->setup_s},
-                    {"solve_s", r.run->solve_s}, {"peak_bytes", r.run->peak_bytes}, {"reactions_N", forces}, {"steps", steps}, {"parts", parts_json(r.parts)}});
+        out.update({{"solver", r.run->solver},
+                    {"version", r.run->version},
+                    {"levels", r.run->levels},
+                    {"ranks", r.run->ranks},
+                    {"converged", r.run->converged},
+                    {"is_static", r.run->is_static},
+                    {"restarted_at_s", r.run->restarted_at_s},
+                    {"failure", r.run->failure},
+                    {"inverted_tets", r.run->inverted_tets},
+                    {"mesh_s", r.run->mesh_s},
+                    {"setup_s", r.run->setup_s},
+                    {"solve_s", r.run->solve_s},
+                    {"peak_bytes", r.run->peak_bytes},
+                    {"reactions_N", forces},
+                    {"steps", steps},
+                    {"parts", parts_json(r.parts)}});
     }
     return json_text(out);
 }
 
-std::string report_page(const SolveReport& r, std::span<const PagePicture> pictures, const std::string& no_pictures) {
+std::string report_page(const SolveReport& r, std::span<const PagePicture> pictures,
+                        const std::string& no_pictures) {
     HtmlSection run("The run");
     for (const auto& [name, value] : run_rows(r)) run.texts({name, value});
     std::string body;
     if (r.run && !r.run->forces_N.empty()) {
         HtmlSection s("Forces on the body [N]");
         s.heads({"", "x", "y", "z"});
-        for (const auto& [key, f] : r.run->forces_N) s.row({key, fmt::format("{:.5g}", f.x()), fmt::format("{:.5g}", f.y()), fmt::format("{:.5g}", f.z())});
+        for (const auto& [key, f] : r.run->forces_N)
+            s.row({key, fmt::format("{:.5g}", f.x()), fmt::format("{:.5g}", f.y()),
+                   fmt::format("{:.5g}", f.z())});
         body += s.end();
     }
     if (r.run && !r.run->steps.empty()) {
         HtmlSection s("Steps");
-        s.heads({end_of_step(*r.run), length_of_step(*r.run), "linearisations", "iterations", "imbalance", "time error [mm]", "took [s]"});
+        s.heads({end_of_step(*r.run), length_of_step(*r.run), "linearisations", "iterations",
+                 "imbalance", "time error [mm]", "took [s]"});
         for (const SolvedStep* step : shown_steps(*r.run))
-            s.row({fmt::format("{:.4g}{}", step->time_s, step->converged ? "" : " NOT converged"), fmt::format("{:.4g}", step->step_s),
-                   fmt::format("{}", step->linearisations), fmt::format("{}", step->iterations), fmt::format("{:.1e}", step->imbalance),
-                   fmt::format("{:.3g}", step->time_error_mm), fmt::format("{:.3f}", step->seconds)});
+            s.row({fmt::format("{:.4g}{}", step->time_s, step->converged ? "" : " NOT converged"),
+                   fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->linearisations),
+                   fmt::format("{}", step->iterations), fmt::format("{:.1e}", step->imbalance),
+                   fmt::format("{:.3g}", step->time_error_mm),
+                   fmt::format("{:.3f}", step->seconds)});
         body += s.end(steps_note(*r.run));
     }
     body += run.end();

@@ -35,19 +35,23 @@ struct Match {
     std::size_t frame, sample;
 };
 
-std::vector<Match> match_frames(const RunResult& result, const Truth& truth, std::size_t& unregistered) {
+std::vector<Match> match_frames(const RunResult& result, const Truth& truth,
+                                std::size_t& unregistered) {
     if (truth.samples.empty()) fail("{}: the truth has no samples to compare with", result.source);
     std::vector<Match> matches;
     for (std::size_t f = 0; f < result.frames.size(); ++f) {
         const double t = result.frames[f].time_s;
-        const auto later = std::lower_bound(truth.samples.begin(), truth.samples.end(), t - matching_s,
-                                            [](const auto& sample, double time) { return sample.time_s < time; });
+        const auto later =
+            std::lower_bound(truth.samples.begin(), truth.samples.end(), t - matching_s,
+                             [](const auto& sample, double time) { return sample.time_s < time; });
         auto nearest = later == truth.samples.end() ? later - 1 : later;
-        while (nearest + 1 < truth.samples.end() && std::abs((nearest + 1)->time_s - t) < std::abs(nearest->time_s - t))
+        while (nearest + 1 < truth.samples.end() &&
+               std::abs((nearest + 1)->time_s - t) < std::abs(nearest->time_s - t))
             ++nearest;
         if (!(std::abs(nearest->time_s - t) <= matching_s))
             fail(
-                "{}: the frame at {:.4f} s has no true sample within {:g} ms (the nearest is at {:.4f} s; the truth "
+                "{}: the frame at {:.4f} s has no true sample within {:g} ms (the nearest is at "
+                "{:.4f} s; the truth "
                 "goes "
                 "from {:.4f} to {:.4f} s), expected the truth of the recording that was tracked",
                 result.source, t, 1e3 * matching_s, nearest->time_s, truth.samples.front().time_s,
@@ -67,19 +71,23 @@ PointSampler place_targets(const RunResult& result, const Truth& truth) {
     PointSampler sampler(result.mesh, places);
     for (std::size_t i = 0; i < places.size(); ++i)
         if (sampler.distance(i) > 0.01)
-            fail("{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of the same organ",
-                 result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
+            fail(
+                "{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of "
+                "the same organ",
+                result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
     return sampler;
 }
 
 /// Everything gathered in one pass over the frames.
 struct Gathered {
-    std::vector<double> rigid, deforming, registration, deformation;  // deepest press, moving targets
+    std::vector<double> rigid, deforming, registration,
+        deformation;  // deepest press, moving targets
     std::vector<double> moved_at_rest, registration_at_rest;
     double lag_up = 0, lag_down = 0;  // sums of e . v and v . v
 };
 
-/// How fast a point of the organ truly moves in the tracker's frame at a sample, m/s, by central differences.
+/// How fast a point of the organ truly moves in the tracker's frame at a sample, m/s, by central
+/// differences.
 Vector3 true_velocity(const Truth& truth, std::size_t sample, const Vector3& x) {
     const auto& a = truth.samples[sample == 0 ? 0 : sample - 1];
     const auto& b = truth.samples[std::min(sample + 1, truth.samples.size() - 1)];
@@ -99,7 +107,8 @@ void gather_rest(Gathered& g, const Pose& est, const Truth& truth, std::size_t s
     }
 }
 
-void gather_deepest(Gathered& g, const Pose& est, const Pose& actual, const std::vector<TargetState>& states,
+void gather_deepest(Gathered& g, const Pose& est, const Pose& actual,
+                    const std::vector<TargetState>& states,
                     const std::vector<std::size_t>& moving) {
     for (const std::size_t i : moving) {
         const TargetState& t = states[i];
@@ -111,7 +120,8 @@ void gather_deepest(Gathered& g, const Pose& est, const Pose& actual, const std:
 }
 
 TargetErrorSample sample_errors(double time_s, double press, const Pose& est, const Pose& actual,
-                                const std::vector<TargetState>& states, const std::vector<std::size_t>& moving) {
+                                const std::vector<TargetState>& states,
+                                const std::vector<std::size_t>& moving) {
     double rigid = 0, deforming = 0;
     for (const std::size_t i : moving) {
         rigid += std::pow(error_mm(est, actual, states[i], Vector3::Zero()), 2);
@@ -131,22 +141,26 @@ void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<Matc
         if (!first) first = &pose;
         for (const auto& target : truth.targets)
             rest.organ_travel_mm =
-                std::max(rest.organ_travel_mm, 1e3 * (pose * target.position - *first * target.position).norm());
+                std::max(rest.organ_travel_mm,
+                         1e3 * (pose * target.position - *first * target.position).norm());
         const double angle = Eigen::AngleAxisd(pose.rotation * first->rotation.transpose()).angle();
         rest.organ_turn_deg = std::max(rest.organ_turn_deg, angle * 180 / std::numbers::pi);
     }
 }
 
-/// What the tracker's stated noise does to a registered target, RMS over the targets: the reference sensor's position
-/// error p, its rotation error theta over the target's distance d, of which two thirds lie across d, and what the
-/// fiducials leave (FLE^2 / N at their centre, FLE^2 = FRE^2 N / (N - 2)): p^2 + 2/3 theta^2 d^2 + FRE^2 / (N - 2).
+/// What the tracker's stated noise does to a registered target, RMS over the targets: the reference
+/// sensor's position error p, its rotation error theta over the target's distance d, of which two
+/// thirds lie across d, and what the fiducials leave (FLE^2 / N at their centre, FLE^2 = FRE^2 N /
+/// (N - 2)): p^2 + 2/3 theta^2 d^2 + FRE^2 / (N - 2).
 double registration_noise_mm(const RunResult& result, const Truth& truth) {
     const double fiducials = static_cast<double>(result.info.fiducials.size());
     const double fre = result.info.fre_mm;
     double squares = 0;
     for (const TruthTarget& t : truth.targets)
-        squares += 2.0 / 3 * std::pow(truth.rotation_noise, 2) * (t.position - truth.reference_rest).squaredNorm();
-    const double mean = squares / static_cast<double>(truth.targets.size()) + std::pow(truth.position_noise, 2);
+        squares += 2.0 / 3 * std::pow(truth.rotation_noise, 2) *
+                   (t.position - truth.reference_rest).squaredNorm();
+    const double mean =
+        squares / static_cast<double>(truth.targets.size()) + std::pow(truth.position_noise, 2);
     return std::sqrt(1e6 * mean + (fiducials > 2 ? fre * fre / (fiducials - 2) : 0));
 }
 
@@ -169,7 +183,8 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     }
     if (moving.empty())
         fail(
-            "{}: no target of the truth moves more than {:g} mm (the most is {:.2f} mm at a press of {:.1f} mm), "
+            "{}: no target of the truth moves more than {:g} mm (the most is {:.2f} mm at a press "
+            "of {:.1f} mm), "
             "expected "
             "targets to judge by",
             result.source, 1e3 * moving_m, errors.largest_motion_mm, 1e3 * deepest);
@@ -183,8 +198,8 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
             states[i].u_est = u[i];
             states[i].u_true = displacement_of(truth, truth.targets[i], sample.depth);
         }
-        errors.samples.push_back(
-            sample_errors(result.frames[m.frame].time_s, sample.depth, est, sample.tracker_from_image, states, moving));
+        errors.samples.push_back(sample_errors(result.frames[m.frame].time_s, sample.depth, est,
+                                               sample.tracker_from_image, states, moving));
         if (sample.depth <= at_rest_m) {
             gather_rest(g, est, truth, m.sample, states);
             ++errors.rest.frames;
@@ -194,8 +209,8 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         ++errors.deepest_frames;
     }
     if (errors.deepest_frames == 0)
-        fail("{}: no kept frame lies at the deepest press ({:.1f} mm), expected some to judge by", result.source,
-             1e3 * deepest);
+        fail("{}: no kept frame lies at the deepest press ({:.1f} mm), expected some to judge by",
+             result.source, 1e3 * deepest);
 
     errors.targets = states.size();
     errors.moving = moving.size();

@@ -10,17 +10,17 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"
+#include "geometry/transform.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
-#include "geometry/transform.hpp"
+#include "io/text.hpp"
 #include "mechanics/rigid_motions.hpp"
 #include "mechanics/tet_kernels.hpp"
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
-#include "solvers/parallel/partition.hpp"
 #include "meshing/refine.hpp"
-#include "io/text.hpp"
+#include "solvers/parallel/partition.hpp"
 #include "tracking/simulated_tracker.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/scene/mesh_input.hpp"
@@ -38,7 +38,8 @@ std::uint8_t component_bits(const std::string& components) {
     return bits;
 }
 
-std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
+std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& s,
+                                   const std::string& key) {
     const auto mm = [](double x, double y, double z) -> Vector3 { return Vector3(x, y, z) / 1e3; };
     if (s.mask) return nodes_in_mask(mesh, read_mask(*s.mask));
     if (s.group) {
@@ -72,11 +73,14 @@ std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& 
 
 }  // namespace
 
-std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s, const std::string& key) {
+std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s,
+                                       const std::string& key) {
     std::vector<std::int32_t> nodes = selected(mesh, s, key);
     if (s.where == NodeScope::surface_only) {
         const auto surface = surface_nodes(mesh);
-        std::erase_if(nodes, [&](std::int32_t n) { return !std::binary_search(surface.begin(), surface.end(), n); });
+        std::erase_if(nodes, [&](std::int32_t n) {
+            return !std::binary_search(surface.begin(), surface.end(), n);
+        });
     }
     if (nodes.empty()) {
         Vector3 low = mesh.nodes.front(), high = low;
@@ -84,8 +88,11 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
             low = low.cwiseMin(x);
             high = high.cwiseMax(x);
         }
-        fail("{} selects no node; the mesh spans ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm", key,
-             1e3 * low.x(), 1e3 * low.y(), 1e3 * low.z(), 1e3 * high.x(), 1e3 * high.y(), 1e3 * high.z());
+        fail(
+            "{} selects no node; the mesh spans ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, "
+            "{:.1f}) mm",
+            key, 1e3 * low.x(), 1e3 * low.y(), 1e3 * low.z(), 1e3 * high.x(), 1e3 * high.y(),
+            1e3 * high.z());
     }
     return nodes;
 }
@@ -97,7 +104,8 @@ MeshHierarchy read_tets(const MeshSource& source) {
     if (ending(source.file) == ".h5") return read_hierarchy(source.file);
     const double metres = source.unit == LengthUnit::millimetre ? 1e-3 : 1.0;
 #ifdef LIVETET_IMAGES
-    TetMesh mesh = ending(source.file) == ".vtu" ? read_vtu(source.file, metres) : read_gmsh(source.file, metres);
+    TetMesh mesh = ending(source.file) == ".vtu" ? read_vtu(source.file, metres)
+                                                 : read_gmsh(source.file, metres);
 #else
     TetMesh mesh = read_gmsh(source.file, metres);
 #endif
@@ -110,13 +118,15 @@ MeshHierarchy read_tets(const MeshSource& source) {
 
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
     const bool has_levels_to_make = kind_of(source.file) == tets_kind && source.levels > 1;
-    if (is_tet_mesh_name(source.file) && !has_levels_to_make) return with_refined_levels(read_tets(source), source.refine);
+    if (is_tet_mesh_name(source.file) && !has_levels_to_make)
+        return with_refined_levels(read_tets(source), source.refine);
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
     MPI_Initialized(&initialised);
     if (initialised) MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     if (ranks > 1)
-        fail("mesh.file = {}: {} on one rank only; run `livetet mesh` first and name its .h5", source.file.string(),
+        fail("mesh.file = {}: {} on one rank only; run `livetet mesh` first and name its .h5",
+             source.file.string(),
              has_levels_to_make ? "coarser levels are meshed" : "an image or surface is meshed");
     const auto tell = [](HierarchyResult result) {
         for (const std::string& note : result.notes) fmt::print("note         {}\n", note);
@@ -126,19 +136,25 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         MeshHierarchy read = read_tets(source);
         MeshingOptions options;
         options.levels = source.levels;
-        MeshHierarchy made = naming(source.file.string(), [&] { return tell(levels_below(std::move(read.levels.front()), options, progress)); });
+        MeshHierarchy made = naming(source.file.string(), [&] {
+            return tell(levels_below(std::move(read.levels.front()), options, progress));
+        });
         made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);
         return with_refined_levels(std::move(made), source.refine);
     }
     try {
         return tell(std::move(mesh_input(source, progress).result));
     } catch (const MeshingFailure& failure) {
-        fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"), source.file);
+        fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"),
+                          source.file);
     }
 #else
     (void)progress;
-    if (has_levels_to_make) fail("mesh.levels = {}: this build of livetet meshes no coarser levels, expected 1", source.levels);
-    fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh", source.file.string());
+    if (has_levels_to_make)
+        fail("mesh.levels = {}: this build of livetet meshes no coarser levels, expected 1",
+             source.levels);
+    fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh",
+         source.file.string());
 #endif
 }
 
@@ -149,24 +165,28 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
         const std::string key = fmt::format("drive[{}]", i);
         const std::vector<std::int32_t> nodes = select_nodes(mesh, d, key);
         Vector3 centre = Vector3::Zero();
-        for (const std::int32_t n : nodes) centre += mesh.nodes[n] / static_cast<double>(nodes.size());
+        for (const std::int32_t n : nodes)
+            centre += mesh.nodes[n] / static_cast<double>(nodes.size());
         if (d.centre_mm) centre = *d.centre_mm / 1e3;
         TrackerNoise noise(d.noise_mm / 1e3, 0, static_cast<std::uint64_t>(d.noise_seed));
         const Vector3 error = noise(TrackedPose{}).translation;
-        driven_.push_back({key, nodes, d.displacement_mm / 1e3 + error, d.rotation_deg * (std::numbers::pi / 180), centre,
+        driven_.push_back({key, nodes, d.displacement_mm / 1e3 + error,
+                           d.rotation_deg * (std::numbers::pi / 180), centre,
                            component_bits(d.components), d.stiffness_N_per_m, d.ramp_s});
     }
     for (std::size_t i = 0; i < scene.fix.size(); ++i) {
         const std::string key = fmt::format("fix[{}]", i);
-        driven_.push_back({key, select_nodes(mesh, scene.fix[i], key), Vector3::Zero(), Vector3::Zero(),
-                           Vector3::Zero(), component_bits(scene.fix[i].components), scene.fix[i].stiffness_N_per_m,
+        driven_.push_back({key, select_nodes(mesh, scene.fix[i], key), Vector3::Zero(),
+                           Vector3::Zero(), Vector3::Zero(),
+                           component_bits(scene.fix[i].components), scene.fix[i].stiffness_N_per_m,
                            0});
     }
     for (const Driven& d : driven_) {
         if (!d.stiffness) continue;
         springs_.stiffness.resize(mesh.nodes.size(), 0);
         springs_.target.resize(mesh.nodes.size(), Vector3::Zero());
-        for (const std::int32_t n : d.nodes) springs_.stiffness[n] += *d.stiffness / static_cast<double>(d.nodes.size());
+        for (const std::int32_t n : d.nodes)
+            springs_.stiffness[n] += *d.stiffness / static_cast<double>(d.nodes.size());
     }
     move_to_share(0);
 }
@@ -177,15 +197,17 @@ void SceneConstraints::move(Driven& d, double share) {
     for (const std::int32_t n : d.nodes) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
         d.values.push_back(value);
-        if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their mean
-            springs_.target[n] += *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
+        if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their
+                          // mean
+            springs_.target[n] +=
+                *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
         else
             constraints_.prescribe(std::span(&n, 1), value, d.components);
     }
 }
 
-std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(std::span<const Vector3> reactions,
-                                                                      std::span<const Vector3> displacement) const {
+std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
+    std::span<const Vector3> reactions, std::span<const Vector3> displacement) const {
     std::vector<std::pair<std::string, Vector3>> forces;
     std::vector<std::uint8_t> told(reactions.size(), 0);
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
@@ -193,13 +215,16 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(std::span<
         for (std::size_t k = 0; k < d->nodes.size(); ++k) {
             const std::int32_t n = d->nodes[k];
             if (d->stiffness) {
-                force += *d->stiffness / static_cast<double>(d->nodes.size()) * (d->values[k] - displacement[n]);
+                force += *d->stiffness / static_cast<double>(d->nodes.size()) *
+                         (d->values[k] - displacement[n]);
                 continue;
             }
             for (int c = 0; c < 3; ++c) {
                 if (!(d->components >> c & 1) || (told[n] >> c & 1)) continue;
                 force[c] += reactions[n][c];
-                if (!springs_.empty()) force[c] -= springs_.stiffness[n] * (springs_.target[n][c] - displacement[n][c]);
+                if (!springs_.empty())
+                    force[c] -=
+                        springs_.stiffness[n] * (springs_.target[n][c] - displacement[n][c]);
             }
             told[n] |= d->components;
         }
@@ -221,15 +246,18 @@ void SceneConstraints::move_to_share(double share) {
 
 namespace {
 
-/// The triangles that a load acts on: those of the group where it names one, else those of the surface whose corners
-/// are all selected.
-std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load, std::span<const std::int32_t> nodes) {
+/// The triangles that a load acts on: those of the group where it names one, else those of the
+/// surface whose corners are all selected.
+std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load,
+                                       std::span<const std::int32_t> nodes) {
     if (load.group)
-        if (const auto set = mesh.triangle_sets.find(*load.group); set != mesh.triangle_sets.end()) return set->second;
+        if (const auto set = mesh.triangle_sets.find(*load.group); set != mesh.triangle_sets.end())
+            return set->second;
     std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
     std::erase_if(triangles, [&](const Triangle& t) {
-        return !std::all_of(t.begin(), t.end(),
-                            [&](std::int32_t n) { return std::binary_search(nodes.begin(), nodes.end(), n); });
+        return !std::all_of(t.begin(), t.end(), [&](std::int32_t n) {
+            return std::binary_search(nodes.begin(), nodes.end(), n);
+        });
     });
     return triangles;
 }
@@ -241,27 +269,35 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
     if (scene.gravity_m_per_s2 != Vector3::Zero())
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-            const Material& material = material_of(scene.materials, mesh.regions.empty() ? 0 : mesh.regions[e]);
-            const Vector3 weight =
-                material.density_kg_per_m3 * signed_volume(mesh, mesh.tets[e]) * scene.gravity_m_per_s2;
+            const Material& material =
+                material_of(scene.materials, mesh.regions.empty() ? 0 : mesh.regions[e]);
+            const Vector3 weight = material.density_kg_per_m3 * signed_volume(mesh, mesh.tets[e]) *
+                                   scene.gravity_m_per_s2;
             if (mesh.edge_nodes.empty()) {
-                for (int i = 0; i < 4; ++i) force[mesh.tets[e][i]] += TetShape<4>::force_share(i) * weight;
+                for (int i = 0; i < 4; ++i)
+                    force[mesh.tets[e][i]] += TetShape<4>::force_share(i) * weight;
                 continue;
             }
-            for (int i = 0; i < 4; ++i) force[mesh.tets[e][i]] += TetShape<10>::force_share(i) * weight;
-            for (int k = 0; k < 6; ++k) force[mesh.edge_nodes[e][k]] += TetShape<10>::force_share(4 + k) * weight;
+            for (int i = 0; i < 4; ++i)
+                force[mesh.tets[e][i]] += TetShape<10>::force_share(i) * weight;
+            for (int k = 0; k < 6; ++k)
+                force[mesh.edge_nodes[e][k]] += TetShape<10>::force_share(4 + k) * weight;
         }
     const EdgeNodes edges(mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadOptions& load = scene.loads[i];
         const std::string key = fmt::format("loads[{}]", i);
         const auto nodes = select_nodes(mesh, load, key);
-        for (const std::int32_t n : nodes) force[n] += load.force_N / static_cast<double>(nodes.size());
+        for (const std::int32_t n : nodes)
+            force[n] += load.force_N / static_cast<double>(nodes.size());
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
-        if (triangles.empty()) fail("{} selects no whole triangle of the surface for its traction or pressure", key);
+        if (triangles.empty())
+            fail("{} selects no whole triangle of the surface for its traction or pressure", key);
         for (const Triangle& t : triangles) {
-            const Vector3 area = 0.5 * (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
+            const Vector3 area =
+                0.5 *
+                (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
             for (const std::int32_t n : traction_nodes(t, edges))
                 force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
         }
@@ -271,16 +307,21 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
 
 ElasticModel elastic_model(const Scene& scene, bool live) {
     ElasticModel model{scene.materials, scene.strain, scene.formulation};
-    if (live && model.formulation == Formulation::automatic) model.formulation = Formulation::displacement;
+    if (live && model.formulation == Formulation::automatic)
+        model.formulation = Formulation::displacement;
     return model;
 }
 
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live) {
     SolverOptions options = scene.solver;
-    const bool strain = scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
-    const bool levels = hierarchy.levels.size() > 1 && hierarchy.levels.back().nodes.size() <= FloatMultigrid::most_coarsest_nodes;
-    if (live && options.kind == SolverKind::automatic && levels && strain && scene.elements == Elements::p1 &&
-        elastic_model(scene, live).formulation == Formulation::displacement && contrast_of(scene.materials) <= FloatMultigrid::most_contrast)
+    const bool strain =
+        scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
+    const bool levels = hierarchy.levels.size() > 1 &&
+                        hierarchy.levels.back().nodes.size() <= FloatMultigrid::most_coarsest_nodes;
+    if (live && options.kind == SolverKind::automatic && levels && strain &&
+        scene.elements == Elements::p1 &&
+        elastic_model(scene, live).formulation == Formulation::displacement &&
+        contrast_of(scene.materials) <= FloatMultigrid::most_contrast)
         options.kind = SolverKind::live;
     return options;
 }
@@ -296,8 +337,10 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
     for (std::size_t i = 0; i < std::min<std::size_t>(free.size(), 6); ++i)
         list += (i ? ", " : "") + free[i].description;
     if (free.size() > 6) list += ", ...";
-    fail("the body is not held: {} rigid motion{} free in a static scene: {}; expected fix or drive to hold them",
-         free.size(), free.size() == 1 ? " is" : "s are", list);
+    fail(
+        "the body is not held: {} rigid motion{} free in a static scene: {}; expected fix or drive "
+        "to hold them",
+        free.size(), free.size() == 1 ? " is" : "s are", list);
 }
 
 StepEffort batch_effort(const Scene& scene) {
@@ -311,16 +354,22 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         const int region = scene.materials[i].region;
         for (std::size_t j = 0; j < i; ++j)
             if (scene.materials[j].region == region)
-                fail("materials[{}].region = {} is materials[{}]'s too, expected one material for each region", i, region, j);
+                fail(
+                    "materials[{}].region = {} is materials[{}]'s too, expected one material for "
+                    "each region",
+                    i, region, j);
         const auto& regions = hierarchy.levels.front().regions;
         if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
             fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
     }
     // Here, where every rank has the whole mesh: none alone may find a tet without.
     const std::vector<std::int32_t>& regions = hierarchy.levels.front().regions;
-    for (const int region : regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end())) (void)material_of(scene.materials, region);
+    for (const int region :
+         regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end()))
+        (void)material_of(scene.materials, region);
     SceneBody scene_body{std::move(hierarchy), nullptr};
-    if (scene.elements == Elements::p2) scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
+    if (scene.elements == Elements::p2)
+        scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
     const SolverOptions options = solver_options(scene, scene_body.hierarchy, live);
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
@@ -335,12 +384,13 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
     }
-    scene_body.body = std::make_unique<DeformableBody>(comm, scene_body.hierarchy, parts,
-                                                       elastic_model(scene, live), scene.time, options);
+    scene_body.body = std::make_unique<DeformableBody>(
+        comm, scene_body.hierarchy, parts, elastic_model(scene, live), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // which had their say in who gets what
     if (scene_body.body->elastic_operator().kind() != SolverKind::live)
-        for (std::size_t l = 1; l < used.levels.size(); ++l) used.levels[l] = {};  // the body has its share of them
+        for (std::size_t l = 1; l < used.levels.size(); ++l)
+            used.levels[l] = {};  // the body has its share of them
     return scene_body;
 }
 

@@ -10,10 +10,12 @@
 namespace livetet {
 
 /// The nodes that a selection of a scene means. Throws Error, naming `key`, where it means none.
-std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection, const std::string& key);
+std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection,
+                                       const std::string& key);
 
-/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says so. What came out
-/// otherwise than asked is printed as notes; a surface that could not be meshed is written to the working folder.
+/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says
+/// so. What came out otherwise than asked is printed as notes; a surface that could not be meshed
+/// is written to the working folder.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
 /// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.
@@ -26,10 +28,10 @@ class SceneConstraints {
     /// All driven sets by this share of their way, from 0 to 1.
     void move_to_share(double share);
 
-    /// What each set pulls the body with, N, by the scene's key: springs by their stretch, hard sets by the reactions of
-    /// the components that they are the last to prescribe.
-    std::vector<std::pair<std::string, Vector3>> forces(std::span<const Vector3> reactions,
-                                                        std::span<const Vector3> displacement) const;
+    /// What each set pulls the body with, N, by the scene's key: springs by their stretch, hard
+    /// sets by the reactions of the components that they are the last to prescribe.
+    std::vector<std::pair<std::string, Vector3>> forces(
+        std::span<const Vector3> reactions, std::span<const Vector3> displacement) const;
 
     const Constraints& constraints() const { return constraints_; }
     const Springs& springs() const { return springs_; }
@@ -69,7 +71,8 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
 
 /// A scene's hierarchy and the body on it. Collective.
 struct SceneBody {
-    MeshHierarchy hierarchy;  ///< the body goes on reading its transfers; its coarser meshes are empty unless the body is live
+    MeshHierarchy hierarchy;  ///< the body goes on reading its transfers; its coarser meshes are
+                              ///< empty unless the body is live
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< what METIS or PTScotch took
 

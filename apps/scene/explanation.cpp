@@ -13,58 +13,77 @@ namespace {
 /// What a scene builds and leaves out, one after the other.
 class Explanation {
   public:
-    void uses(std::string_view part, const std::string& why) { parts.push_back({true, std::string(part), why}); }
-    void leaves_out(std::string_view part, const std::string& why) { parts.push_back({false, std::string(part), why}); }
+    void uses(std::string_view part, const std::string& why) {
+        parts.push_back({true, std::string(part), why});
+    }
+    void leaves_out(std::string_view part, const std::string& why) {
+        parts.push_back({false, std::string(part), why});
+    }
     std::vector<ExplainedPart> parts;
 };
 
 }  // namespace
 
-std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, std::size_t levels, bool multigrid) {
+std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, std::size_t levels,
+                                         bool multigrid) {
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
     Explanation e;
-    constexpr const char* strains[] = {"small strain", "corotated", "Green's strain", "neo-Hookean"};
-    e.uses("elements", fmt::format("{} tetrahedra of {} nodes, {}", tets, scene.elements == Elements::p2 ? 10 : 4,
+    constexpr const char* strains[] = {"small strain", "corotated", "Green's strain",
+                                       "neo-Hookean"};
+    e.uses("elements", fmt::format("{} tetrahedra of {} nodes, {}", tets,
+                                   scene.elements == Elements::p2 ? 10 : 4,
                                    strains[static_cast<int>(scene.strain)]));
     if (resolved_formulation(elastic_model(scene, scene.track.has_value())) == Formulation::mixed)
-        e.uses("pressures", "one at each corner, FGMRES around the preconditioner of the displacements");
+        e.uses("pressures",
+               "one at each corner, FGMRES around the preconditioner of the displacements");
     else
-        e.leaves_out("pressures", scene.track ? "`track`" : "formulation: displacement, or no poisson >= 0.49");
+        e.leaves_out("pressures",
+                     scene.track ? "`track`" : "formulation: displacement, or no poisson >= 0.49");
     if (scene.strain != StrainModel::corotated)
         e.leaves_out("rotations", "strain is not corotated");
     else
-        e.uses("rotations", fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
-                                     (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
+        e.uses("rotations",
+               fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
+                           (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
     if (scene.strain == StrainModel::linear)
-        e.uses("one operator", "small strain: kept, with what it was factored to, while the step, constraints and springs are the same");
+        e.uses("one operator",
+               "small strain: kept, with what it was factored to, while the step, constraints and "
+               "springs are the same");
     if (is_static)
         e.leaves_out("mass, velocities", "time.scheme: static");
     else
-        e.uses("mass, velocities", fmt::format("lumped mass; time.scheme, step {} s", scene.time.step_s));
+        e.uses("mass, velocities",
+               fmt::format("lumped mass; time.scheme, step {} s", scene.time.step_s));
     if (is_static || (scene.time.rayleigh_alpha == 0 && scene.time.rayleigh_beta == 0))
-        e.leaves_out("damping", is_static ? "time.scheme: static" : "rayleigh_alpha and rayleigh_beta are 0");
+        e.leaves_out("damping",
+                     is_static ? "time.scheme: static" : "rayleigh_alpha and rayleigh_beta are 0");
     else
-        e.uses("damping",
-               fmt::format("Rayleigh, alpha {} 1/s, beta {} s", scene.time.rayleigh_alpha, scene.time.rayleigh_beta));
+        e.uses("damping", fmt::format("Rayleigh, alpha {} 1/s, beta {} s",
+                                      scene.time.rayleigh_alpha, scene.time.rayleigh_beta));
     if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty())
         e.leaves_out("forces", "no gravity, no loads");
     else
-        e.uses("forces", fmt::format("{}{} load(s)", scene.gravity_m_per_s2 == Vector3::Zero() ? "" : "gravity, ",
+        e.uses("forces", fmt::format("{}{} load(s)",
+                                     scene.gravity_m_per_s2 == Vector3::Zero() ? "" : "gravity, ",
                                      scene.loads.size()));
-    const bool galerkin = resolved_coarse(scene.solver.coarse, contrast_of(scene.materials)) == CoarseOperator::galerkin;
+    const bool galerkin = resolved_coarse(scene.solver.coarse, contrast_of(scene.materials)) ==
+                          CoarseOperator::galerkin;
     if (multigrid)
         e.uses("coarse levels", fmt::format("{} of them, {}", levels - 1,
-                                            galerkin ? "P^T A P each linearisation" : "assembled with their own rotations"));
+                                            galerkin ? "P^T A P each linearisation"
+                                                     : "assembled with their own rotations"));
     else
         e.leaves_out("coarse levels",
                      levels > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
     if (scene.track) {
-        e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, the result file, the status "
+        e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, "
+                                      "the result file, the status "
                                       "line and the scene file",
                                       scene.track->sensors.size()));
         if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
         if (scene.track->publish)
-            e.uses("OpenIGTLink server", fmt::format("track.publish: port {}", scene.track->publish->port));
+            e.uses("OpenIGTLink server",
+                   fmt::format("track.publish: port {}", scene.track->publish->port));
         else
             e.leaves_out("OpenIGTLink server", "no track.publish, no --publish: no socket");
     } else {
@@ -85,13 +104,15 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     return std::move(e.parts);
 }
 
-std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source, std::size_t tets,
-                                       std::size_t levels, const std::string& solver, bool tracked) {
+std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,
+                                       std::size_t tets, std::size_t levels,
+                                       const std::string& solver, bool tracked) {
     if (scene_text.empty()) return {};
     try {
         Scene scene = read_yaml<Scene>(scene_text, source);
         if (!tracked) scene.track.reset();
-        const bool multigrid = solver.find("multigrid") != std::string::npos || solver.find("+ mg,") != std::string::npos;
+        const bool multigrid = solver.find("multigrid") != std::string::npos ||
+                               solver.find("+ mg,") != std::string::npos;
         return explain_parts(scene, tets, levels, multigrid);
     } catch (const Error&) {
         return {};

@@ -12,14 +12,21 @@ constexpr unsigned meshed = image_kind | surface_kind;
 
 constexpr MeshKey keys[] = {
     {"--labels", "labels", image_kind, [](const MeshSource& s) { return !s.labels.empty(); }},
-    {"--threshold", "threshold", image_kind, [](const MeshSource& s) { return !s.threshold.empty(); }},
-    {"--voxel-mm", "voxel_mm", image_kind, [](const MeshSource& s) { return s.voxel_mm.has_value(); }},
-    {"--smoothing-mm", "smoothing_mm", image_kind, [](const MeshSource& s) { return s.smoothing_mm.has_value(); }},
-    {"--metres", "unit", surface_kind | tets_kind, [](const MeshSource& s) { return s.unit != MeshSource{}.unit; }},
-    {"--space", "space", surface_kind | tets_kind, [](const MeshSource& s) { return s.space != MeshSource{}.space; }},
+    {"--threshold", "threshold", image_kind,
+     [](const MeshSource& s) { return !s.threshold.empty(); }},
+    {"--voxel-mm", "voxel_mm", image_kind,
+     [](const MeshSource& s) { return s.voxel_mm.has_value(); }},
+    {"--smoothing-mm", "smoothing_mm", image_kind,
+     [](const MeshSource& s) { return s.smoothing_mm.has_value(); }},
+    {"--metres", "unit", surface_kind | tets_kind,
+     [](const MeshSource& s) { return s.unit != MeshSource{}.unit; }},
+    {"--space", "space", surface_kind | tets_kind,
+     [](const MeshSource& s) { return s.space != MeshSource{}.space; }},
     {"--tets", "tets", meshed, [](const MeshSource& s) { return s.tets != MeshSource{}.tets; }},
-    {"--levels", "levels", meshed | tets_kind, [](const MeshSource& s) { return s.levels != MeshSource{}.levels; }},
-    {"--edge-lengths-mm", "edge_lengths_mm", meshed, [](const MeshSource& s) { return !s.edge_lengths_mm.empty(); }},
+    {"--levels", "levels", meshed | tets_kind,
+     [](const MeshSource& s) { return s.levels != MeshSource{}.levels; }},
+    {"--edge-lengths-mm", "edge_lengths_mm", meshed,
+     [](const MeshSource& s) { return !s.edge_lengths_mm.empty(); }},
     {"--budget-ms", nullptr, meshed, nullptr},
     {"--refine-sphere", nullptr, meshed, nullptr},
     {"--inside-growth", nullptr, meshed, nullptr},
@@ -31,7 +38,9 @@ constexpr MeshKey keys[] = {
 
 std::string text_of(unsigned kinds) {
     std::string text;
-    for (const auto& [kind, name] : {std::pair{image_kind, "an image"}, {surface_kind, "a surface"}, {tets_kind, "a .msh or .vtu"},
+    for (const auto& [kind, name] : {std::pair{image_kind, "an image"},
+                                     {surface_kind, "a surface"},
+                                     {tets_kind, "a .msh or .vtu"},
                                      {hierarchy_kind, "a hierarchy (.h5)"}})
         if (kinds & kind) text += fmt::format("{}{}", text.empty() ? "" : " or ", name);
     return text;
@@ -55,13 +64,14 @@ MeshKind kind_of(const std::filesystem::path& file) {
 
 std::span<const MeshKey> mesh_keys() { return keys; }
 
-void refuse_idle_keys(const std::filesystem::path& file, const std::function<bool(const MeshKey&)>& given,
+void refuse_idle_keys(const std::filesystem::path& file,
+                      const std::function<bool(const MeshKey&)>& given,
                       const std::function<std::string(const MeshKey&)>& name) {
     const MeshKind kind = kind_of(file);
     for (const MeshKey& key : keys)
         if (!(key.kinds & kind) && given(key))
-            fail("{}: is {}, of which {} changes nothing; expected it with {} only", file.string(), text_of(kind), name(key),
-                 text_of(key.kinds));
+            fail("{}: is {}, of which {} changes nothing; expected it with {} only", file.string(),
+                 text_of(kind), name(key), text_of(key.kinds));
 }
 
 void refuse_idle_keys(const MeshSource& source) {

@@ -19,12 +19,15 @@ struct MeshKey {
     const char* option;  ///< of the command
     const char* key;     ///< of the mesh block that says the same; nullptr: none does
     unsigned kinds;
-    bool (*given)(const MeshSource&);  ///< whether a mesh block says other than the default; nullptr without a key
+    bool (*given)(const MeshSource&);  ///< whether a mesh block says other than the default;
+                                       ///< nullptr without a key
 };
 std::span<const MeshKey> mesh_keys();
 
-/// Throws Error, naming the file, its kind and the `name` of the first key that is `given` and does nothing there.
-void refuse_idle_keys(const std::filesystem::path& file, const std::function<bool(const MeshKey&)>& given,
+/// Throws Error, naming the file, its kind and the `name` of the first key that is `given` and does
+/// nothing there.
+void refuse_idle_keys(const std::filesystem::path& file,
+                      const std::function<bool(const MeshKey&)>& given,
                       const std::function<std::string(const MeshKey&)>& name);
 
 /// The same of a scene's mesh block.

@@ -8,23 +8,29 @@
 
 namespace livetet {
 
-void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path, const std::set<std::filesystem::path>& files) {
+void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path,
+                         const std::set<std::filesystem::path>& files) {
     for (const std::filesystem::path& file : files) {
-        const std::optional<std::filesystem::path> voxels = path.empty() ? std::nullopt : named_voxel_file(file);
+        const std::optional<std::filesystem::path> voxels =
+            path.empty() ? std::nullopt : named_voxel_file(file);
         if (same_file(path, file) || (voxels && same_file(path, *voxels)))
-            fail("{} {}: is read, or written besides, expected another file to write", name, path.string());
+            fail("{} {}: is read, or written besides, expected another file to write", name,
+                 path.string());
     }
 }
 
-void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path, const Scene& scene, const std::filesystem::path& scene_file) {
+void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path,
+                         const Scene& scene, const std::filesystem::path& scene_file) {
     std::set<std::filesystem::path> files = read_files(scene);
     files.insert(scene_file);
     for (const auto& [key, file] : written_files(scene)) files.insert(file);
     refuse_to_overwrite(name, path, files);
 }
 
-void expect_ending(std::string_view name, const std::filesystem::path& path, std::string_view expected) {
-    if (!path.empty() && !path.string().ends_with(expected)) fail("{} {}: expected a name that ends in {}", name, path.string(), expected);
+void expect_ending(std::string_view name, const std::filesystem::path& path,
+                   std::string_view expected) {
+    if (!path.empty() && !path.string().ends_with(expected))
+        fail("{} {}: expected a name that ends in {}", name, path.string(), expected);
 }
 
 }  // namespace livetet

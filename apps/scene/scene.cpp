@@ -16,13 +16,15 @@ namespace livetet {
 namespace {
 
 void check_selection(const SelectionOptions& s, const std::string& key, const std::string& file) {
-    const int given = s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() + s.sphere_mm.has_value() +
-                      s.half_space_mm.has_value() + s.nodes.has_value();
+    const int given = s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() +
+                      s.sphere_mm.has_value() + s.half_space_mm.has_value() + s.nodes.has_value();
     if (given != 1)
-        fail("{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly one ({})", key,
-             given, file);
-    const auto check_size = [&](const std::optional<std::vector<double>>& values, std::string_view name,
-                                std::size_t size) {
+        fail(
+            "{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly "
+            "one ({})",
+            key, given, file);
+    const auto check_size = [&](const std::optional<std::vector<double>>& values,
+                                std::string_view name, std::size_t size) {
         if (values && values->size() != size)
             fail("{}.{} has {} numbers, expected {} ({})", key, name, values->size(), size, file);
     };
@@ -38,7 +40,9 @@ std::optional<double> seconds_of(const std::string& text) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     std::string_view unit(end, text.data() + text.size());
     unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
-    if (error != std::errc{} || !(number > 0) || !std::isfinite(number) || (unit != "ms" && unit != "s")) return {};
+    if (error != std::errc{} || !(number > 0) || !std::isfinite(number) ||
+        (unit != "ms" && unit != "s"))
+        return {};
     return unit == "ms" ? number / 1e3 : number;
 }
 
@@ -63,11 +67,14 @@ void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
     const auto written = written_files(scene);
     for (const auto& [key, path] : written)
         for (const std::filesystem::path& input : read)
-            if (same_file(path, input)) fail("{} = {}: is read, expected another file to write ({})", key, path.string(), file);
+            if (same_file(path, input))
+                fail("{} = {}: is read, expected another file to write ({})", key, path.string(),
+                     file);
     for (std::size_t i = 0; i < written.size(); ++i)
         for (std::size_t j = i + 1; j < written.size(); ++j)
             if (same_file(written[i].second, written[j].second))
-                fail("{} and {}: both name {}, expected two files ({})", written[i].first, written[j].first, written[i].second.string(), file);
+                fail("{} and {}: both name {}, expected two files ({})", written[i].first,
+                     written[j].first, written[i].second.string(), file);
 }
 
 }  // namespace
@@ -76,16 +83,21 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
     if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
     if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
     const auto check_all = [&](auto& list, std::string_view name) {
-        for (std::size_t i = 0; i < list.size(); ++i) check_selection(list[i], fmt::format("{}[{}]", name, i), file);
+        for (std::size_t i = 0; i < list.size(); ++i)
+            check_selection(list[i], fmt::format("{}[{}]", name, i), file);
     };
     if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
-        fail("time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least that ({})",
-             scene.time.beta, scene.time.gamma / 2, file);
+        fail(
+            "time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least "
+            "that ({})",
+            scene.time.beta, scene.time.gamma / 2, file);
     const auto check_soft = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i)
             if (list[i].stiffness_N_per_m && list[i].components.size() != 3)
-                fail("{}[{}].components = {} with a stiffness: springs pull along x, y and z, expected xyz ({})", name, i,
-                     list[i].components, file);
+                fail(
+                    "{}[{}].components = {} with a stiffness: springs pull along x, y and z, "
+                    "expected xyz ({})",
+                    name, i, list[i].components, file);
     };
     check_soft(scene.fix, "fix");
     check_soft(scene.drive, "drive");
@@ -93,25 +105,33 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
     check_all(scene.drive, "drive");
     check_all(scene.loads, "loads");
     if (scene.track && scene.track->source.empty())
-        fail("track.source is missing, expected openigtlink://host:port, a tracker recording, or a script ({})", file);
+        fail(
+            "track.source is missing, expected openigtlink://host:port, a tracker recording, or a "
+            "script ({})",
+            file);
     if (scene.track && scene.track->registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
     if (scene.track && scene.track->ahead_ms > 0 && scene.track->smoothing_Hz == 0)
-        fail("track.ahead_ms = {} with track.smoothing_Hz = 0: poses are carried on by the filter's speeds, expected a filter, or "
-             "ahead_ms: 0 ({})",
-             scene.track->ahead_ms, file);
+        fail(
+            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses are carried on by the filter's "
+            "speeds, expected a filter, or "
+            "ahead_ms: 0 ({})",
+            scene.track->ahead_ms, file);
     if (scene.track) {
         std::vector<std::string> names{scene.track->reference_tool};
         for (const SensorOptions& sensor : scene.track->sensors) {
             if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
-                fail("track.sensors: {} is named twice, expected each tool once, and not the reference ({})", sensor.tool,
-                     file);
+                fail(
+                    "track.sensors: {} is named twice, expected each tool once, and not the "
+                    "reference ({})",
+                    sensor.tool, file);
             names.push_back(sensor.tool);
         }
         for (const ToolOptions& tool : scene.track->tools) {
             const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
             if (std::find(names.begin(), names.end(), name) != names.end())
-                fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})", tool.tool, name, file);
+                fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})",
+                     tool.tool, name, file);
             names.push_back(name);
         }
     }

@@ -40,7 +40,11 @@ std::string stamps_of(const std::set<std::filesystem::path>& files) {
             continue;
         }
         const std::optional<std::string> contents = content_digest(path);
-        if (!contents) fail("{}: its voxels lie in several files, expected one, for which it can be told whether it changed", path.string());
+        if (!contents)
+            fail(
+                "{}: its voxels lie in several files, expected one, for which it can be told "
+                "whether it changed",
+                path.string());
         text += fmt::format("{}: {} bytes, digest {}\n", path.string(), size, *contents);
     }
     return text;
@@ -50,7 +54,8 @@ std::vector<std::pair<const char*, std::filesystem::path>> written_files(const S
     std::vector<std::pair<const char*, std::filesystem::path>> files;
     if (scene.output.has_file()) {
         files.emplace_back("output.file", scene.output.file);
-        files.emplace_back("output.file's XDMF", std::filesystem::path(scene.output.file).replace_extension(".xdmf"));
+        files.emplace_back("output.file's XDMF",
+                           std::filesystem::path(scene.output.file).replace_extension(".xdmf"));
     }
     if (scene.probes) files.emplace_back("probes.displacements", scene.probes->displacements);
     return files;

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/scene/mesh_source.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/mesh_source.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "io/hierarchy_file.hpp"
@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 /// The mesh block that a hierarchy was made by, as its provenance tells.
 MeshSource source_of_hierarchy(const fs::path& path) {
-    const auto told = nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
+    const auto told =
+        nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
     const auto asked = told.is_object() ? told.value("asked", nlohmann::json()) : nlohmann::json();
     if (!asked.is_object() || !asked.contains("mesh") || !asked["mesh"].is_string())
         fail("{}: does not say what it was meshed from", path.string());
@@ -36,7 +37,8 @@ fs::path locate(const fs::path& file, const fs::path& named_by) {
     fail("{}: names {}, which is not there, nor beside it", named_by.string(), file.string());
 }
 
-std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions selection, const std::string& key, const fs::path& named_by) {
+std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions selection,
+                                         const std::string& key, const fs::path& named_by) {
     if (selection.mask) selection.mask = locate(*selection.mask, named_by);
     return select_nodes(mesh, selection, key);
 }
@@ -56,7 +58,8 @@ SceneImage find_scene_image(const Scene& scene, const fs::path& told_by) {
         named_by = hierarchy;
     }
     if (kind_of(source.file) != image_kind)
-        fail("{}: names no image, and was meshed from {}, which is none", named_by.string(), source.file.string());
+        fail("{}: names no image, and was meshed from {}, which is none", named_by.string(),
+             source.file.string());
     image.file = locate(source.file, named_by);
     image.label_map = source.threshold.empty();
     return image;

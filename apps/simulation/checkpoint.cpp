@@ -19,13 +19,15 @@ constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
 /// hdf5::write_whole, for a run that can go on.
-void write_part(const fs::path& path, const char* format, std::size_t bytes, const std::function<void(hdf5::File&)>& fill) {
+void write_part(const fs::path& path, const char* format, std::size_t bytes,
+                const std::function<void(hdf5::File&)>& fill) {
     try {
         hdf5::write_whole(path, format, checkpoint_version, bytes, fill);
     } catch (const Error& e) {
         std::error_code unknown;
         const bool can_go_on = fs::exists(path.parent_path() / state_file, unknown);
-        fail("{}{}", e.what(), can_go_on ? "; the run goes on from its last checkpoint with --restart" : "");
+        fail("{}{}", e.what(),
+             can_go_on ? "; the run goes on from its last checkpoint with --restart" : "");
     }
 }
 
@@ -43,17 +45,21 @@ auto read_about(const hdf5::File& file, Read&& read) {
 
 void append_frame(ResultWriter& writer, const ResultFrame& frame) {
     writer.append(frame.time_s, frame.displacement);
-    for (const ResultFrame::Field& f : frame.fields) writer.append_field(f.name, f.place, f.components, f.values);
+    for (const ResultFrame::Field& f : frame.fields)
+        writer.append_field(f.name, f.place, f.components, f.values);
 }
 
 CheckpointStore::CheckpointStore(const fs::path& result, std::string about)
     : result_(result), folder_(result.string() + ".parts"), about_(std::move(about)) {}
 
-fs::path CheckpointStore::frame_file(std::size_t number) const { return folder_ / fmt::format("frame_{:06}.h5", number); }
+fs::path CheckpointStore::frame_file(std::size_t number) const {
+    return folder_ / fmt::format("frame_{:06}.h5", number);
+}
 
 void CheckpointStore::begin() const {
     if (fs::exists(folder_ / state_file))
-        fail("{}: an earlier run can go on from there, expected --restart, or that folder removed", folder_.string());
+        fail("{}: an earlier run can go on from there, expected --restart, or that folder removed",
+             folder_.string());
     if (const fs::path parent = folder_.parent_path(); !parent.empty() && !fs::is_directory(parent))
         fail("{}: cannot be written, there is no folder {}", result_.string(), parent.string());
     std::error_code error;
@@ -64,18 +70,25 @@ void CheckpointStore::begin() const {
 
 std::pair<RunPlace, BodyState> CheckpointStore::read() const {
     if (!fs::exists(folder_ / state_file))
-        fail("{}: no checkpoint to go on from, expected a run with output.checkpoint_every that was ended after its first",
-             (folder_ / state_file).string());
+        fail(
+            "{}: no checkpoint to go on from, expected a run with output.checkpoint_every that was "
+            "ended after its first",
+            (folder_ / state_file).string());
     const hdf5::File file = hdf5::File::open(folder_ / state_file);
     hdf5::check_format(file, state_format, checkpoint_version);
     if (const std::string was = file.read_text("run"); was != about_)
-        fail("{}: is of another scene or mesh than this ({}), expected the one that it was written by", file.shown(), first_difference(was, about_));
+        fail(
+            "{}: is of another scene or mesh than this ({}), expected the one that it was written "
+            "by",
+            file.shown(), first_difference(was, about_));
     BodyState state;
     const RunPlace place = read_about(file, [&](const json& about) {
         state.started = about.at("started");
-        return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"), about.at("frames"), about.at("failure")};
+        return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"),
+                        about.at("frames"), about.at("failure")};
     });
-    for (const std::string& name : file.names("state")) state.nodal.push_back(read_vectors(file, "state/" + name));
+    for (const std::string& name : file.names("state"))
+        state.nodal.push_back(read_vectors(file, "state/" + name));
     if (file.has("pressure")) state.pressure = file.read<double>("pressure", 1).values;
     return {place, state};
 }
@@ -86,11 +99,15 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
     write_part(frame_file(number), frame_format, bytes, [&](hdf5::File& file) {
         json fields = json::array();
         for (const ResultFrame::Field& f : frame.fields)
-            fields.push_back({{"name", f.name}, {"node", f.place == FieldPlace::node}, {"components", f.components}});
-        file.write_text("about", json{{"number", number}, {"time_s", frame.time_s}, {"fields", fields}}.dump());
+            fields.push_back({{"name", f.name},
+                              {"node", f.place == FieldPlace::node},
+                              {"components", f.components}});
+        file.write_text(
+            "about", json{{"number", number}, {"time_s", frame.time_s}, {"fields", fields}}.dump());
         file.write<double>("displacement", flat(frame.displacement), 3);
         for (const ResultFrame::Field& f : frame.fields)
-            file.write<double>("fields/" + f.name, f.values, static_cast<std::size_t>(f.components));
+            file.write<double>("fields/" + f.name, f.values,
+                               static_cast<std::size_t>(f.components));
     });
 }
 
@@ -104,13 +121,15 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
     const hdf5::File file = hdf5::File::open(frame_file(number), true);
     hdf5::check_format(file, frame_format, checkpoint_version);
     return read_about(file, [&](const json& about) {
-        if (about.at("number") != number) fail("{}: is frame {}, expected {}", file.shown(), about.at("number").dump(), number);
+        if (about.at("number") != number)
+            fail("{}: is frame {}, expected {}", file.shown(), about.at("number").dump(), number);
         ResultFrame frame{about.at("time_s"), read_vectors(file, "displacement")};
         for (const json& f : about.at("fields")) {
             const auto name = f.at("name").get<std::string>();
             const int components = f.at("components");
-            frame.fields.push_back({name, f.at("node").get<bool>() ? FieldPlace::node : FieldPlace::tet, components,
-                                    file.read<double>("fields/" + name, static_cast<std::size_t>(components)).values});
+            frame.fields.push_back(
+                {name, f.at("node").get<bool>() ? FieldPlace::node : FieldPlace::tet, components,
+                 file.read<double>("fields/" + name, static_cast<std::size_t>(components)).values});
         }
         return frame;
     });
@@ -121,10 +140,15 @@ void CheckpointStore::write(const RunPlace& place, const BodyState& state) const
     for (const auto& values : state.nodal) bytes += values.size() * sizeof(Vector3);
     write_part(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {
         file.write_text("run", about_);
-        file.write_text("about", json{{"time_s", place.time_s}, {"step_s", place.step_s}, {"steps", place.steps},
-                                      {"frames", place.frames}, {"failure", place.failure}, {"started", state.started}}
+        file.write_text("about", json{{"time_s", place.time_s},
+                                      {"step_s", place.step_s},
+                                      {"steps", place.steps},
+                                      {"frames", place.frames},
+                                      {"failure", place.failure},
+                                      {"started", state.started}}
                                      .dump());
-        for (std::size_t i = 0; i < state.nodal.size(); ++i) file.write<double>(fmt::format("state/{}", i), flat(state.nodal[i]), 3);
+        for (std::size_t i = 0; i < state.nodal.size(); ++i)
+            file.write<double>(fmt::format("state/{}", i), flat(state.nodal[i]), 3);
         if (!state.pressure.empty()) file.write<double>("pressure", state.pressure, 1);
     });
 }

@@ -25,8 +25,9 @@ struct ResultFrame {
 
 void append_frame(ResultWriter& writer, const ResultFrame& frame);
 
-/// What a dynamic run that may be killed leaves beside its result, in the folder `RESULT.parts`: every frame that it kept,
-/// and the state at its last checkpoint, each file written whole or not at all. By one rank.
+/// What a dynamic run that may be killed leaves beside its result, in the folder `RESULT.parts`:
+/// every frame that it kept, and the state at its last checkpoint, each file written whole or not
+/// at all. By one rank.
 class CheckpointStore {
   public:
     /// `about`: what the run depends on, as text.
@@ -34,7 +35,8 @@ class CheckpointStore {
 
     /// A new run. Throws Error where an earlier one can go on.
     void begin() const;
-    /// Where an earlier run can go on from. Throws Error where there is none, or it was of another scene or mesh.
+    /// Where an earlier run can go on from. Throws Error where there is none, or it was of another
+    /// scene or mesh.
     std::pair<RunPlace, BodyState> read() const;
 
     void keep(std::size_t number, const ResultFrame& frame) const;

@@ -10,8 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// Bytes of files that this process has mapped and that are in memory: programs and libraries, the same for all ranks of a
-/// machine. 0 where the system does not say.
+/// Bytes of files that this process has mapped and that are in memory: programs and libraries, the
+/// same for all ranks of a machine. 0 where the system does not say.
 double mapped_file_bytes() {
     std::ifstream status("/proc/self/status");
     for (std::string name; status >> name; status.ignore(1000, '\n'))
@@ -31,7 +31,8 @@ RankUsage usage_of_ranks(MPI_Comm comm) {
     MPI_Comm_free(&machine);
     const double peak = 1024.0 * static_cast<double>(used.ru_maxrss);
     const double shared = std::min(mapped_file_bytes(), peak);
-    double sums[3] = {peak - shared + shared / here, petsc_isend_ct + petsc_send_ct, petsc_isend_len + petsc_send_len};
+    double sums[3] = {peak - shared + shared / here, petsc_isend_ct + petsc_send_ct,
+                      petsc_isend_len + petsc_send_len};
     double most[2] = {peak, petsc_allreduce_ct};
     MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, comm);
     MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, comm);

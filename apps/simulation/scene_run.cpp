@@ -7,13 +7,15 @@ namespace livetet {
 namespace {
 
 std::string progress_text(const StepRecord& step, std::size_t count) {
-    return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}", count, step.time_s,
-                       step.report.linearisations, step.report.iterations, step.report.imbalance);
+    return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}",
+                       count, step.time_s, step.report.linearisations, step.report.iterations,
+                       step.report.imbalance);
 }
 
 constexpr double least_part = 1.0 / 32;
 
-RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
+RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
+                      const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
     const auto load_to = [&](double share) {
@@ -32,37 +34,51 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     history.share = 0;
     for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
         const double begin = history.share;
-        if (hooks.progress) hooks.progress(begin, fmt::format("load step {} of {}", planned, scene.time.load_steps));
+        if (hooks.progress)
+            hooks.progress(begin,
+                           fmt::format("load step {} of {}", planned, scene.time.load_steps));
         const double reached = step_in_parts(
-            body, 0, batch_effort(scene), [&](double share) { load_to(begin + share * (planned * whole - begin)); },
+            body, 0, batch_effort(scene),
+            [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
-                history.steps.push_back({begin + share * (planned * whole - begin), part * (planned * whole - begin), report, report.converged});
-                if (hooks.progress) hooks.progress(history.steps.back().time_s, progress_text(history.steps.back(), history.steps.size()));
+                history.steps.push_back({begin + share * (planned * whole - begin),
+                                         part * (planned * whole - begin), report,
+                                         report.converged});
+                if (hooks.progress)
+                    hooks.progress(history.steps.back().time_s,
+                                   progress_text(history.steps.back(), history.steps.size()));
             });
         history.share = begin + reached * (planned * whole - begin);
         if (reached < 1) {
             const StepRecord& last = history.steps.back();
             history.converged = false;
             history.failure = fmt::format(
-                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of balance by "
+                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of "
+                "balance by "
                 "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
-                history.share, last.time_s, last.report.imbalance, last.report.linearisations, scene.solver.newton_tolerance,
-                history.share > 0 ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share) : "nothing is kept");
+                history.share, last.time_s, last.report.imbalance, last.report.linearisations,
+                scene.solver.newton_tolerance,
+                history.share > 0
+                    ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share)
+                    : "nothing is kept");
             load_to(history.share);
             if (history.share > kept) keep(history.share);
             return history;
         }
-        if (planned % scene.output.every == 0 || planned == scene.time.load_steps) keep(kept = history.share);
+        if (planned % scene.output.every == 0 || planned == scene.time.load_steps)
+            keep(kept = history.share);
     }
     return history;
 }
 
-RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints, const RunHooks& hooks) {
+RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
+                       const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     body.set_external_force(scene_forces(scene, scene_body.mesh()));
     body.set_springs(constraints.springs());
     const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
-    const double order = scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
+    const double order =
+        scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
     const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
     RunPlace place = hooks.start;
     RunHistory history;
@@ -86,7 +102,8 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             history.steps.push_back({time + share * step, part * step, report, report.converged});
         };
         double reached = 0;
-        if (hooks.progress && place.steps == hooks.start.steps) hooks.progress(time / end, fmt::format("step to {:.4g} s", time + step));
+        if (hooks.progress && place.steps == hooks.start.steps)
+            hooks.progress(time / end, fmt::format("step to {:.4g} s", time + step));
         if (tolerance > 0)
             body.keep_state();
         else
@@ -98,8 +115,10 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {
-            const double factor = report.converged ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
-                                                   : 0.25;
+            const double factor =
+                report.converged
+                    ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
+                    : 0.25;
             if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
                 body.return_to_kept_state();
                 history.steps.back().kept = false;
@@ -110,21 +129,28 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         }
         history.converged = history.converged && report.converged;
         if (!report.converged && history.failure.empty())
-            history.failure = fmt::format("the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
-                                          time + step, report.imbalance, scene.solver.newton_tolerance);
+            history.failure = fmt::format(
+                "the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
+                time + step, report.imbalance, scene.solver.newton_tolerance);
         if (report.kept_old) {
-            history.failure = fmt::format("the step to {:.4g} s came to no finite state; the run ends at {:.4g} s", time + step, time);
+            history.failure = fmt::format(
+                "the step to {:.4g} s came to no finite state; the run ends at {:.4g} s",
+                time + step, time);
             return history;
         }
         time += step;
         ++place.steps;
-        if (hooks.progress) hooks.progress(std::min(1.0, time / end), progress_text(history.steps.back(), place.steps));
+        if (hooks.progress)
+            hooks.progress(std::min(1.0, time / end),
+                           progress_text(history.steps.back(), place.steps));
         const bool last = time >= end * (1 - 1e-9);
         if (place.steps % scene.output.every == 0 || last) {
             if (hooks.keep) hooks.keep(place.frames, time);
             ++place.frames;
         }
-        if (!hooks.checkpoint || last || scene.output.checkpoint_every == 0 || place.steps % scene.output.checkpoint_every != 0) continue;
+        if (!hooks.checkpoint || last || scene.output.checkpoint_every == 0 ||
+            place.steps % scene.output.checkpoint_every != 0)
+            continue;
         place.failure = history.failure;
         hooks.checkpoint(place);
     }
@@ -133,8 +159,10 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
 
 }  // namespace
 
-double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, const std::function<void(double share)>& move,
-                     const std::function<void(double share, double part, const StepReport&)>& record) {
+double step_in_parts(
+    DeformableBody& body, double dt, const StepEffort& effort,
+    const std::function<void(double share)>& move,
+    const std::function<void(double share, double part, const StepReport&)>& record) {
     body.keep_state();
     double reached = 0;
     for (double part = 1; reached < 1 - 1e-12;) {
@@ -154,9 +182,11 @@ double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, 
     return 1;
 }
 
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks) {
-    return scene.time.scheme == TimeScheme::static_equilibrium ? run_static(scene, body, constraints, hooks)
-                                                               : run_dynamic(scene, body, constraints, hooks);
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
+                     const RunHooks& hooks) {
+    return scene.time.scheme == TimeScheme::static_equilibrium
+               ? run_static(scene, body, constraints, hooks)
+               : run_dynamic(scene, body, constraints, hooks);
 }
 
 }  // namespace livetet

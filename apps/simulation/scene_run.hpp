@@ -8,7 +8,8 @@
 
 namespace livetet {
 
-/// One step of a run: dynamic, its end and its length in s; static, the share of the load it ended at, and its part.
+/// One step of a run: dynamic, its end and its length in s; static, the share of the load it ended
+/// at, and its part.
 struct StepRecord {
     double time_s = 0;
     double step_s = 0;
@@ -35,21 +36,26 @@ struct RunPlace {
 
 /// What a run tells, and where it begins. Empty functions are not called.
 struct RunHooks {
-    std::function<void(std::size_t frame, double time)> keep{};  ///< each state that the scene keeps
-    std::function<void(const RunPlace&)> checkpoint{};           ///< every `output.checkpoint_every` steps
+    std::function<void(std::size_t frame, double time)>
+        keep{};                                         ///< each state that the scene keeps
+    std::function<void(const RunPlace&)> checkpoint{};  ///< every `output.checkpoint_every` steps
     ProgressCallback progress{};
     RunPlace start{};  ///< dynamic
 };
 
-/// One step of `solve`, of `dt` seconds (static: 0), in parts where it does not converge as a whole: halves, quarters, to
-/// a 32nd. `move(share)`: puts constraints and loads where they are after that share of the step.
-/// Returns the share that was reached, the body being left there; `record` is told of each part that was tried.
-double step_in_parts(DeformableBody& body, double dt, const StepEffort& effort, const std::function<void(double share)>& move,
-                     const std::function<void(double share, double part, const StepReport&)>& record);
+/// One step of `solve`, of `dt` seconds (static: 0), in parts where it does not converge as a
+/// whole: halves, quarters, to a 32nd. `move(share)`: puts constraints and loads where they are
+/// after that share of the step. Returns the share that was reached, the body being left there;
+/// `record` is told of each part that was tried.
+double step_in_parts(
+    DeformableBody& body, double dt, const StepEffort& effort,
+    const std::function<void(double share)>& move,
+    const std::function<void(double share, double part, const StepReport&)>& record);
 
-/// Runs a scene to its end. Static: load steps, in parts where they do not converge; where that does not help, the body is
-/// left at its last equilibrium. Dynamic: fixed steps, in parts likewise (where that does not help the run goes on, not
-/// converged), or adaptive ones. Collective.
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints, const RunHooks& hooks);
+/// Runs a scene to its end. Static: load steps, in parts where they do not converge; where that
+/// does not help, the body is left at its last equilibrium. Dynamic: fixed steps, in parts likewise
+/// (where that does not help the run goes on, not converged), or adaptive ones. Collective.
+RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
+                     const RunHooks& hooks);
 
 }  // namespace livetet

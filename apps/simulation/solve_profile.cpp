@@ -6,7 +6,9 @@
 
 namespace livetet {
 
-std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& scene_body, double mesh_s, const PartCost& output) {
+std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene,
+                                      const SceneBody& scene_body, double mesh_s,
+                                      const PartCost& output) {
     const BodyCosts c = scene_body.body->costs();
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
     const bool is_mixed = scene_body.body->elastic_operator().is_mixed();
@@ -16,7 +18,8 @@ std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const S
         {"partition", {0, scene_body.partition_s, 1}, scene_body.partition_s > 0, "one rank"},
         {"elements", c.elements, true, ""},
         {"forces", c.forces, true, ""},
-        {"rotations", c.rotations, scene.strain == StrainModel::corotated, "strain is not corotated"},
+        {"rotations", c.rotations, scene.strain == StrainModel::corotated,
+         "strain is not corotated"},
         {"pressures", c.pressures, is_mixed, "the formulation is by displacements"},
         {"mass", c.mass, !is_static, "time.scheme: static"},
         {"velocities", c.velocities, !is_static, "time.scheme: static"},
@@ -34,23 +37,31 @@ std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const S
 }
 
 std::string profile_table(std::span<const ProfileRow> rows) {
-    std::string text = fmt::format("\n{:<16} {:>9} {:>9} {:>10}\n", "part", "MB", "times", "seconds");
+    std::string text =
+        fmt::format("\n{:<16} {:>9} {:>9} {:>10}\n", "part", "MB", "times", "seconds");
     for (const ProfileRow& row : rows) {
         if (!row.is_built) {
             text += fmt::format("{:<16} left out: {}\n", row.part, row.why);
             continue;
         }
-        text += fmt::format("{:<16} {:>9} {:>9} {:>10}\n", row.part, row.cost.bytes > 0 ? fmt::format("{:.2f}", row.cost.bytes / 1e6) : "",
+        text += fmt::format("{:<16} {:>9} {:>9} {:>10}\n", row.part,
+                            row.cost.bytes > 0 ? fmt::format("{:.2f}", row.cost.bytes / 1e6) : "",
                             row.cost.times > 0 ? fmt::format("{}", row.cost.times) : "",
                             row.cost.seconds > 0 ? fmt::format("{:.4f}", row.cost.seconds) : "");
     }
-    return text + "MB of the heap that its set-up took; operators: the time of all levels, renewed together; linear solves: iterations\n";
+    return text +
+           "MB of the heap that its set-up took; operators: the time of all levels, renewed "
+           "together; linear solves: iterations\n";
 }
 
 nlohmann::json json_of(std::span<const ProfileRow> rows) {
     nlohmann::json list = nlohmann::json::array();
     for (const ProfileRow& row : rows)
-        list.push_back({{"part", row.part}, {"built", row.is_built}, {"bytes", row.cost.bytes}, {"seconds", row.cost.seconds}, {"times", row.cost.times}});
+        list.push_back({{"part", row.part},
+                        {"built", row.is_built},
+                        {"bytes", row.cost.bytes},
+                        {"seconds", row.cost.seconds},
+                        {"times", row.cost.times}});
     return list;
 }
 

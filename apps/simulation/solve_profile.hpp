@@ -6,7 +6,8 @@
 
 namespace livetet {
 
-/// What one part of a run took: bytes of all ranks together, seconds of the slowest; nothing where it was left out.
+/// What one part of a run took: bytes of all ranks together, seconds of the slowest; nothing where
+/// it was left out.
 struct ProfileRow {
     std::string part;
     PartCost cost;
@@ -15,7 +16,8 @@ struct ProfileRow {
 };
 
 /// The parts of a run, set-up and steps. Collective.
-std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& body, double mesh_s, const PartCost& output);
+std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& body,
+                                      double mesh_s, const PartCost& output);
 
 /// As a table.
 std::string profile_table(std::span<const ProfileRow> rows);

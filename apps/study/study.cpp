@@ -15,13 +15,14 @@ namespace livetet {
 
 namespace {
 
-constexpr std::size_t most_solves = 100'000;  // each a file until the end, each scene checked before the first
+constexpr std::size_t most_solves =
+    100'000;  // each a file until the end, each scene checked before the first
 
 /// "a[2].b" into "a", "2", ".b": the pieces of a key, list places as numbers.
 struct KeyStep {
-    std::string name;           ///< of a table's key; empty: of a list's place
+    std::string name;  ///< of a table's key; empty: of a list's place
     std::size_t place = 0;
-    std::size_t end = 0;        ///< of the step in the key
+    std::size_t end = 0;  ///< of the step in the key
 };
 
 std::vector<KeyStep> steps_of(const std::string& key, const std::string& where) {
@@ -43,13 +44,15 @@ std::vector<KeyStep> steps_of(const std::string& key, const std::string& where) 
             i = end;
         }
     }
-    if (steps.empty()) fail("{} is missing, expected a key of the scene such as materials[0].young_Pa", where);
+    if (steps.empty())
+        fail("{} is missing, expected a key of the scene such as materials[0].young_Pa", where);
     return steps;
 }
 
-/// Puts a value at its key. What is checked here is the way there; whether the key and the value are good is for the
-/// scene's reader to say.
-void set_value(const YAML::Node& scene, const std::string& key, const std::string& value, const std::string& where) {
+/// Puts a value at its key. What is checked here is the way there; whether the key and the value
+/// are good is for the scene's reader to say.
+void set_value(const YAML::Node& scene, const std::string& key, const std::string& value,
+               const std::string& where) {
     const std::vector<KeyStep> steps = steps_of(key, where);
     YAML::Node node = scene;
     for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -58,7 +61,8 @@ void set_value(const YAML::Node& scene, const std::string& key, const std::strin
         if (step.name.empty()) {
             if (!node.IsSequence()) fail("{} = {}: {} of the scene is no list", where, key, so_far);
             if (step.place >= node.size())
-                fail("{} = {}: {} of the scene has {} entries, counted from 0", where, key, so_far, node.size());
+                fail("{} = {}: {} of the scene has {} entries, counted from 0", where, key, so_far,
+                     node.size());
             node.reset(node[step.place]);
         } else {
             if (!node.IsMap()) fail("{} = {}: {} of the scene is no table", where, key, so_far);
@@ -76,17 +80,20 @@ void set_value(const YAML::Node& scene, const std::string& key, const std::strin
         }
     }
     if (node.IsMap() || node.IsSequence())
-        fail("{} = {}: is a {} in the scene, expected a single value to vary", where, key, node.IsMap() ? "table" : "list");
+        fail("{} = {}: is a {} in the scene, expected a single value to vary", where, key,
+             node.IsMap() ? "table" : "list");
     node = value;
 }
 
 /// A share of the range from 0 to 1 as a value.
 std::string at_share(const VaryOptions& v, double share) {
-    const double value = share == 1                        ? *v.to
-                         : v.spacing == Spacing::linear ? *v.from + share * (*v.to - *v.from)
-                                                        : *v.from * std::pow(*v.to / *v.from, share);
+    const double value = share == 1 ? *v.to
+                         : v.spacing == Spacing::linear
+                             ? *v.from + share * (*v.to - *v.from)
+                             : *v.from * std::pow(*v.to / *v.from, share);
     const double near = std::round(value);  // 1 to 100 by 1 must not give 14.000000000000002
-    return fmt::format("{}", v.whole || std::abs(value - near) < 1e-12 * std::abs(near) ? near : value);
+    return fmt::format("{}",
+                       v.whole || std::abs(value - near) < 1e-12 * std::abs(near) ? near : value);
 }
 
 void check_vary(const VaryOptions& v, Design design, const std::string& where) {
@@ -96,12 +103,17 @@ void check_vary(const VaryOptions& v, Design design, const std::string& where) {
              range ? "values and a range" : "no values and no range: an empty grid");
     if (v.whole && !range) fail("{} ({}): whole is of a range, found values", where, v.key);
     if (!range) return;
-    if (!v.from || !v.to) fail("{} ({}) has only {} of its range, expected from and to", where, v.key, v.from ? "from" : "to");
+    if (!v.from || !v.to)
+        fail("{} ({}) has only {} of its range, expected from and to", where, v.key,
+             v.from ? "from" : "to");
     if (v.spacing == Spacing::logarithmic && !(*v.from * *v.to > 0))
-        fail("{} ({}): spacing log from {} to {}, expected both above 0 or both below", where, v.key, *v.from, *v.to);
+        fail("{} ({}): spacing log from {} to {}, expected both above 0 or both below", where,
+             v.key, *v.from, *v.to);
     if (design == Design::latin_hypercube) return;
-    if (v.count < 1) fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
-    if (static_cast<std::size_t>(v.count) > most_solves) fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, most_solves);
+    if (v.count < 1)
+        fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
+    if (static_cast<std::size_t>(v.count) > most_solves)
+        fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, most_solves);
 }
 
 std::vector<std::string> values_of(const VaryOptions& v) {
@@ -112,31 +124,35 @@ std::vector<std::string> values_of(const VaryOptions& v) {
     return values;
 }
 
-std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& vary, const std::string& file) {
+std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& vary,
+                                              const std::string& file) {
     std::vector<std::vector<std::string>> values, samples;
     std::size_t count = 1;
     for (const VaryOptions& v : vary) {
         values.push_back(values_of(v));
-        if (count > most_solves / values.back().size()) fail("{}: more than {} solves", file, most_solves);
+        if (count > most_solves / values.back().size())
+            fail("{}: more than {} solves", file, most_solves);
         count *= values.back().size();
     }
     for (std::size_t k = 0; k < count; ++k) {
         std::vector<std::string> sample(vary.size());
         std::size_t rest = k;
-        for (std::size_t i = vary.size(); i-- > 0; rest /= values[i].size()) sample[i] = values[i][rest % values[i].size()];
+        for (std::size_t i = vary.size(); i-- > 0; rest /= values[i].size())
+            sample[i] = values[i][rest % values[i].size()];
         samples.push_back(std::move(sample));
     }
     return samples;
 }
 
-std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& vary, const std::string& file) {
+std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& vary,
+                                              const std::string& file) {
     std::vector<std::vector<std::string>> samples;
     for (const VaryOptions& v : vary) {
         const std::vector<std::string> values = values_of(v);
         if (&v == &vary.front()) samples.resize(values.size());
         if (values.size() != samples.size())
-            fail("{}: design list has {} values of {} and {} of {}, expected as many of each", file, samples.size(),
-                 vary.front().key, values.size(), v.key);
+            fail("{}: design list has {} values of {} and {} of {}, expected as many of each", file,
+                 samples.size(), vary.front().key, values.size(), v.key);
         for (std::size_t k = 0; k < values.size(); ++k) samples[k].push_back(values[k]);
     }
     return samples;
@@ -144,13 +160,16 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
 
 std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const std::string& file) {
     if (o.samples < 1 || static_cast<std::size_t>(o.samples) > most_solves)
-        fail("{}: samples = {}, expected from 1 to {} for design latin-hypercube", file, o.samples, most_solves);
+        fail("{}: samples = {}, expected from 1 to {} for design latin-hypercube", file, o.samples,
+             most_solves);
     std::vector<std::vector<std::string>> samples;
-    for (const auto& point : latin_hypercube(static_cast<std::size_t>(o.samples), o.vary.size(), static_cast<std::uint64_t>(o.seed))) {
+    for (const auto& point : latin_hypercube(static_cast<std::size_t>(o.samples), o.vary.size(),
+                                             static_cast<std::uint64_t>(o.seed))) {
         std::vector<std::string>& sample = samples.emplace_back();
         for (std::size_t i = 0; i < point.size(); ++i) {
             const VaryOptions& v = o.vary[i];
-            const auto place = static_cast<std::size_t>(point[i] * static_cast<double>(v.values.size()));
+            const auto place =
+                static_cast<std::size_t>(point[i] * static_cast<double>(v.values.size()));
             sample.push_back(v.values.empty() ? at_share(v, point[i]) : v.values[place]);
         }
     }
@@ -164,17 +183,22 @@ void note_files(const Scene& scene, std::set<std::filesystem::path>& files) {
 
 }  // namespace
 
-std::vector<std::vector<double>> latin_hypercube(std::size_t count, std::size_t dimensions, std::uint64_t seed) {
+std::vector<std::vector<double>> latin_hypercube(std::size_t count, std::size_t dimensions,
+                                                 std::uint64_t seed) {
     std::mt19937_64 engine(seed);
-    const auto uniform = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };  // std's are each library's own
+    const auto uniform = [&] {
+        return static_cast<double>(engine() >> 11) * 0x1p-53;
+    };  // std's are each library's own
     std::vector<std::vector<double>> points(count, std::vector<double>(dimensions));
     std::vector<std::size_t> strata(count);
     for (std::size_t d = 0; d < dimensions; ++d) {
         std::iota(strata.begin(), strata.end(), std::size_t{0});
         for (std::size_t i = count; i-- > 1;)
-            std::swap(strata[i], strata[static_cast<std::size_t>(uniform() * static_cast<double>(i + 1))]);
+            std::swap(strata[i],
+                      strata[static_cast<std::size_t>(uniform() * static_cast<double>(i + 1))]);
         for (std::size_t k = 0; k < count; ++k)
-            points[k][d] = (static_cast<double>(strata[k]) + uniform()) / static_cast<double>(count);
+            points[k][d] =
+                (static_cast<double>(strata[k]) + uniform()) / static_cast<double>(count);
     }
     return points;
 }
@@ -183,7 +207,8 @@ Scene Study::scene(std::size_t k) const {
     const YAML::Node node = YAML::Load(scene_text);
     std::string where = fmt::format("{}, solve {}", file, k);
     for (std::size_t i = 0; i < options.vary.size(); ++i) {
-        set_value(node, options.vary[i].key, samples[k][i], fmt::format("{}: vary[{}].key", file, i));
+        set_value(node, options.vary[i].key, samples[k][i],
+                  fmt::format("{}: vary[{}].key", file, i));
         where += fmt::format("{} {} = {}", i ? "," : ":", options.vary[i].key, samples[k][i]);
     }
     Scene scene = read_yaml<Scene>(node, where);
@@ -199,8 +224,9 @@ std::string options_of_results(const std::string& options) {
     bool prints = false;
     for (const std::string_view word : split_words(options)) {
         if (word.starts_with("-") && !parse_number(word))
-            prints = word.starts_with("-log_") || word == "-info" || word.starts_with("-options_") || word.find("_view") != word.npos || word.find("_monitor") != word.npos ||
-                     word.ends_with("_converged_reason");
+            prints = word.starts_with("-log_") || word == "-info" ||
+                     word.starts_with("-options_") || word.find("_view") != word.npos ||
+                     word.find("_monitor") != word.npos || word.ends_with("_converged_reason");
         if (!prints) kept += fmt::format("{}{}", kept.empty() ? "" : " ", word);
     }
     return kept;
@@ -213,7 +239,8 @@ std::string Study::fingerprint() const {
     of_results.ranks_per_solve = 1;  // how it is computed, and shown, may change
     of_results.plots.clear();
     const std::string petsc = options_of_results(petsc_options);
-    return to_yaml(of_results) + "---\n" + scene_text + (petsc.empty() ? "" : "---\nPETSc's options: " + petsc + "\n");
+    return to_yaml(of_results) + "---\n" + scene_text +
+           (petsc.empty() ? "" : "---\nPETSc's options: " + petsc + "\n");
 }
 
 Study load_study(const std::filesystem::path& path, const ProgressCallback& progress) {
@@ -222,9 +249,13 @@ Study load_study(const std::filesystem::path& path, const ProgressCallback& prog
     study.text = read_text_file(path);
     study.options = read_yaml<StudyOptions>(study.text, study.file);
     StudyOptions& o = study.options;
-    if (o.scene.empty()) fail("scene is missing, expected the scene that every solve begins with ({})", study.file);
-    if (o.vary.empty()) fail("vary is missing, an empty grid, expected at least one key that varies ({})", study.file);
-    if (ending(o.output) != ".h5") fail("output = {}: expected a name that ends in .h5 ({})", o.output.string(), study.file);
+    if (o.scene.empty())
+        fail("scene is missing, expected the scene that every solve begins with ({})", study.file);
+    if (o.vary.empty())
+        fail("vary is missing, an empty grid, expected at least one key that varies ({})",
+             study.file);
+    if (ending(o.output) != ".h5")
+        fail("output = {}: expected a name that ends in .h5 ({})", o.output.string(), study.file);
     const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
     o.scene = (folder / o.scene).lexically_normal();
     o.output = (folder / o.output).lexically_normal();
@@ -232,11 +263,14 @@ Study load_study(const std::filesystem::path& path, const ProgressCallback& prog
         const VaryOptions& v = o.vary[i];
         check_vary(v, o.design, fmt::format("{}: vary[{}]", study.file, i));
         for (std::size_t j = 0; j < i; ++j)
-            if (o.vary[j].key == v.key) fail("{}: vary[{}].key = {} is vary[{}]'s too", study.file, i, v.key, j);
+            if (o.vary[j].key == v.key)
+                fail("{}: vary[{}].key = {} is vary[{}]'s too", study.file, i, v.key, j);
         if (v.key.starts_with("solver.petsc_options"))
-            fail("{}: vary[{}].key = {}: PETSc has one set of options for all solves", study.file, i, v.key);
+            fail("{}: vary[{}].key = {}: PETSc has one set of options for all solves", study.file,
+                 i, v.key);
         if (v.key.starts_with("output."))
-            fail("{}: vary[{}].key = {}: a study keeps its results in its own output", study.file, i, v.key);
+            fail("{}: vary[{}].key = {}: a study keeps its results in its own output", study.file,
+                 i, v.key);
     }
     study.samples = o.design == Design::grid   ? grid_of(o.vary, study.file)
                     : o.design == Design::list ? list_of(o.vary, study.file)
@@ -244,7 +278,9 @@ Study load_study(const std::filesystem::path& path, const ProgressCallback& prog
     study.scene_text = to_yaml(load_scene(o.scene));
     study.scene_folder = o.scene.parent_path();
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
-        if (progress && k % 1000 == 999) progress(static_cast<double>(k) / static_cast<double>(study.samples.size()), "its scenes");
+        if (progress && k % 1000 == 999)
+            progress(static_cast<double>(k) / static_cast<double>(study.samples.size()),
+                     "its scenes");
         note_files(study.scene(k), study.files);
     }
     return study;

@@ -12,7 +12,8 @@ namespace livetet {
 namespace {
 
 void add_vector(StudyRow& row, const std::string& name, const char* unit, const Vector3& v) {
-    for (int c = 0; c < 3; ++c) row.outputs.emplace_back(fmt::format("{}_{}_{}", name, "xyz"[c], unit), v[c]);
+    for (int c = 0; c < 3; ++c)
+        row.outputs.emplace_back(fmt::format("{}_{}_{}", name, "xyz"[c], unit), v[c]);
     row.outputs.emplace_back(fmt::format("{}_{}", name, unit), v.norm());
 }
 
@@ -21,9 +22,10 @@ void add_vector(StudyRow& row, const std::string& name, const char* unit, const 
 std::vector<double> history_values(const StudyRow& row) {
     std::vector<double> values;
     for (const StepRecord& s : row.steps)
-        for (const double x : {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0, static_cast<double>(s.report.linearisations),
-                               static_cast<double>(s.report.iterations), s.report.imbalance,
-                               s.report.seconds()})
+        for (const double x :
+             {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0,
+              static_cast<double>(s.report.linearisations),
+              static_cast<double>(s.report.iterations), s.report.imbalance, s.report.seconds()})
             values.push_back(x);
     return values;
 }
@@ -67,11 +69,14 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
     row.outputs.emplace_back("largest_von_mises_Pa", body.body->largest_von_mises());
     row.outputs.emplace_back(inverted_tets_output, static_cast<double>(body.body->inverted_tets()));
-    if (scene.time.scheme == TimeScheme::static_equilibrium) row.outputs.emplace_back("share_of_load", history.share);
+    if (scene.time.scheme == TimeScheme::static_equilibrium)
+        row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
         add_vector(row, key + "_force", "N", force);
-    const std::vector<Vector3> at_probes = PointSampler(mesh, positions_of(probes)).sample(row.displacement);
-    for (std::size_t i = 0; i < probes.size(); ++i) add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
+    const std::vector<Vector3> at_probes =
+        PointSampler(mesh, positions_of(probes)).sample(row.displacement);
+    for (std::size_t i = 0; i < probes.size(); ++i)
+        add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
 }
 
 StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress) {
@@ -84,7 +89,8 @@ StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress
         row.failure = e.what();
     } catch (const PetscFailure& e) {
         if (ranks > 1) throw;  // the others wait for this one
-        if (PetscSession::any_options() && e.may_be_an_option()) throw;  // no solve of the study would do
+        if (PetscSession::any_options() && e.may_be_an_option())
+            throw;  // no solve of the study would do
         row.failure = e.what();
     }
     if (row.outputs.empty()) row.converged = false;

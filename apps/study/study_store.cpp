@@ -34,24 +34,33 @@ constexpr const char* fingerprint_file = "study.yaml";
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
 
 /// The study, and the files that its solves read, as they are now.
-std::string whole_fingerprint(const Study& study) { return study.fingerprint() + "---\n" + stamps_of(study.files); }
+std::string whole_fingerprint(const Study& study) {
+    return study.fingerprint() + "---\n" + stamps_of(study.files);
+}
 
-[[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was, const std::string& is) {
-    fail("{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it back, or remove that, or name another output", study.file,
-         where.string(), first_difference(was, is));
+[[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was,
+                               const std::string& is) {
+    fail(
+        "{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it "
+        "back, or remove that, or name another output",
+        study.file, where.string(), first_difference(was, is));
 }
 
 }  // namespace
 
-StudyStore::Lock::Lock(const fs::path& file) : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+StudyStore::Lock::Lock(const fs::path& file)
+    : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
     if (descriptor_ < 0) fail("{}: cannot be written", file.string());
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
         const int reason = errno;
         ::close(std::exchange(descriptor_, -1));
         if (reason != EWOULDBLOCK)
-            fail("{}: cannot be locked ({}); a study wants a file system with flock, Lustre one that is mounted with it",
-                 file.string(), std::generic_category().message(reason));
-        fail("{}: another run of this study is at work there, expected one at a time", file.parent_path().string());
+            fail(
+                "{}: cannot be locked ({}); a study wants a file system with flock, Lustre one "
+                "that is mounted with it",
+                file.string(), std::generic_category().message(reason));
+        fail("{}: another run of this study is at work there, expected one at a time",
+             file.parent_path().string());
     }
 }
 
@@ -60,12 +69,16 @@ StudyStore::Lock::~Lock() {
 }
 
 StudyStore::StudyStore(const Study& study)
-    : study_(study), folder_(study.options.output.string() + ".parts"), fingerprint_(whole_fingerprint(study)) {}
+    : study_(study),
+      folder_(study.options.output.string() + ".parts"),
+      fingerprint_(whole_fingerprint(study)) {}
 
 std::string StudyStore::checked_fingerprint() const {
     if (const std::string now = whole_fingerprint(study_); now != fingerprint_)
-        fail("{}: a file that it reads changed while it ran ({}): its solves are not all of one; remove {} and start it again",
-             study_.file, first_difference(fingerprint_, now), folder_.string());
+        fail(
+            "{}: a file that it reads changed while it ran ({}): its solves are not all of one; "
+            "remove {} and start it again",
+            study_.file, first_difference(fingerprint_, now), folder_.string());
     return fingerprint_;
 }
 
@@ -74,14 +87,16 @@ bool StudyStore::is_complete() const {
     if (!fs::exists(output)) return false;
     const hdf5::File file = hdf5::File::open(output);
     hdf5::check_format(file, study_format, study_version);
-    if (const std::string was = file.read_text("fingerprint"); was != fingerprint_) refuse_other(study_, output, was, fingerprint_);
+    if (const std::string was = file.read_text("fingerprint"); was != fingerprint_)
+        refuse_other(study_, output, was, fingerprint_);
     return true;
 }
 
 void StudyStore::open() {
     const fs::path parent = folder_.has_parent_path() ? folder_.parent_path() : fs::path(".");
     if (!fs::is_directory(parent))
-        fail("{}: cannot be written, there is no folder {}", study_.options.output.string(), parent.string());
+        fail("{}: cannot be written, there is no folder {}", study_.options.output.string(),
+             parent.string());
     std::error_code error;
     fs::create_directory(folder_, error);
     if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
@@ -90,13 +105,19 @@ void StudyStore::open() {
     const std::string was = fs::exists(fingerprint) ? read_text_file(fingerprint) : "";
     const bool is_other = was != fingerprint_;
     if (is_other && count_done() > 0) {
-        if (was.empty()) fail("{}: holds solves, but not the {} that says of what; remove it, or name another output", folder_.string(), fingerprint_file);
+        if (was.empty())
+            fail(
+                "{}: holds solves, but not the {} that says of what; remove it, or name another "
+                "output",
+                folder_.string(), fingerprint_file);
         refuse_other(study_, folder_, was, fingerprint_);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
         const fs::path& path = entry.path();
         const bool is_of_the_other = is_other && path.extension() == ".failed";
-        if (path.extension() == ".claim" || is_of_the_other || path.filename().string().starts_with(".")) fs::remove(path);
+        if (path.extension() == ".claim" || is_of_the_other ||
+            path.filename().string().starts_with("."))
+            fs::remove(path);
     }
     if (is_other) write_text_file(fingerprint, fingerprint_);
     const std::vector<bool> there = done();
@@ -131,7 +152,8 @@ std::vector<bool> StudyStore::done() const {
 std::size_t StudyStore::count_done() const {
     std::error_code error;
     std::size_t count = 0;
-    for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error)) {
+    for (fs::directory_iterator entry(folder_, error), end; !error && entry != end;
+         entry.increment(error)) {
         const fs::path& path = entry->path();
         count += path.extension() == ".h5" && !path.filename().string().starts_with(".");
     }
@@ -142,18 +164,24 @@ bool StudyStore::claim(std::size_t k) const {
     const fs::path file = folder_ / (number_of(k) + ".claim");
     const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (descriptor < 0 && errno != EEXIST)
-        fail("{}: cannot be written ({}); the study goes on from here when it is started again", file.string(),
-             std::generic_category().message(errno));
+        fail("{}: cannot be written ({}); the study goes on from here when it is started again",
+             file.string(), std::generic_category().message(errno));
     if (descriptor >= 0) ::close(descriptor);
     return descriptor >= 0;
 }
 
 void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     try {
-        const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) + row.displacement.size() * sizeof(Vector3);
+        const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) +
+                                  row.displacement.size() * sizeof(Vector3);
         hdf5::write_whole(row_file(k), row_format, study_version, bytes, [&](hdf5::File& file) {
-            json about{{"solve", k}, {"converged", row.converged},   {"failure", row.failure}, {"mesh_s", row.mesh_s},
-                       {"setup_s", row.setup_s},       {"solve_s", row.solve_s}, {"iterations", row.iterations},
+            json about{{"solve", k},
+                       {"converged", row.converged},
+                       {"failure", row.failure},
+                       {"mesh_s", row.mesh_s},
+                       {"setup_s", row.setup_s},
+                       {"solve_s", row.solve_s},
+                       {"iterations", row.iterations},
                        {"linearisations", row.linearisations}};
             for (const auto& [name, value] : row.outputs) about["names"].push_back(name);
             file.write_text("row", about.dump());
@@ -161,7 +189,8 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
             for (const auto& [name, value] : row.outputs) outputs.push_back(value);
             file.write<double>("outputs", outputs, 1);
             file.write<double>("history", history_values(row), history_columns.size());
-            if (study_.options.keep_displacements) file.write<double>("displacement", flat(row.displacement), 3);
+            if (study_.options.keep_displacements)
+                file.write<double>("displacement", flat(row.displacement), 3);
         });
     } catch (const Error& e) {
         fail("{}; the study goes on from here when it is started again", e.what());
@@ -197,7 +226,8 @@ StudyRow StudyStore::row(std::size_t k) const {
     StudyRow row;
     try {
         const json about = json::parse(file.read_text("row"));
-        if (about.at("solve") != k) fail("{}: is of solve {}", file.shown(), about.at("solve").dump());
+        if (about.at("solve") != k)
+            fail("{}: is of solve {}", file.shown(), about.at("solve").dump());
         row.converged = about.at("converged");
         row.failure = about.at("failure");
         row.mesh_s = about.at("mesh_s");
@@ -207,8 +237,10 @@ StudyRow StudyStore::row(std::size_t k) const {
         row.linearisations = about.at("linearisations");
         const auto outputs = file.read<double>("outputs", 1).values;
         const auto names = about.value("names", std::vector<std::string>{});
-        if (names.size() != outputs.size()) fail("{}: {} outputs for {} names", file.shown(), outputs.size(), names.size());
-        for (std::size_t i = 0; i < names.size(); ++i) row.outputs.emplace_back(names[i], outputs[i]);
+        if (names.size() != outputs.size())
+            fail("{}: {} outputs for {} names", file.shown(), outputs.size(), names.size());
+        for (std::size_t i = 0; i < names.size(); ++i)
+            row.outputs.emplace_back(names[i], outputs[i]);
         const auto history = file.read<double>("history", history_columns.size());
         for (std::size_t i = 0; i < history.rows; ++i) {
             const double* x = history.values.data() + i * history_columns.size();
@@ -237,7 +269,8 @@ namespace {
 /// Of the disk, for what is written next, and for the tables and texts at the end.
 void need_room(hdf5::File& file, std::size_t bytes) {
     constexpr std::size_t room_beside = 1 << 20;
-    if (!file.reserve(bytes + room_beside)) fail("{}: cannot be written (is the disk full?)", file.shown());
+    if (!file.reserve(bytes + room_beside))
+        fail("{}: cannot be written (is the disk full?)", file.shown());
 }
 
 /// The meshes that a study's solves are on, each kept once.
@@ -247,7 +280,8 @@ class StoredMeshes {
 
     /// A frame without fields on the scene's mesh, which is written the first time.
     XdmfFrame frame(const Scene& scene) {
-        const std::string key = to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
+        const std::string key =
+            to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
         const auto found = frames_.find(key);
         if (found != frames_.end()) return found->second;
         MeshHierarchy hierarchy = load_mesh(scene.mesh, {});
@@ -256,7 +290,13 @@ class StoredMeshes {
         const std::string group = fmt::format("meshes/{}", frames_.size());
         need_room(file_, bytes_written(mesh));
         write_mesh(file_, group, mesh);
-        return frames_[key] = {0, group, mesh.nodes.size(), mesh.tets.size(), !mesh.edge_nodes.empty(), !mesh.regions.empty(), {}};
+        return frames_[key] = {0,
+                               group,
+                               mesh.nodes.size(),
+                               mesh.tets.size(),
+                               !mesh.edge_nodes.empty(),
+                               !mesh.regions.empty(),
+                               {}};
     }
 
   private:
@@ -269,7 +309,8 @@ std::string versions() {
     int length = 0;
     MPI_Get_library_version(library, &length);
     return json{{"livetet", LIVETET_VERSION},
-                {"petsc", fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR)},
+                {"petsc", fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
+                                      PETSC_VERSION_SUBMINOR)},
                 {"mpi", std::string(library, static_cast<std::size_t>(length))}}
         .dump();
 }
@@ -284,7 +325,8 @@ std::string csv_of(const StudyTable& table) {
         text += fmt::format("{}", k);
         for (const std::string& value : table.values[k]) text += "," + csv_cell(value);
         text += table.failures[k].empty() ? ",yes" : ",no";
-        for (const double x : table.results[k]) text += std::isnan(x) ? "," : fmt::format(",{:.9g}", x);
+        for (const double x : table.results[k])
+            text += std::isnan(x) ? "," : fmt::format(",{:.9g}", x);
         text += fmt::format(",{:.3f},{}\n", table.seconds[k], csv_cell(table.failures[k]));
     }
     return text;
@@ -297,71 +339,87 @@ void write_study(const Study& study, const StudyStore& store, const ProgressCall
     const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
     store.check_rows();
-    hdf5::write_whole(output, study_format, study_version, study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
-        std::vector<XdmfFrame> frames;
-        StudyTable table;
-        StoredMeshes meshes(file);
+    hdf5::write_whole(
+        output, study_format, study_version,
+        study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
+            std::vector<XdmfFrame> frames;
+            StudyTable table;
+            StoredMeshes meshes(file);
 
-        // 1. row by row: what is large
-        std::vector<double> inputs, converged, seconds, work;
-        std::vector<std::vector<std::pair<std::string, double>>> outputs;
-        for (const VaryOptions& v : study.options.vary) table.inputs.push_back(v.key);
-        for (std::size_t k = 0; k < count; ++k) {
-            if (progress) progress(static_cast<double>(k) / static_cast<double>(count), "writing " + output.filename().string());
-            const StudyRow row = store.row(k);
-            for (const std::string& value : study.samples[k])
-                inputs.push_back(parse_number(value).value_or(std::numeric_limits<double>::quiet_NaN()));
-            converged.push_back(row.converged ? 1 : 0);
-            for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
-            for (const std::size_t n : {static_cast<std::size_t>(row.iterations), static_cast<std::size_t>(row.linearisations), row.steps.size()})
-                work.push_back(static_cast<double>(n));
-            outputs.push_back(row.outputs);
-            table.values.push_back(study.samples[k]);
-            table.failures.push_back(row.converged ? "" : row.failure);
-            table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
-            need_room(file, history_values(row).size() * sizeof(double) + row.displacement.size() * sizeof(Vector3));
-            file.write<double>("histories/" + number_of(k), history_values(row), history_columns.size());
-            for (const auto& [name, value] : row.outputs)
-                if (std::find(table.outputs.begin(), table.outputs.end(), name) == table.outputs.end())
-                    table.outputs.push_back(name);
-            if (row.displacement.empty()) continue;
-            const std::string name = "displacement/" + number_of(k);
-            file.write<double>(name, flat(row.displacement), 3);
-            XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
-            frame.time = static_cast<double>(k);
-            frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
-        }
-
-        // 2. the tables
-        need_room(file, (inputs.size() + count * (table.outputs.size() + 20)) * 2 * sizeof(double));
-        std::vector<double> results;
-        for (const auto& row : outputs) {
-            std::vector<double>& columns = table.results.emplace_back();
-            for (const std::string& name : table.outputs) {
-                const auto found = std::find_if(row.begin(), row.end(), [&](const auto& o) { return o.first == name; });
-                columns.push_back(found != row.end() ? found->second : std::numeric_limits<double>::quiet_NaN());
+            // 1. row by row: what is large
+            std::vector<double> inputs, converged, seconds, work;
+            std::vector<std::vector<std::pair<std::string, double>>> outputs;
+            for (const VaryOptions& v : study.options.vary) table.inputs.push_back(v.key);
+            for (std::size_t k = 0; k < count; ++k) {
+                if (progress)
+                    progress(static_cast<double>(k) / static_cast<double>(count),
+                             "writing " + output.filename().string());
+                const StudyRow row = store.row(k);
+                for (const std::string& value : study.samples[k])
+                    inputs.push_back(
+                        parse_number(value).value_or(std::numeric_limits<double>::quiet_NaN()));
+                converged.push_back(row.converged ? 1 : 0);
+                for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
+                for (const std::size_t n :
+                     {static_cast<std::size_t>(row.iterations),
+                      static_cast<std::size_t>(row.linearisations), row.steps.size()})
+                    work.push_back(static_cast<double>(n));
+                outputs.push_back(row.outputs);
+                table.values.push_back(study.samples[k]);
+                table.failures.push_back(row.converged ? "" : row.failure);
+                table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
+                need_room(file, history_values(row).size() * sizeof(double) +
+                                    row.displacement.size() * sizeof(Vector3));
+                file.write<double>("histories/" + number_of(k), history_values(row),
+                                   history_columns.size());
+                for (const auto& [name, value] : row.outputs)
+                    if (std::find(table.outputs.begin(), table.outputs.end(), name) ==
+                        table.outputs.end())
+                        table.outputs.push_back(name);
+                if (row.displacement.empty()) continue;
+                const std::string name = "displacement/" + number_of(k);
+                file.write<double>(name, flat(row.displacement), 3);
+                XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
+                frame.time = static_cast<double>(k);
+                frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
             }
-            results.insert(results.end(), columns.begin(), columns.end());
-        }
-        file.write<double>("inputs", inputs, table.inputs.size());
-        if (!table.outputs.empty()) file.write<double>("outputs", results, table.outputs.size());
-        file.write<double>("converged", converged, 1);
-        file.write<double>("seconds", seconds, 3);
-        file.write<double>("work", work, 3);
-        file.write_text("texts/input_names", json(table.inputs).dump());
-        file.write_text("texts/output_names", json(table.outputs).dump());
-        file.write_text("texts/inputs", json(table.values).dump());
-        file.write_text("texts/failures", json(table.failures).dump());
-        file.write_text("texts/history_names", json(history_columns).dump());
-        file.write_text("texts/study", study.text);
-        file.write_text("texts/scene", study.scene_text);
-        file.write_text("texts/versions", versions());
-        file.write_text("fingerprint", fingerprint);
-        // Before the study's own: where that is, the study is complete.
-        fs::path beside = output;
-        write_text_file(beside.replace_extension(".csv"), csv_of(table));
-        write_text_file(beside.replace_extension(".xdmf"), xdmf_text(output.filename().string(), frames));
-    });
+
+            // 2. the tables
+            need_room(file,
+                      (inputs.size() + count * (table.outputs.size() + 20)) * 2 * sizeof(double));
+            std::vector<double> results;
+            for (const auto& row : outputs) {
+                std::vector<double>& columns = table.results.emplace_back();
+                for (const std::string& name : table.outputs) {
+                    const auto found = std::find_if(row.begin(), row.end(),
+                                                    [&](const auto& o) { return o.first == name; });
+                    columns.push_back(found != row.end()
+                                          ? found->second
+                                          : std::numeric_limits<double>::quiet_NaN());
+                }
+                results.insert(results.end(), columns.begin(), columns.end());
+            }
+            file.write<double>("inputs", inputs, table.inputs.size());
+            if (!table.outputs.empty())
+                file.write<double>("outputs", results, table.outputs.size());
+            file.write<double>("converged", converged, 1);
+            file.write<double>("seconds", seconds, 3);
+            file.write<double>("work", work, 3);
+            file.write_text("texts/input_names", json(table.inputs).dump());
+            file.write_text("texts/output_names", json(table.outputs).dump());
+            file.write_text("texts/inputs", json(table.values).dump());
+            file.write_text("texts/failures", json(table.failures).dump());
+            file.write_text("texts/history_names", json(history_columns).dump());
+            file.write_text("texts/study", study.text);
+            file.write_text("texts/scene", study.scene_text);
+            file.write_text("texts/versions", versions());
+            file.write_text("fingerprint", fingerprint);
+            // Before the study's own: where that is, the study is complete.
+            fs::path beside = output;
+            write_text_file(beside.replace_extension(".csv"), csv_of(table));
+            write_text_file(beside.replace_extension(".xdmf"),
+                            xdmf_text(output.filename().string(), frames));
+        });
 }
 
 StudyTable read_study(const fs::path& path) {
@@ -369,7 +427,9 @@ StudyTable read_study(const fs::path& path) {
     hdf5::check_format(file, study_format, study_version);
     StudyTable table;
     try {
-        const auto text = [&](const char* name) { return json::parse(file.read_text(fmt::format("texts/{}", name))); };
+        const auto text = [&](const char* name) {
+            return json::parse(file.read_text(fmt::format("texts/{}", name)));
+        };
         table.inputs = text("input_names").get<std::vector<std::string>>();
         table.outputs = text("output_names").get<std::vector<std::string>>();
         table.values = text("inputs").get<std::vector<std::vector<std::string>>>();
@@ -378,16 +438,21 @@ StudyTable read_study(const fs::path& path) {
         fail("{}: does not say what its columns are", path.string());
     }
     const std::size_t count = table.values.size(), columns = table.outputs.size();
-    const auto results = columns > 0 ? file.read<double>("outputs", columns) : hdf5::Table<double>{count, {}};
+    const auto results =
+        columns > 0 ? file.read<double>("outputs", columns) : hdf5::Table<double>{count, {}};
     const auto seconds = file.read<double>("seconds", 3);
     if (results.rows != count || seconds.rows != count || table.failures.size() != count)
-        fail("{}: holds {} inputs, {} outputs and {} times, expected as many", path.string(), count, results.rows, seconds.rows);
+        fail("{}: holds {} inputs, {} outputs and {} times, expected as many", path.string(), count,
+             results.rows, seconds.rows);
     for (std::size_t k = 0; k < count; ++k) {
-        table.results.emplace_back(results.values.begin() + static_cast<std::ptrdiff_t>(k * columns),
-                                   results.values.begin() + static_cast<std::ptrdiff_t>((k + 1) * columns));
-        table.seconds.push_back(seconds.values[3 * k] + seconds.values[3 * k + 1] + seconds.values[3 * k + 2]);
+        table.results.emplace_back(
+            results.values.begin() + static_cast<std::ptrdiff_t>(k * columns),
+            results.values.begin() + static_cast<std::ptrdiff_t>((k + 1) * columns));
+        table.seconds.push_back(seconds.values[3 * k] + seconds.values[3 * k + 1] +
+                                seconds.values[3 * k + 2]);
         if (table.values[k].size() != table.inputs.size())
-            fail("{}: solve {} has {} inputs, expected {}", path.string(), k, table.values[k].size(), table.inputs.size());
+            fail("{}: solve {} has {} inputs, expected {}", path.string(), k,
+                 table.values[k].size(), table.inputs.size());
     }
     return table;
 }

@@ -13,10 +13,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// A rod's state at the distance s from its tip: angle, its slope, and the way from the tip along x and w.
+/// A rod's state at the distance s from its tip: angle, its slope, and the way from the tip along x
+/// and w.
 using RodState = Eigen::Vector4d;
 
-/// The rod from its tip, turned by `tip_angle`, to its clamp; stops where the angle falls below zero.
+/// The rod from its tip, turned by `tip_angle`, to its clamp; stops where the angle falls below
+/// zero.
 RodState integrate_rod(double K, double Gamma, double tip_angle) {
     constexpr int steps = 2000;
     constexpr double h = 1.0 / steps;
@@ -26,8 +28,8 @@ RodState integrate_rod(double K, double Gamma, double tip_angle) {
     RodState y(tip_angle, 0, 0, 0);
     for (int i = 0; i < steps && y[0] >= 0; ++i) {
         const double s = i * h;
-        const RodState k1 = slope(s, y), k2 = slope(s + h / 2, y + h / 2 * k1), k3 = slope(s + h / 2, y + h / 2 * k2),
-                       k4 = slope(s + h, y + h * k3);
+        const RodState k1 = slope(s, y), k2 = slope(s + h / 2, y + h / 2 * k1),
+                       k3 = slope(s + h / 2, y + h / 2 * k2), k4 = slope(s + h, y + h * k3);
         y += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
     }
     return y;
@@ -53,7 +55,8 @@ RadialState thick_sphere(const Isotropic& m, double a, double b, double p, doubl
 
 RadialState thick_cylinder(const Isotropic& m, double a, double b, double p, double r) {
     const double c = p * a * a / (b * b - a * a), q = b * b / (r * r);
-    return {c * (1 + m.nu) / m.E * r * ((1 - 2 * m.nu) + q), c * (1 - q), c * (1 + q), 2 * m.nu * c};
+    return {c * (1 + m.nu) / m.E * r * ((1 - 2 * m.nu) + q), c * (1 - q), c * (1 + q),
+            2 * m.nu * c};
 }
 
 FieldPoint kirsch(const Isotropic& m, double a, double S, const Vector3& x) {
@@ -67,13 +70,15 @@ FieldPoint kirsch(const Isotropic& m, double a, double S, const Vector3& x) {
     Q << std::cos(t), -std::sin(t), 0, std::sin(t), std::cos(t), 0, 0, 0, 1;
     const double cubic = 2 * q * (1 - q2);
     const Vector3 u((1 + kappa) * (1 / q + 2 * q) * std::cos(t) + cubic * std::cos(3 * t),
-                    ((kappa - 3) / q + 2 * q * (1 - kappa)) * std::sin(t) + cubic * std::sin(3 * t), 0);
+                    ((kappa - 3) / q + 2 * q * (1 - kappa)) * std::sin(t) + cubic * std::sin(3 * t),
+                    0);
     return {S * a / (8 * m.mu()) * u, Q * polar * Q.transpose()};
 }
 
 FieldPoint pure_bending(const Isotropic& m, double kappa, const Vector3& x) {
     const double bow = x.x() * x.x() + m.nu * (x.z() * x.z() - x.y() * x.y());
-    FieldPoint point{kappa * Vector3(x.x() * x.z(), -m.nu * x.y() * x.z(), -bow / 2), Matrix3d::Zero()};
+    FieldPoint point{kappa * Vector3(x.x() * x.z(), -m.nu * x.y() * x.z(), -bow / 2),
+                     Matrix3d::Zero()};
     point.stress(0, 0) = m.E * kappa * x.z();
     return point;
 }
@@ -86,8 +91,10 @@ FieldPoint torsion(const Isotropic& m, double tau, const Vector3& x) {
 }
 
 Tip elastica(double K, double Gamma) {
-    // A tip turned too little lets the angle fall below zero before the clamp: on the first branch it never does.
-    const double angle = bisect(0, pi / 2, [&](double tip) { return integrate_rod(K, Gamma, tip)[0] >= 0; });
+    // A tip turned too little lets the angle fall below zero before the clamp: on the first branch
+    // it never does.
+    const double angle =
+        bisect(0, pi / 2, [&](double tip) { return integrate_rod(K, Gamma, tip)[0] >= 0; });
     const RodState clamp = integrate_rod(K, Gamma, angle);
     return {clamp[2], clamp[3], angle};
 }
@@ -106,7 +113,8 @@ double timoshenko_end_load(const Isotropic& m, double L, double h, double P) {
 
 double timoshenko_uniform_load(const Isotropic& m, double L, double h, double q) {
     const double A = h * h, I = A * A / 12;
-    return q * std::pow(L, 4) / (8 * m.E * I) + q * L * L / (2 * cowper_rectangle(m.nu) * m.mu() * A);
+    return q * std::pow(L, 4) / (8 * m.E * I) +
+           q * L * L / (2 * cowper_rectangle(m.nu) * m.mu() * A);
 }
 
 double bar_frequency(const Isotropic& m, double L, int n, Ends ends) {
@@ -127,7 +135,9 @@ double beam_frequency(const Isotropic& m, double L, double h, int n, Ends ends) 
     return std::pow(beam_root(n, ends) / L, 2) / (2 * pi) * h * std::sqrt(m.E / (12 * m.rho));
 }
 
-double lame_frequency(const Isotropic& m, double a) { return std::sqrt(m.mu() / m.rho) / (std::sqrt(2) * a); }
+double lame_frequency(const Isotropic& m, double a) {
+    return std::sqrt(m.mu() / m.rho) / (std::sqrt(2) * a);
+}
 
 Vector3 lame_mode(double a, const Vector3& x) {
     const double p = pi * x.x() / a, q = pi * x.y() / a;
@@ -145,19 +155,24 @@ Vector3 swinging_cube_mode(double a, const Vector3& x) {
 
 double lamb_plate_frequency(const Isotropic& m, double a, double h, int i, int j) {
     const double k2 = pi * pi * (i * i + j * j) / (a * a);
-    // with s = omega^2 / (c_s k)^2; s = 0 is a root of no meaning, so start from a tenth of Kirchhoff's plate
-    const double kirchhoff = k2 * h * h / (6 * (1 - m.nu)), slow = m.mu() / (m.lambda() + 2 * m.mu());
+    // with s = omega^2 / (c_s k)^2; s = 0 is a root of no meaning, so start from a tenth of
+    // Kirchhoff's plate
+    const double kirchhoff = k2 * h * h / (6 * (1 - m.nu)),
+                 slow = m.mu() / (m.lambda() + 2 * m.mu());
     const double s = bisect(1e-2 * std::min(kirchhoff, 1.0), 1, [&](double t) {
-        const double p = std::sqrt(1 - slow * t), q = std::sqrt(1 - t), half = std::sqrt(k2) * h / 2;
+        const double p = std::sqrt(1 - slow * t), q = std::sqrt(1 - t),
+                     half = std::sqrt(k2) * h / 2;
         return 4 * p * q * std::tanh(q * half) < std::pow(1 + q * q, 2) * std::tanh(p * half);
     });
     return std::sqrt(s * k2 * m.mu() / m.rho) / (2 * pi);
 }
 
 double mindlin_plate_frequency(const Isotropic& m, double a, double h, int i, int j, double kappa) {
-    const double k2 = pi * pi * (i * i + j * j) / (a * a), D = m.E * h * h * h / (12 * (1 - m.nu * m.nu));
+    const double k2 = pi * pi * (i * i + j * j) / (a * a),
+                 D = m.E * h * h * h / (12 * (1 - m.nu * m.nu));
     const double S = kappa * m.mu() * h, mass = m.rho * h, inertia = m.rho * h * h * h / 12;
-    // mass inertia w^4 - (mass (D k^2 + S) + inertia S k^2) w^2 + S D k^4 = 0, w^2 in the form that does not cancel
+    // mass inertia w^4 - (mass (D k^2 + S) + inertia S k^2) w^2 + S D k^4 = 0, w^2 in the form that
+    // does not cancel
     const double b = mass * (D * k2 + S) + inertia * S * k2, c = S * D * k2 * k2;
     return std::sqrt(2 * c / (b + std::sqrt(b * b - 4 * mass * inertia * c))) / (2 * pi);
 }
@@ -176,8 +191,10 @@ Matrix3d amplification(const AlphaScheme& s, double Omega) {
 }
 
 SchemeResponse response(const AlphaScheme& s, double Omega) {
-    // det(z next - now) of the amplification matrix over 1 + Omega^2, which stays well scaled for any Omega:
-    //   (z - 1)^2 (m1 z + m0) / (1 + Omega^2) + (k1 z + k0) (q2 z^2 + q1 z + q0) Omega^2 / (1 + Omega^2)
+    // det(z next - now) of the amplification matrix over 1 + Omega^2, which stays well scaled for
+    // any Omega:
+    //   (z - 1)^2 (m1 z + m0) / (1 + Omega^2) + (k1 z + k0) (q2 z^2 + q1 z + q0) Omega^2 / (1 +
+    //   Omega^2)
     const double e = 1 / (1 + Omega * Omega), w = 1 - e;
     const double m1 = 1 - s.alpha_m, m0 = s.alpha_m, k1 = 1 - s.alpha_f, k0 = s.alpha_f;
     const double q2 = s.beta, q1 = 0.5 - 2 * s.beta + s.gamma, q0 = 0.5 + s.beta - s.gamma;
@@ -186,9 +203,11 @@ SchemeResponse response(const AlphaScheme& s, double Omega) {
     Matrix3d companion;
     companion << -c2 / c3, -c1 / c3, -c0 / c3, 1, 0, 0, 0, 1, 0;
     const Eigen::Vector3cd z = companion.eigenvalues();
-    const auto weight = [](const std::complex<double>& x) { return std::pair(x.imag() != 0, std::abs(x)); };
-    const std::complex<double> main =
-        *std::max_element(z.begin(), z.end(), [&](auto x, auto y) { return weight(x) < weight(y); });
+    const auto weight = [](const std::complex<double>& x) {
+        return std::pair(x.imag() != 0, std::abs(x));
+    };
+    const std::complex<double> main = *std::max_element(
+        z.begin(), z.end(), [&](auto x, auto y) { return weight(x) < weight(y); });
     const double arg = std::abs(std::arg(main)), log = std::log(std::abs(main));
     return {z.cwiseAbs().maxCoeff(), -log / std::hypot(arg, log), Omega / arg - 1};
 }

@@ -6,7 +6,8 @@
 #include "apps/verification/problem.hpp"
 #include "apps/verification/strain_models.hpp"
 
-// States of homogeneous strain, or of fields that the elements hold exactly: right to round-off on any mesh.
+// States of homogeneous strain, or of fields that the elements hold exactly: right to round-off on
+// any mesh.
 
 namespace livetet::verification {
 
@@ -15,7 +16,8 @@ namespace {
 constexpr StrainModel models[] = {StrainModel::linear, StrainModel::corotated, StrainModel::green,
                                   StrainModel::neohookean};
 constexpr Strain reference_model(StrainModel model) {
-    constexpr Strain names[] = {Strain::linear, Strain::corotated, Strain::green, Strain::neohookean};
+    constexpr Strain names[] = {Strain::linear, Strain::corotated, Strain::green,
+                                Strain::neohookean};
     return names[static_cast<int>(model)];
 }
 
@@ -32,7 +34,8 @@ std::vector<Outcome> patch_tests() {
     A << 0.05, 0.08, -0.03, -0.04, -0.03, 0.06, 0.02, -0.05, 0.04;
     std::vector<Discretisation> all = all_displacement();
     for (const StrainModel model : models)
-        for (const bool quadratic : {false, true}) all.push_back({model, quadratic, Formulation::mixed});
+        for (const bool quadratic : {false, true})
+            all.push_back({model, quadratic, Formulation::mixed});
     std::vector<Outcome> outcomes;
     for (const Discretisation& d : all) {
         const bool mixed = d.formulation == Formulation::mixed;
@@ -42,10 +45,16 @@ std::vector<Outcome> patch_tests() {
         problem.solve(1, 1e-13);
         double worst = 0;
         for (std::size_t n = 0; n < problem.node_count(); ++n)
-            worst = std::max(worst, (problem.displacement()[n] - exact(problem.mesh().nodes[n])).norm());
-        outcomes.push_back({.name = fmt::format("patch test, {}, nu = {}: u", d.name(), mixed ? "0.4999" : "0.3"),
-                            .source = "exact", .reference = 0, .unit = "m", .tolerance = 1e-10,
-                            .runs = {{nodes_text(problem.node_count()), 0, worst, worst / 0.1, problem.seconds()}}});
+            worst = std::max(worst,
+                             (problem.displacement()[n] - exact(problem.mesh().nodes[n])).norm());
+        outcomes.push_back(
+            {.name = fmt::format("patch test, {}, nu = {}: u", d.name(), mixed ? "0.4999" : "0.3"),
+             .source = "exact",
+             .reference = 0,
+             .unit = "m",
+             .tolerance = 1e-10,
+             .runs = {
+                 {nodes_text(problem.node_count()), 0, worst, worst / 0.1, problem.seconds()}}});
     }
     return outcomes;
 }
@@ -65,16 +74,25 @@ std::vector<Outcome> uniaxial_cases() {
             problem.solve(4, 1e-12);
             double force = 0;
             const auto reactions = problem.body().reactions();
-            for (const std::int32_t n : problem.mesh().node_sets.at("x1")) force += reactions[n].x();
+            for (const std::int32_t n : problem.mesh().node_sets.at("x1"))
+                force += reactions[n].x();
             const double lateral = 1 + problem.displacement_at({1, 1, 1}).y();
             const std::string name = fmt::format("uniaxial, {}, stretch {}: ", d.name(), stretch);
             const std::string size = nodes_text(problem.node_count());
-            outcomes.push_back({.name = name + "P11", .source = "closed form", .reference = expected->P11, .unit = "E",
+            outcomes.push_back({.name = name + "P11",
+                                .source = "closed form",
+                                .reference = expected->P11,
+                                .unit = "E",
                                 .tolerance = 1e-8,
-                                .runs = {{size, 0, force, std::abs(force / expected->P11 - 1), problem.seconds()}}});
-            outcomes.push_back({.name = name + "lateral", .source = "closed form", .reference = expected->lateral,
-                                .unit = "1", .tolerance = 1e-8,
-                                .runs = {{size, 0, lateral, std::abs(lateral / expected->lateral - 1), 0}}});
+                                .runs = {{size, 0, force, std::abs(force / expected->P11 - 1),
+                                          problem.seconds()}}});
+            outcomes.push_back(
+                {.name = name + "lateral",
+                 .source = "closed form",
+                 .reference = expected->lateral,
+                 .unit = "1",
+                 .tolerance = 1e-8,
+                 .runs = {{size, 0, lateral, std::abs(lateral / expected->lateral - 1), 0}}});
         }
     return outcomes;
 }
@@ -97,16 +115,20 @@ std::vector<Outcome> shear_cases() {
             worst = std::max(worst, (f.cauchy_stress_Pa - expected).norm());
             value = f.cauchy_stress_Pa(0, 1);
         }
-        outcomes.push_back({.name = fmt::format("simple shear by {}, {}: Cauchy stress", g, d.name()),
-                            .source = "closed form", .reference = expected(0, 1), .unit = "E", .tolerance = 1e-8,
-                            .runs = {{nodes_text(problem.node_count()), 0, value, worst / expected.norm(),
-                                      problem.seconds()}}});
+        outcomes.push_back(
+            {.name = fmt::format("simple shear by {}, {}: Cauchy stress", g, d.name()),
+             .source = "closed form",
+             .reference = expected(0, 1),
+             .unit = "E",
+             .tolerance = 1e-8,
+             .runs = {{nodes_text(problem.node_count()), 0, value, worst / expected.norm(),
+                       problem.seconds()}}});
     }
     return outcomes;
 }
 
-/// Fields of pure bending and of torsion on the boundary: quadratic, so exact on P2 and of second order on P1. At a
-/// twist so small that all strain models agree.
+/// Fields of pure bending and of torsion on the boundary: quadratic, so exact on P2 and of second
+/// order on P1. At a twist so small that all strain models agree.
 std::vector<Outcome> quadratic_fields() {
     std::vector<Outcome> outcomes;
     const Isotropic m{1, 0.3, 1};
@@ -117,17 +139,24 @@ std::vector<Outcome> quadratic_fields() {
                 const Vector3 y = x - Vector3(0.5, 0.5, 0.5);
                 return is_torsion ? torsion(m, size, y) : pure_bending(m, size, y);
             };
-            Outcome o{.name = fmt::format("{}, {}: u", is_torsion ? "torsion" : "pure bending", d.name()),
-                      .source = "closed form", .reference = 0, .unit = "m", .tolerance = 0, .runs = {}};
+            Outcome o{
+                .name = fmt::format("{}, {}: u", is_torsion ? "torsion" : "pure bending", d.name()),
+                .source = "closed form",
+                .reference = 0,
+                .unit = "m",
+                .tolerance = 0,
+                .runs = {}};
             for (const int n : d.quadratic ? std::vector{4} : std::vector{4, 8}) {
                 Problem problem({box({1, 1, 1}, {n, n, n}, d.quadratic ? 0.15 : 0)}, m, d);
                 problem.prescribe_surface([&](const Vector3& x) { return exact(x).u; });
                 problem.solve(1, d.strain == StrainModel::linear ? 1e-12 : 1e-9);
                 const double error = problem.l2_error([&](const Vector3& x) { return exact(x).u; });
-                o.runs.push_back({nodes_text(problem.node_count()), 1.0 / n, error, error, problem.seconds()});
+                o.runs.push_back(
+                    {nodes_text(problem.node_count()), 1.0 / n, error, error, problem.seconds()});
             }
             // The models differ from the linear one by terms of the strain's size.
-            o.tolerance = d.quadratic ? (d.strain == StrainModel::linear ? 1e-10 : 10 * size) : 3e-2;
+            o.tolerance =
+                d.quadratic ? (d.strain == StrainModel::linear ? 1e-10 : 10 * size) : 3e-2;
             o.expected_order = d.quadratic ? 0 : 2;
             outcomes.push_back(std::move(o));
         }

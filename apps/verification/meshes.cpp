@@ -12,8 +12,8 @@
 namespace livetet::verification {
 namespace {
 
-/// A face of the unit cube (or of a prism in it): the points xi with normal . xi = offset. Normals of 0, 1 and -1, so
-/// that the comparison is exact for the nodes of a grid.
+/// A face of the unit cube (or of a prism in it): the points xi with normal . xi = offset. Normals
+/// of 0, 1 and -1, so that the comparison is exact for the nodes of a grid.
 struct Face {
     std::string name;
     Vector3 normal;
@@ -27,13 +27,16 @@ using Names = std::array<std::string, 6>;
 /// The six faces of the unit cube: xi_0 = 0, xi_0 = 1, xi_1 = 0, and so on.
 std::vector<Face> cube_faces(const Names& names) {
     std::vector<Face> faces;
-    for (int f = 0; f < 6; ++f) faces.push_back({names[f], Vector3::Unit(f / 2), static_cast<double>(f % 2)});
+    for (int f = 0; f < 6; ++f)
+        faces.push_back({names[f], Vector3::Unit(f / 2), static_cast<double>(f % 2)});
     return faces;
 }
 
 TetMesh unit_cube(Cells cells) {
     for (const int n : cells)
-        if (n < 1) fail("a mesh of {} x {} x {} cells, expected at least 1 each way", cells[0], cells[1], cells[2]);
+        if (n < 1)
+            fail("a mesh of {} x {} x {} cells, expected at least 1 each way", cells[0], cells[1],
+                 cells[2]);
     return shapes::box(Vector3::Ones(), cells);
 }
 
@@ -41,11 +44,13 @@ TetMesh unit_cube(Cells cells) {
 void name_faces(TetMesh& mesh, const std::vector<Face>& faces) {
     for (const Triangle& t : boundary_triangles(mesh.tets)) {
         const auto face = std::find_if(faces.begin(), faces.end(), [&](const Face& f) {
-            return std::all_of(t.begin(), t.end(), [&](std::int32_t n) { return f.holds(mesh.nodes[n]); });
+            return std::all_of(t.begin(), t.end(),
+                               [&](std::int32_t n) { return f.holds(mesh.nodes[n]); });
         });
         if (face != faces.end()) mesh.triangle_sets[face->name].push_back(t);
     }
-    for (const auto& [name, triangles] : mesh.triangle_sets) mesh.node_sets[name] = nodes_of(triangles);
+    for (const auto& [name, triangles] : mesh.triangle_sets)
+        mesh.node_sets[name] = nodes_of(triangles);
 }
 
 /// The named unit cube with each node moved to map(xi), which must keep the orientation.
@@ -61,7 +66,8 @@ TetMesh mapped_cube(Cells cells, const Names& names, Map&& map) {
 template <class Outside>
 void cut(TetMesh& mesh, Outside&& outside) {
     std::erase_if(mesh.tets, [&](const Tet& t) {
-        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) { return outside(mesh.nodes[n]); });
+        return std::any_of(t.begin(), t.end(),
+                           [&](std::int32_t n) { return outside(mesh.nodes[n]); });
     });
     std::vector<std::int32_t> new_number(mesh.nodes.size(), -1);
     std::vector<Vector3> kept;
@@ -92,7 +98,9 @@ TetMesh box(const Vector3& size, Cells cells, double distortion) {
     for (const auto& [name, nodes] : mesh.node_sets)
         for (const std::int32_t n : nodes) inner[n] = false;
     std::mt19937 generator(1);
-    const auto random = [&] { return 2 * (static_cast<double>(generator()) / std::mt19937::max()) - 1; };
+    const auto random = [&] {
+        return 2 * (static_cast<double>(generator()) / std::mt19937::max()) - 1;
+    };
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         for (int c = 0; c < 3; ++c)
             if (inner[n]) mesh.nodes[n][c] += distortion * random() * size[c] / cells[c];
@@ -101,8 +109,8 @@ TetMesh box(const Vector3& size, Cells cells, double distortion) {
 }
 
 TetMesh sphere_octant(double a, double b, int n_surface, int n_radial) {
-    // The half of the cube with xi_1 <= xi_0, a prism: barycentric (1 - xi_0, xi_0 - xi_1, xi_1), outwards along xi_2.
-    // Kuhn's tets do not cross the plane xi_0 = xi_1.
+    // The half of the cube with xi_1 <= xi_0, a prism: barycentric (1 - xi_0, xi_0 - xi_1, xi_1),
+    // outwards along xi_2. Kuhn's tets do not cross the plane xi_0 = xi_1.
     TetMesh mesh = unit_cube({n_surface, n_surface, n_radial});
     cut(mesh, [](const Vector3& xi) { return xi[1] > xi[0]; });
     name_faces(mesh, {{"x0", {1, 0, 0}, 1},
@@ -119,27 +127,34 @@ TetMesh sphere_octant(double a, double b, int n_surface, int n_radial) {
 }
 
 TetMesh cylinder_quarter(double a, double b, double height, int n_r, int n_theta, int n_z) {
-    return mapped_cube({n_r, n_theta, n_z}, {"inner", "outer", "y0", "x0", "z0", "z1"}, [&](const Vector3& xi) {
-        const Eigen::Vector2d p = between(a, b, xi[0]) * direction(xi[1]);
-        return Vector3(p.x(), p.y(), height * xi[2]);
-    });
+    return mapped_cube({n_r, n_theta, n_z}, {"inner", "outer", "y0", "x0", "z0", "z1"},
+                       [&](const Vector3& xi) {
+                           const Eigen::Vector2d p = between(a, b, xi[0]) * direction(xi[1]);
+                           return Vector3(p.x(), p.y(), height * xi[2]);
+                       });
 }
 
 TetMesh cooks_membrane(int n, int n_z, double thickness) {
-    // Two axes of the cube run backwards (so the orientation is kept): the bricks' diagonals become the short ones.
-    return mapped_cube({n, n, n_z}, {"left", "right", "top", "bottom", "z1", "z0"}, [&](const Vector3& xi) {
-        const double bottom = 44 * xi[0], top = between(44, 60, xi[0]);
-        return Vector3(48 * xi[0], between(bottom, top, 1 - xi[1]), thickness * (1 - xi[2]));
-    });
+    // Two axes of the cube run backwards (so the orientation is kept): the bricks' diagonals become
+    // the short ones.
+    return mapped_cube(
+        {n, n, n_z}, {"left", "right", "top", "bottom", "z1", "z0"}, [&](const Vector3& xi) {
+            const double bottom = 44 * xi[0], top = between(44, 60, xi[0]);
+            return Vector3(48 * xi[0], between(bottom, top, 1 - xi[1]), thickness * (1 - xi[2]));
+        });
 }
 
 TetMesh le10_plate(int n_r, int n_theta, int n_z) {
-    if (n_z % 2 != 0) fail("LE10 with {} layers of cells, expected an even number: it is held at mid-thickness", n_z);
+    if (n_z % 2 != 0)
+        fail("LE10 with {} layers of cells, expected an even number: it is held at mid-thickness",
+             n_z);
     TetMesh mesh =
-        mapped_cube({n_r, n_theta, n_z}, {"inner", "outer", "y0", "x0", "bottom", "top"}, [](const Vector3& xi) {
-            const Eigen::Vector2d d = direction(xi[1]);
-            return Vector3(between(2, 3.25, xi[0]) * d.x(), between(1, 2.75, xi[0]) * d.y(), between(-0.3, 0.3, xi[2]));
-        });
+        mapped_cube({n_r, n_theta, n_z}, {"inner", "outer", "y0", "x0", "bottom", "top"},
+                    [](const Vector3& xi) {
+                        const Eigen::Vector2d d = direction(xi[1]);
+                        return Vector3(between(2, 3.25, xi[0]) * d.x(),
+                                       between(1, 2.75, xi[0]) * d.y(), between(-0.3, 0.3, xi[2]));
+                    });
     auto& middle = mesh.node_sets["outer_middle"];
     for (const std::int32_t n : mesh.node_sets["outer"])
         if (std::abs(mesh.nodes[n].z()) < 1e-12) middle.push_back(n);

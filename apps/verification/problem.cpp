@@ -12,7 +12,8 @@ namespace livetet::verification {
 namespace {
 
 SolverOptions with_defaults(SolverOptions solver, std::size_t levels) {
-    if (solver.kind == SolverKind::automatic) solver.kind = levels > 1 ? SolverKind::multigrid : SolverKind::direct;
+    if (solver.kind == SolverKind::automatic)
+        solver.kind = levels > 1 ? SolverKind::multigrid : SolverKind::direct;
     return solver;
 }
 
@@ -22,18 +23,23 @@ std::uint8_t bits(const std::string& components) {
     return b;
 }
 
-/// Visits points of a quadrature on the reference tet, exact to degree 7: Gauss points of the cube collapsed onto it.
+/// Visits points of a quadrature on the reference tet, exact to degree 7: Gauss points of the cube
+/// collapsed onto it.
 template <class Visit>
 void visit_quadrature(Visit&& visit) {
-    constexpr double a = 0.861136311594052575, b = 0.339981043584856265, wa = 0.347854845137453857, wb = 1 - wa;
-    constexpr double points[4] = {(1 - a) / 2, (1 - b) / 2, (1 + b) / 2, (1 + a) / 2}, weights[4] = {wa / 2, wb / 2, wb / 2, wa / 2};
+    constexpr double a = 0.861136311594052575, b = 0.339981043584856265, wa = 0.347854845137453857,
+                     wb = 1 - wa;
+    constexpr double points[4] = {(1 - a) / 2, (1 - b) / 2, (1 + b) / 2, (1 + a) / 2},
+                     weights[4] = {wa / 2, wb / 2, wb / 2, wa / 2};
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
             for (int k = 0; k < 4; ++k) {
-                const double x = points[i], y = points[j] * (1 - x), z = points[k] * (1 - x) * (1 - points[j]);
+                const double x = points[i], y = points[j] * (1 - x),
+                             z = points[k] * (1 - x) * (1 - points[j]);
                 // Share of the volume: six times the Jacobian.
-                visit(Eigen::Vector4d(1 - x - y - z, x, y, z),
-                      6 * weights[i] * weights[j] * weights[k] * (1 - x) * (1 - x) * (1 - points[j]));
+                visit(
+                    Eigen::Vector4d(1 - x - y - z, x, y, z),
+                    6 * weights[i] * weights[j] * weights[k] * (1 - x) * (1 - x) * (1 - points[j]));
             }
 }
 
@@ -46,17 +52,20 @@ std::string Discretisation::name() const {
 }
 
 std::string nodes_text(std::size_t nodes) {
-    return nodes < 1000 ? fmt::format("{} nodes", nodes) : fmt::format("{},{:03} nodes", nodes / 1000, nodes % 1000);
+    return nodes < 1000 ? fmt::format("{} nodes", nodes)
+                        : fmt::format("{},{:03} nodes", nodes / 1000, nodes % 1000);
 }
 
-Problem::Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discretisation& d, const TimeOptions& time,
-                 SolverOptions solver)
-    : hierarchy_(make_hierarchy(std::move(levels), "verification")), materials_{material(m)}, constraints_(0) {
+Problem::Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discretisation& d,
+                 const TimeOptions& time, SolverOptions solver)
+    : hierarchy_(make_hierarchy(std::move(levels), "verification")),
+      materials_{material(m)},
+      constraints_(0) {
     if (d.quadratic) hierarchy_ = with_quadratic_level(std::move(hierarchy_));
     const std::size_t own_levels = hierarchy_.levels.size() - (d.quadratic ? 1 : 0);
-    body_ = std::make_unique<DeformableBody>(PETSC_COMM_SELF, hierarchy_, std::span<const std::vector<std::int32_t>>{},
-                                             ElasticModel{materials_, d.strain, d.formulation}, time,
-                                             with_defaults(solver, own_levels));
+    body_ = std::make_unique<DeformableBody>(
+        PETSC_COMM_SELF, hierarchy_, std::span<const std::vector<std::int32_t>>{},
+        ElasticModel{materials_, d.strain, d.formulation}, time, with_defaults(solver, own_levels));
     constraints_ = Constraints(mesh().nodes.size());
     force_.assign(mesh().nodes.size(), Vector3::Zero());
 }
@@ -66,27 +75,31 @@ void Problem::hold(const std::string& set, const std::string& components, const 
 }
 
 void Problem::prescribe(const std::function<bool(const Vector3&)>& chosen,
-                        const std::function<Vector3(const Vector3&)>& value, const std::string& components) {
+                        const std::function<Vector3(const Vector3&)>& value,
+                        const std::string& components) {
     for (std::size_t n = 0; n < mesh().nodes.size(); ++n)
         if (const auto node = static_cast<std::int32_t>(n); chosen(mesh().nodes[n]))
             constraints_.prescribe(std::span(&node, 1), value(mesh().nodes[n]), bits(components));
 }
 
 void Problem::prescribe_surface(const std::function<Vector3(const Vector3&)>& value) {
-    for (const std::int32_t n : surface_nodes(mesh())) constraints_.prescribe(std::span(&n, 1), value(mesh().nodes[n]));
+    for (const std::int32_t n : surface_nodes(mesh()))
+        constraints_.prescribe(std::span(&n, 1), value(mesh().nodes[n]));
 }
 
-void Problem::traction(const std::string& set, const std::function<Vector3(const Vector3&, const Vector3&)>& value) {
-    // At the middles of edges with a third of the area each: exact to degree 2. On P2 those are the edge nodes, and the
-    // corner's shape functions vanish there.
+void Problem::traction(const std::string& set,
+                       const std::function<Vector3(const Vector3&, const Vector3&)>& value) {
+    // At the middles of edges with a third of the area each: exact to degree 2. On P2 those are the
+    // edge nodes, and the corner's shape functions vanish there.
     const EdgeNodes edges(mesh());
     for (const Triangle& t : mesh().triangle_sets.at(set)) {
-        const Vector3 area =
-            0.5 * (mesh().nodes[t[1]] - mesh().nodes[t[0]]).cross(mesh().nodes[t[2]] - mesh().nodes[t[0]]);
+        const Vector3 area = 0.5 * (mesh().nodes[t[1]] - mesh().nodes[t[0]])
+                                       .cross(mesh().nodes[t[2]] - mesh().nodes[t[0]]);
         for (int k = 0; k < 3; ++k) {
             const std::int32_t a = t[k], b = t[(k + 1) % 3];
             const Vector3 share =
-                value((mesh().nodes[a] + mesh().nodes[b]) / 2, area.normalized()) * (area.norm() / 3);
+                value((mesh().nodes[a] + mesh().nodes[b]) / 2, area.normalized()) *
+                (area.norm() / 3);
             if (edges.empty()) {
                 force_[a] += share / 2;
                 force_[b] += share / 2;
@@ -106,7 +119,8 @@ void Problem::body_force(const std::function<Vector3(const Vector3&)>& value) {
             Vector3 x = Vector3::Zero();
             for (int i = 0; i < 4; ++i) x += L[i] * mesh().nodes[t[i]];
             const Vector3 f = volume * share * value(x);
-            for (int i = 0; i < 4; ++i) force_[t[i]] += (quadratic ? L[i] * (2 * L[i] - 1) : L[i]) * f;
+            for (int i = 0; i < 4; ++i)
+                force_[t[i]] += (quadratic ? L[i] * (2 * L[i] - 1) : L[i]) * f;
             for (int k = 0; quadratic && k < 6; ++k)
                 force_[mesh().edge_nodes[e][k]] += 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]] * f;
         });
@@ -129,12 +143,13 @@ void Problem::solve(int load_steps, double tolerance) {
         }
         body_->set_constraints(constraints);
         body_->set_external_force(force);
-        const StepReport report =
-            body_->step(0, {.linearisations = 100, .tolerance = tolerance, .linear_tolerance = 1e-4});
+        const StepReport report = body_->step(
+            0, {.linearisations = 100, .tolerance = tolerance, .linear_tolerance = 1e-4});
         if (!report.converged)
-            throw std::runtime_error(fmt::format("no equilibrium at step {} of {}: imbalance {:.1e} after {} "
-                                                 "linearisations",
-                                                 step, load_steps, report.imbalance, report.linearisations));
+            throw std::runtime_error(
+                fmt::format("no equilibrium at step {} of {}: imbalance {:.1e} after {} "
+                            "linearisations",
+                            step, load_steps, report.imbalance, report.linearisations));
     }
     u_ = body_->displacement();
 }
@@ -142,7 +157,8 @@ void Problem::solve(int load_steps, double tolerance) {
 std::int32_t Problem::node_at(const Vector3& x) const {
     std::size_t nearest = 0;
     for (std::size_t n = 1; n < mesh().nodes.size(); ++n)
-        if ((mesh().nodes[n] - x).squaredNorm() < (mesh().nodes[nearest] - x).squaredNorm()) nearest = n;
+        if ((mesh().nodes[n] - x).squaredNorm() < (mesh().nodes[nearest] - x).squaredNorm())
+            nearest = n;
     return static_cast<std::int32_t>(nearest);
 }
 

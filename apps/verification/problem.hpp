@@ -4,10 +4,10 @@
 #include <functional>
 #include <memory>
 
-#include "mesh/quadratic.hpp"
-#include "solvers/nonlinear/deformable_body.hpp"
 #include "apps/verification/closed_forms.hpp"
 #include "apps/verification/suite.hpp"
+#include "mesh/quadratic.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
 
 namespace livetet::verification {
 
@@ -19,27 +19,33 @@ struct Discretisation {
     std::string name() const;
 };
 
-inline Material material(const Isotropic& m) { return {.young_Pa = m.E, .poisson = m.nu, .density_kg_per_m3 = m.rho}; }
+inline Material material(const Isotropic& m) {
+    return {.young_Pa = m.E, .poisson = m.nu, .density_kg_per_m3 = m.rho};
+}
 
-/// A body under loads and constraints, set up a line at a time. Levels of the mesh, the finest first: more than one are
-/// solved by multigrid, one by a factorisation.
+/// A body under loads and constraints, set up a line at a time. Levels of the mesh, the finest
+/// first: more than one are solved by multigrid, one by a factorisation.
 class Problem {
   public:
-    Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discretisation& d, const TimeOptions& time = {},
-            SolverOptions solver = {});
+    Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discretisation& d,
+            const TimeOptions& time = {}, SolverOptions solver = {});
 
     const TetMesh& mesh() const { return hierarchy_.levels.front(); }
     DeformableBody& body() { return *body_; }
     std::size_t node_count() const { return mesh().nodes.size(); }
 
-    /// Prescribes components of the nodes of a set ("xyz"), or of all nodes for which `chosen` holds.
-    void hold(const std::string& set, const std::string& components, const Vector3& value = Vector3::Zero());
+    /// Prescribes components of the nodes of a set ("xyz"), or of all nodes for which `chosen`
+    /// holds.
+    void hold(const std::string& set, const std::string& components,
+              const Vector3& value = Vector3::Zero());
     void prescribe(const std::function<bool(const Vector3& x)>& chosen,
-                   const std::function<Vector3(const Vector3& x)>& value, const std::string& components = "xyz");
+                   const std::function<Vector3(const Vector3& x)>& value,
+                   const std::string& components = "xyz");
     /// Prescribes all nodes of the surface.
     void prescribe_surface(const std::function<Vector3(const Vector3& x)>& value);
     /// Traction (Pa) at places x of a triangle set with outward normals n, dead.
-    void traction(const std::string& set, const std::function<Vector3(const Vector3& x, const Vector3& n)>& value);
+    void traction(const std::string& set,
+                  const std::function<Vector3(const Vector3& x, const Vector3& n)>& value);
     /// Adds a force (N) at a node.
     void force(std::int32_t node, const Vector3& value) { force_[node] += value; }
     void body_force(const std::function<Vector3(const Vector3& x)>& value);

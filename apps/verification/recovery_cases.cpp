@@ -2,9 +2,9 @@
 
 #include <random>
 
-#include "mechanics/strain_energy.hpp"
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
+#include "mechanics/strain_energy.hpp"
 
 // Bodies that start flat, turned inside out or at random, held at one face: do they come home?
 
@@ -22,16 +22,19 @@ std::vector<Vector3> start_of(const TetMesh& mesh, Start start) {
         if (start == Start::flat) to = Vector3(x.x(), x.y(), 0.5);
         if (start == Start::everted) to = Vector3(-x.x(), x.y(), x.z());
         if (start == Start::random)
-            for (int c = 0; c < 3; ++c) to[c] = std::generate_canonical<double, 53>(generator) * (c == 0 ? 2 : 1);
+            for (int c = 0; c < 3; ++c)
+                to[c] = std::generate_canonical<double, 53>(generator) * (c == 0 ? 2 : 1);
         u.push_back(to - x);
     }
     return u;
 }
 
-/// Damped implicit Euler with long steps, each one Newton solve to equilibrium of the step: as a user would let a body go.
+/// Damped implicit Euler with long steps, each one Newton solve to equilibrium of the step: as a
+/// user would let a body go.
 Outcome recovery(const Discretisation& d, Start start) {
     constexpr const char* names[] = {"flat", "everted", "random"};
-    Problem problem({box({2, 1, 1}, {6, 3, 3})}, {1000, 0.3, 1}, d, {.scheme = TimeScheme::implicit_euler});
+    Problem problem({box({2, 1, 1}, {6, 3, 3})}, {1000, 0.3, 1}, d,
+                    {.scheme = TimeScheme::implicit_euler});
     problem.hold("x0", "xyz");
     problem.apply();
     problem.body().set_displacement(start_of(problem.mesh(), start));
@@ -40,18 +43,27 @@ Outcome recovery(const Discretisation& d, Start start) {
     const bool claimed = recovers_from_inversion(d.strain, d.quadratic);
     for (; steps < (claimed ? 400 : 60) && largest > 1e-8; ++steps) {
         linearisations +=
-            problem.body().step(0.2, {.linearisations = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6}).linearisations;
+            problem.body()
+                .step(0.2, {.linearisations = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6})
+                .linearisations;
         largest = 0;
-        for (const Vector3& u : problem.body().displacement()) largest = std::max(largest, u.norm());
+        for (const Vector3& u : problem.body().displacement())
+            largest = std::max(largest, u.norm());
     }
-    return {.name = fmt::format("{} start, {}: distance from rest", names[static_cast<int>(start)], d.name()),
-            .source = "rest", .reference = 0, .unit = "m", .tolerance = claimed ? 1e-6 : 0,
-            .runs = {{fmt::format("{} steps, {} linearisations", steps, linearisations), 0, largest, largest, problem.seconds()}}};
+    return {.name = fmt::format("{} start, {}: distance from rest", names[static_cast<int>(start)],
+                                d.name()),
+            .source = "rest",
+            .reference = 0,
+            .unit = "m",
+            .tolerance = claimed ? 1e-6 : 0,
+            .runs = {{fmt::format("{} steps, {} linearisations", steps, linearisations), 0, largest,
+                      largest, problem.seconds()}}};
 }
 
 std::vector<Outcome> recoveries() {
     std::vector<Outcome> outcomes;
-    for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated, StrainModel::green, StrainModel::neohookean}) {
+    for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated,
+                                     StrainModel::green, StrainModel::neohookean}) {
         for (const bool quadratic : {false, true})
             for (const Start start : {Start::flat, Start::everted, Start::random})
                 outcomes.push_back(recovery({strain, quadratic}, start));

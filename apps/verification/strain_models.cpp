@@ -48,7 +48,8 @@ double energy_density(Strain strain, const Isotropic& m, const Matrix3d& F) {
             break;
     }
     const double growth = F.determinant() - 1;
-    return m.mu() / 2 * (F.squaredNorm() - 3) - m.mu() * growth + (m.lambda() + m.mu()) / 2 * growth * growth;
+    return m.mu() / 2 * (F.squaredNorm() - 3) - m.mu() * growth +
+           (m.lambda() + m.mu()) / 2 * growth * growth;
 }
 
 Matrix3d first_piola(Strain strain, const Isotropic& m, const Matrix3d& F) {
@@ -117,7 +118,8 @@ Vector3 ManufacturedField::linear_body_force(const Isotropic& m, const Vector3& 
            m.mu() * waves.rowwise().squaredNorm().cwiseProduct(u);
 }
 
-Vector3 ManufacturedField::body_force(const std::function<Matrix3d(const Matrix3d&)>& P, const Vector3& x) const {
+Vector3 ManufacturedField::body_force(const std::function<Matrix3d(const Matrix3d&)>& P,
+                                      const Vector3& x) const {
     constexpr double step = 0.02;
     constexpr double weights[] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
     const auto stress = [&](const Vector3& at) { return P(identity + gradient(at)); };

@@ -24,7 +24,7 @@ struct Outcome {
     std::string unit;
     double tolerance = 0;  ///< on the last run's error; 0: told, not judged
     std::vector<Run> runs;
-    double expected_order = 0;   ///< 0: none is claimed
+    double expected_order = 0;  ///< 0: none is claimed
     double order_tolerance = 0.2;
 
     const Run& last() const { return runs.back(); }
@@ -43,10 +43,11 @@ struct Case {
 std::span<const Case> cases();
 
 // One list for each field; cases() joins them.
-std::vector<Case> homogeneous_cases();      ///< patch tests, uniaxial, shear, bending, torsion
-std::vector<Case> incompressible_cases();   ///< thick sphere and cylinder, Cook, iterations against nu
-std::vector<Case> structural_cases();       ///< LE10, elastica, Cook at finite strain, order study
-std::vector<Case> dynamic_cases();          ///< frequencies, time schemes, spin, energy
-std::vector<Case> recovery_cases();         ///< flat, everted and random starts
+std::vector<Case> homogeneous_cases();  ///< patch tests, uniaxial, shear, bending, torsion
+std::vector<Case>
+incompressible_cases();                ///< thick sphere and cylinder, Cook, iterations against nu
+std::vector<Case> structural_cases();  ///< LE10, elastica, Cook at finite strain, order study
+std::vector<Case> dynamic_cases();     ///< frequencies, time schemes, spin, energy
+std::vector<Case> recovery_cases();    ///< flat, everted and random starts
 
 }  // namespace livetet::verification

@@ -38,7 +38,9 @@ void read_image(ShownBody& body, const fs::path& path) {
     Eigen::AlignedBox3d box = box_of(grid_of(image)), mesh;
     for (const Vector3& x : body.mesh.nodes) mesh.extend(x);
     if (!box.intersects(mesh))
-        fail("{}: lies from {}, the mesh from {}, expected an image of the same place", path.string(), box_mm(std::array{Vector3(box.min()), Vector3(box.max())}), box_mm(body.mesh.nodes));
+        fail("{}: lies from {}, the mesh from {}, expected an image of the same place",
+             path.string(), box_mm(std::array{Vector3(box.min()), Vector3(box.max())}),
+             box_mm(body.mesh.nodes));
     body.image = std::move(image);
 }
 
@@ -62,7 +64,8 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     vtkNew<vtkCellArray> cells;
     for (const Triangle& t : triangles) {
         vtkIdType ids[3];
-        for (int k = 0; k < 3; ++k) ids[k] = std::lower_bound(nodes.begin(), nodes.end(), t[k]) - nodes.begin();
+        for (int k = 0; k < 3; ++k)
+            ids[k] = std::lower_bound(nodes.begin(), nodes.end(), t[k]) - nodes.begin();
         cells->InsertNextCell(3, ids);
     }
     vtkNew<vtkPolyData> coarse;
@@ -75,44 +78,56 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     fine->SetNumberOfSubdivisions(std::min(times, 3));
     fine->Update();
     // A surface that touches itself is not for subdividing: as it is, then.
-    vtkPolyData* out = times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
+    vtkPolyData* out =
+        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
     TriangleMesh surface;
-    for (vtkIdType i = 0; i < out->GetNumberOfPoints(); ++i) surface.nodes.emplace_back(Eigen::Map<const Vector3>(out->GetPoint(i)));
+    for (vtkIdType i = 0; i < out->GetNumberOfPoints(); ++i)
+        surface.nodes.emplace_back(Eigen::Map<const Vector3>(out->GetPoint(i)));
     vtkIdType count = 0;
     const vtkIdType* ids = nullptr;
     for (vtkIdType i = 0; i < out->GetNumberOfCells(); ++i) {
         out->GetPolys()->GetCellAtId(i, count, ids);
-        surface.triangles.push_back({static_cast<std::int32_t>(ids[0]), static_cast<std::int32_t>(ids[1]), static_cast<std::int32_t>(ids[2])});
+        surface.triangles.push_back({static_cast<std::int32_t>(ids[0]),
+                                     static_cast<std::int32_t>(ids[1]),
+                                     static_cast<std::int32_t>(ids[2])});
     }
     return surface;
 }
 
-ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& told_by, const ViewFiles& files) {
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& told_by,
+                          const ViewFiles& files) {
     ShownBody body;
     body.mesh = std::move(mesh);
-    body.surface = files.surface.empty() ? render_surface(body.mesh) : read_surface(files.surface, Space::ras);
+    body.surface =
+        files.surface.empty() ? render_surface(body.mesh) : read_surface(files.surface, Space::ras);
 
     if (!files.image.empty())
         read_image(body, files.image);
     else if (scene)
-        or_left_out(body, "slices (--image FILE shows them)", [&] { read_image(body, find_scene_image(*scene, told_by).file); });
+        or_left_out(body, "slices (--image FILE shows them)",
+                    [&] { read_image(body, find_scene_image(*scene, told_by).file); });
 
     if (!scene) {
-        body.left_out.push_back("slices, fixed nodes, sensors, fiducials: the result holds no scene");
+        body.left_out.push_back(
+            "slices, fixed nodes, sensors, fiducials: the result holds no scene");
         return body;
     }
     std::vector<std::int32_t> fixed;
     for (std::size_t i = 0; i < scene->fix.size(); ++i)
         or_left_out(body, "fixed nodes", [&] {
-            const auto nodes = select_located(body.mesh, scene->fix[i], fmt::format("fix[{}]", i), told_by);
+            const auto nodes =
+                select_located(body.mesh, scene->fix[i], fmt::format("fix[{}]", i), told_by);
             fixed.insert(fixed.end(), nodes.begin(), nodes.end());
         });
     std::sort(fixed.begin(), fixed.end());
     fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
     const std::vector<std::int32_t> skin = nodes_of(boundary_triangles(body.mesh.tets));
-    std::set_intersection(fixed.begin(), fixed.end(), skin.begin(), skin.end(), std::back_inserter(body.fixed));
+    std::set_intersection(fixed.begin(), fixed.end(), skin.begin(), skin.end(),
+                          std::back_inserter(body.fixed));
     if (scene->track && !scene->track->registration.empty())
-        or_left_out(body, "fiducials", [&] { read_shown_fiducials(body, locate(scene->track->registration, told_by)); });
+        or_left_out(body, "fiducials", [&] {
+            read_shown_fiducials(body, locate(scene->track->registration, told_by));
+        });
     return body;
 }
 

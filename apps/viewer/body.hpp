@@ -9,11 +9,13 @@
 #include "apps/scene/scene.hpp"
 #include "image/image.hpp"
 
-// What a window shows, as plain data: it comes from a recorded result or from a run that goes on. Metres, image frame.
+// What a window shows, as plain data: it comes from a recorded result or from a run that goes on.
+// Metres, image frame.
 
 namespace livetet {
 
-/// A fiducial in both spaces: as the image has it, and where the registration puts what the tracker touched.
+/// A fiducial in both spaces: as the image has it, and where the registration puts what the tracker
+/// touched.
 struct ShownFiducial {
     std::string name;
     Vector3 in_image = Vector3::Zero(), from_tracker = Vector3::Zero();
@@ -49,8 +51,9 @@ struct ShownMoment {
     std::vector<ShownTool> tools;
     std::vector<ShownSensor> sensors;
     std::optional<HandPull> pull;
-    std::string text;  ///< a line on the frame
-    bool keeps_numbers = false;  ///< texts stay as they were drawn last, where there are any: nobody reads 25 numbers a second
+    std::string text;            ///< a line on the frame
+    bool keeps_numbers = false;  ///< texts stay as they were drawn last, where there are any:
+                                 ///< nobody reads 25 numbers a second
 };
 
 /// Where to look for what a scene does not say.
@@ -58,12 +61,14 @@ struct ViewFiles {
     std::filesystem::path image, surface;  ///< given by the user; empty: found
 };
 
-/// What stays the same of a scene on this mesh. `told_by`: the scene's file, or the result that holds it. Files that the user named must be there; what is not found of those that
-/// the scene names is left out, and said. Throws Error.
-ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const std::filesystem::path& told_by,
-                          const ViewFiles& files);
+/// What stays the same of a scene on this mesh. `told_by`: the scene's file, or the result that
+/// holds it. Files that the user named must be there; what is not found of those that the scene
+/// names is left out, and said. Throws Error.
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
+                          const std::filesystem::path& told_by, const ViewFiles& files);
 
-/// A surface of at least some ten thousand triangles for a mesh: its own, subdivided by Loop's scheme where it has fewer.
+/// A surface of at least some ten thousand triangles for a mesh: its own, subdivided by Loop's
+/// scheme where it has fewer.
 TriangleMesh render_surface(const TetMesh& mesh);
 
 }  // namespace livetet

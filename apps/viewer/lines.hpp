@@ -19,7 +19,8 @@ class ColouredLines {
     ColouredLines() { colours_->SetNumberOfComponents(3); }
 
     void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const look::Colour& colour) {
-        const vtkIdType ids[2] = {points_->InsertNextPoint(a.data()), points_->InsertNextPoint(b.data())};
+        const vtkIdType ids[2] = {points_->InsertNextPoint(a.data()),
+                                  points_->InsertNextPoint(b.data())};
         cells_->InsertNextCell(2, ids);
         unsigned char c[3];
         for (int k = 0; k < 3; ++k) c[k] = static_cast<unsigned char>(255 * colour[k]);

@@ -7,20 +7,21 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "base/interruptible.hpp"
 #include "base/error.hpp"
+#include "base/interruptible.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
-constexpr double shortest_picture_s = 1.0 / 30;  // in the mean: more would only take from the simulation
-constexpr double longest_behind_s = 0.1;         // of late pictures that quick ones make up for
-constexpr double shortest_text_s = 0.25;         // and drawing letters takes a tenth of a picture's time
+constexpr double shortest_picture_s =
+    1.0 / 30;                             // in the mean: more would only take from the simulation
+constexpr double longest_behind_s = 0.1;  // of late pictures that quick ones make up for
+constexpr double shortest_text_s = 0.25;  // and drawing letters takes a tenth of a picture's time
 
-/// This thread, and so those that a software renderer starts from it, runs where nobody else wants a core: pictures, unlike
-/// frames, may come late.
+/// This thread, and so those that a software renderer starts from it, runs where nobody else wants
+/// a core: pictures, unlike frames, may come late.
 void give_way() {
     const sched_param none{};
     (void)::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
@@ -130,17 +131,21 @@ ShownMoment LiveView::moment_of(const Seen& seen) const {
     for (std::size_t i = 0; i < seen.tools.size() && i < seen.frame.image_from_tool.size(); ++i) {
         const TrackedPose& pose = seen.frame.image_from_tool[i];
         const bool is_sensor = i > 0 && i <= seen.frame.sensors.size();
-        if (is_usable(pose) && !is_sensor) moment.tools.push_back({seen.tools[i].tool, seen.tools[i].has_tip, {pose.rotation, pose.translation}});
+        if (is_usable(pose) && !is_sensor)
+            moment.tools.push_back(
+                {seen.tools[i].tool, seen.tools[i].has_tip, {pose.rotation, pose.translation}});
         if (!is_sensor) continue;
-        ShownSensor& sensor = moment.sensors.emplace_back(ShownSensor{seen.tools[i].tool, {}, {}, {}});
+        ShownSensor& sensor =
+            moment.sensors.emplace_back(ShownSensor{seen.tools[i].tool, {}, {}, {}});
         if (const auto& base = seen.frame.sensors[i - 1].base) sensor.base = base->translation;
         if (is_usable(pose)) sensor.now = pose.translation;
     }
     moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches that are held
-    moment.text = fmt::format("live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
-                              1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
-                                     seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
-                              seen.frame.step.iterations);
+    moment.text = fmt::format(
+        "live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
+        1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
+               seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
+        seen.frame.step.iterations);
     return moment;
 }
 

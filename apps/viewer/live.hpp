@@ -13,22 +13,23 @@
 
 namespace livetet {
 
-/// A window beside a run, on a thread of its own that gives way to the simulation's: it draws the newest frame and passes over
-/// those that come meanwhile. Closing it ends the run, as Ctrl-C does.
+/// A window beside a run, on a thread of its own that gives way to the simulation's: it draws the
+/// newest frame and passes over those that come meanwhile. Closing it ends the run, as Ctrl-C does.
 class LiveView : public FrameGuest {
   public:
     struct Options {
         Surface surface = Surface::on_screen;
         std::array<int, 2> size{1280, 800};
-        std::optional<ViewScript> script{};   ///< at its end the window closes
-        std::filesystem::path screenshot{};   ///< written at the end; empty: none
+        std::optional<ViewScript> script{};  ///< at its end the window closes
+        std::filesystem::path screenshot{};  ///< written at the end; empty: none
     };
     LiveView(ShownBody body, Options options);
     ~LiveView() override;
 
     std::optional<HandPull> pull() override;
     void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override;
-    /// Waits until the user closes the window, or the script has ended; off screen without one, for nothing.
+    /// Waits until the user closes the window, or the script has ended; off screen without one, for
+    /// nothing.
     void finish() override;
 
     /// How many pictures were drawn, and what the last took, s: for a benchmark.
@@ -45,7 +46,8 @@ class LiveView : public FrameGuest {
     };
     void run();
     void lead(ViewWindow& window);
-    /// Draws the newest frame, if there is a new one or the user did something. False once the window is closed.
+    /// Draws the newest frame, if there is a new one or the user did something. False once the
+    /// window is closed.
     bool advance(ViewWindow& window);
     ShownMoment moment_of(const Seen& seen) const;
 

@@ -56,7 +56,8 @@ MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
     renderer->AddActor(lines);
 }
 
-/// Square dots of so many pixels, drawn over the surface that they lie on, or balls of a radius in mm.
+/// Square dots of so many pixels, drawn over the surface that they lie on, or balls of a radius in
+/// mm.
 MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, bool as_balls) {
     auto data = vtkSmartPointer<vtkPolyData>::New();
     put_points(data, {});
@@ -85,9 +86,11 @@ MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, boo
     return {data, actor};
 }
 
-void MarksView::label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour) {
+void MarksView::label(std::size_t which, const Vector3& at, const std::string& text,
+                      const look::Colour& colour) {
     while (labels_.size() <= which) {
-        // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a third of a picture's time.
+        // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a
+        // third of a picture's time.
         auto actor = vtkSmartPointer<vtkTextActor>::New();
         vtkNew<vtkCoordinate> marked;
         marked->SetCoordinateSystemToWorld();
@@ -101,16 +104,22 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
         labels_.push_back(actor);
     }
     vtkTextActor* actor = labels_[which];
-    if (!actor->GetInput() || (!keeps_numbers_ && text != actor->GetInput())) actor->SetInput(text.c_str());
+    if (!actor->GetInput() || (!keeps_numbers_ && text != actor->GetInput()))
+        actor->SetInput(text.c_str());
     actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
-    actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+    actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(),
+                                                                       1e3 * at.z());
     actor->VisibilityOn();
 }
 
 void MarksView::show(const ShownMoment& moment) {
-    const auto moved = [&](std::int32_t n) -> Vector3 { return body_.mesh.nodes[n] + moment.displacement[n]; };
+    const auto moved = [&](std::int32_t n) -> Vector3 {
+        return body_.mesh.nodes[n] + moment.displacement[n];
+    };
     ColouredLines lines;
-    const auto line = [&](const Vector3& a, const Vector3& b, const look::Colour& c) { lines.add(1e3 * a, 1e3 * b, c); };
+    const auto line = [&](const Vector3& a, const Vector3& b, const look::Colour& c) {
+        lines.add(1e3 * a, 1e3 * b, c);
+    };
     std::vector<Vector3> fixed, patches, bases, sensors, tips, touched, pulled;
     std::size_t labels = 0;
     keeps_numbers_ = moment.keeps_numbers;
@@ -120,7 +129,10 @@ void MarksView::show(const ShownMoment& moment) {
         if (s.base) bases.push_back(*s.base);
         if (!s.now) continue;
         sensors.push_back(*s.now);
-        label(labels++, *s.now, s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name, mark_colour::sensor);
+        label(
+            labels++, *s.now,
+            s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name,
+            mark_colour::sensor);
         if (s.base) line(*s.base, *s.now, mark_colour::sensor);
     }
     for (const ShownTool& t : moment.tools) {
@@ -133,16 +145,24 @@ void MarksView::show(const ShownMoment& moment) {
         lines.add_cross(1e3 * f.in_image, 2 * ball_mm_, 3, mark_colour::fiducial);
         touched.push_back(f.from_tracker);
         line(f.in_image, f.from_tracker, mark_colour::touched);
-        label(labels++, f.in_image, fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()), mark_colour::fiducial);
+        label(labels++, f.in_image,
+              fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()),
+              mark_colour::fiducial);
     }
     if (moment.pull) {
         pulled = {moment.pull->base, moment.pull->to};
         line(moment.pull->base, moment.pull->to, mark_colour::pull);
     }
     for (; labels < labels_.size(); ++labels) labels_[labels]->VisibilityOff();
-    for (const auto& [dots, places] : {std::pair(&fixed_, &fixed), {&patches_, &patches}, {&bases_, &bases}, {&sensors_, &sensors},
-                                       {&tips_, &tips}, {&touched_, &touched}, {&pulled_, &pulled}}) {
-        dots->actor->SetVisibility(!places->empty());  // an empty mapper costs a picture as much as a full one
+    for (const auto& [dots, places] : {std::pair(&fixed_, &fixed),
+                                       {&patches_, &patches},
+                                       {&bases_, &bases},
+                                       {&sensors_, &sensors},
+                                       {&tips_, &tips},
+                                       {&touched_, &touched},
+                                       {&pulled_, &pulled}}) {
+        dots->actor->SetVisibility(
+            !places->empty());  // an empty mapper costs a picture as much as a full one
         if (!places->empty()) put_points(dots->places, *places);
     }
     lines.put_into(lines_);

@@ -1,19 +1,20 @@
 #pragma once
 
-#include <vtkTextActor.h>
-#include <vtkNew.h>
 #include <vtkActor.h>
+#include <vtkNew.h>
 #include <vtkPolyData.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
+#include <vtkTextActor.h>
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/viewer/body.hpp"
 
 namespace livetet {
 
-/// What is marked about the organ: fixed nodes, sensors with their patches, where they were placed and where they are, tools
-/// with their tips, fiducials of the image and of the tracker with the distance between them, the marker pulled by hand.
+/// What is marked about the organ: fixed nodes, sensors with their patches, where they were placed
+/// and where they are, tools with their tips, fiducials of the image and of the tracker with the
+/// distance between them, the marker pulled by hand.
 class MarksView {
   public:
     /// `body` has to outlive it.
@@ -26,7 +27,8 @@ class MarksView {
         vtkSmartPointer<vtkActor> actor;
     };
     Dots add_dots(const look::Colour& colour, double size, bool as_balls);
-    void label(std::size_t which, const Vector3& at, const std::string& text, const look::Colour& colour);
+    void label(std::size_t which, const Vector3& at, const std::string& text,
+               const look::Colour& colour);
 
     const ShownBody& body_;
     vtkRenderer* renderer_;

@@ -14,7 +14,8 @@ namespace {
 constexpr double bar_width = 0.1;
 }  // namespace
 
-OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body), map_(map_into(body.mesh, body.surface.nodes)) {
+OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
+    : body_(body), map_(map_into(body.mesh, body.surface.nodes)) {
     const auto count = static_cast<vtkIdType>(body.surface.nodes.size());
     for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()}) {
         vectors->SetNumberOfComponents(3);
@@ -71,7 +72,8 @@ void OrganView::make_room(double width_pixels) {
 
 void OrganView::update_bar() {
     const bool is_stress = colour_ == ColourBy::von_mises;
-    const double largest = is_stress ? std::max(largest_[1], 1e-3) : std::max(1e3 * largest_[0], 0.1);
+    const double largest =
+        is_stress ? std::max(largest_[1], 1e-3) : std::max(1e3 * largest_[0], 0.1);
     const auto map = organ_colours(largest);
     mapper_->SetLookupTable(map);
     bar_->SetLookupTable(map);
@@ -82,8 +84,10 @@ void OrganView::update_bar() {
 void OrganView::show(const ShownMoment& moment) {
     const std::vector<Vector3>& rest = body_.surface.nodes;
     const bool is_stress = colour_ == ColourBy::von_mises && !moment.von_mises.empty();
-    Eigen::Map<Eigen::Matrix3Xf> places(places_->GetPointer(0), 3, static_cast<Eigen::Index>(rest.size()));
-    Eigen::Map<Eigen::Matrix3Xf> normals(normals_->GetPointer(0), 3, static_cast<Eigen::Index>(rest.size()));
+    Eigen::Map<Eigen::Matrix3Xf> places(places_->GetPointer(0), 3,
+                                        static_cast<Eigen::Index>(rest.size()));
+    Eigen::Map<Eigen::Matrix3Xf> normals(normals_->GetPointer(0), 3,
+                                         static_cast<Eigen::Index>(rest.size()));
     float* values = values_->GetPointer(0);
     for (std::size_t i = 0; i < rest.size(); ++i) {
         const Vector3 u = interpolate(map_, i, moment.displacement);
@@ -91,17 +95,21 @@ void OrganView::show(const ShownMoment& moment) {
         values[i] = static_cast<float>(1e3 * u.norm());
         if (!is_stress) continue;
         values[i] = 0;
-        for (int k = 0; k < 4; ++k) values[i] += static_cast<float>(map_.weights[i][k] * moment.von_mises[map_.nodes[i][k]]);
+        for (int k = 0; k < 4; ++k)
+            values[i] +=
+                static_cast<float>(map_.weights[i][k] * moment.von_mises[map_.nodes[i][k]]);
     }
     normals.setZero();
     for (const auto& [a, b, c] : body_.surface.triangles) {  // by their areas
-        const Eigen::Vector3f n = (places.col(b) - places.col(a)).cross(places.col(c) - places.col(a));
+        const Eigen::Vector3f n =
+            (places.col(b) - places.col(a)).cross(places.col(c) - places.col(a));
         normals.col(a) += n;
         normals.col(b) += n;
         normals.col(c) += n;
     }
     normals.colwise().normalize();
-    for (vtkFloatArray* changed : {places_.Get(), normals_.Get(), values_.Get()}) changed->Modified();
+    for (vtkFloatArray* changed : {places_.Get(), normals_.Get(), values_.Get()})
+        changed->Modified();
     data_->GetPoints()->Modified();
     data_->Modified();
 }

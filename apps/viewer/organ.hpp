@@ -18,8 +18,9 @@ namespace livetet {
 
 enum class ColourBy { displacement, von_mises };
 
-/// The organ's surface, finer than the mesh that carries it: each of its points goes with the tet that it lies in, or that is
-/// nearest. Coloured by displacement (mm) or von Mises stress (Pa), with a bar.
+/// The organ's surface, finer than the mesh that carries it: each of its points goes with the tet
+/// that it lies in, or that is nearest. Coloured by displacement (mm) or von Mises stress (Pa),
+/// with a bar.
 class OrganView {
   public:
     OrganView(const ShownBody& body, vtkRenderer* renderer);

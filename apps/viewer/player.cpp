@@ -21,7 +21,8 @@ void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(5)); }
 
 }  // namespace
 
-Player::Player(const ViewRecording& recording, ViewWindow& window) : recording_(recording), window_(window) {
+Player::Player(const ViewRecording& recording, ViewWindow& window)
+    : recording_(recording), window_(window) {
     window.handlers.toggle_play = [this] {
         if (playing_)
             playing_ = false;
@@ -38,7 +39,9 @@ Player::Player(const ViewRecording& recording, ViewWindow& window) : recording_(
         go_to_time(share * duration_s());
     };
     window.handlers.pull = [](const std::optional<HandPull>&) {
-        fmt::print(stderr, "view: a recorded result cannot be pulled; livetet view SCENE runs one that can\n");
+        fmt::print(
+            stderr,
+            "view: a recorded result cannot be pulled; livetet view SCENE runs one that can\n");
     };
     window.set_range(ColourBy::displacement, recording.largest_displacement());
     if (recording.has_stress()) window.set_range(ColourBy::von_mises, recording.largest_stress());
@@ -96,13 +99,17 @@ Stage Player::stage() {
                     fail("frame {}: the result holds {}", k + 1, recording_.times_s().size());
                 go_to_frame(k);
             },
-            [this](double time_s) { go_to_time(time_s); }, [this](double seconds) { return play(seconds); }};
+            [this](double time_s) { go_to_time(time_s); },
+            [this](double seconds) { return play(seconds); }};
 }
 
 void Player::record(const std::filesystem::path& path, double rate_Hz) {
     const bool as_folder = path.extension().empty();
     if (!as_folder && ending(path) != ".ogv")
-        fail("--record {}: the name ends in '{}', expected .ogv for a video, or none for a folder of pictures", path.string(), ending(path));
+        fail(
+            "--record {}: the name ends in '{}', expected .ogv for a video, or none for a folder "
+            "of pictures",
+            path.string(), ending(path));
     std::optional<PendingFile> file;
     vtkNew<vtkWindowToImageFilter> pixels;
     pixels->SetInput(window_.window());
@@ -112,7 +119,8 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
     if (as_folder) {
         std::error_code failure;
         std::filesystem::create_directories(path, failure);
-        if (failure) fail("--record {}: the folder cannot be made ({})", path.string(), failure.message());
+        if (failure)
+            fail("--record {}: the folder cannot be made ({})", path.string(), failure.message());
     } else {
         file.emplace(path);
         window_.draw();
@@ -127,7 +135,8 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
     const auto pictures = static_cast<std::size_t>(duration_s() * rate_Hz) + 1;
     for (std::size_t k = 0; k < pictures; ++k) {
         go_to_time(static_cast<double>(k) / rate_Hz);
-        progress.update(static_cast<double>(k) / static_cast<double>(pictures), fmt::format("picture {}", k + 1));
+        progress.update(static_cast<double>(k) / static_cast<double>(pictures),
+                        fmt::format("picture {}", k + 1));
         if (as_folder) {
             window_.write_png(path / fmt::format("{:06}.png", k));
             continue;
@@ -140,7 +149,9 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
     if (as_folder) return;
     video->End();
     std::error_code unknown;  // its writer says nothing of a full disk
-    if (const auto space = std::filesystem::space(std::filesystem::absolute(path).parent_path(), unknown); !unknown && space.available < 4096)
+    if (const auto space =
+            std::filesystem::space(std::filesystem::absolute(path).parent_path(), unknown);
+        !unknown && space.available < 4096)
         fail("--record {}: no room on the disk for the video", path.string());
     file->commit();
 }

@@ -23,45 +23,55 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// What a run says of its tools; one that was killed says them without the registration, which the scene names.
+/// What a run says of its tools; one that was killed says them without the registration, which the
+/// scene names.
 struct TrackerOfRun {
     std::vector<std::string> tools;
     RigidTransform<ImageFrame, Reference> image_from_reference;
 
     TrackerOfRun(const ResultReader& reader, const Scene& scene, const std::string& source) {
         const bool whole = reader.has_text("replay");
-        if (!whole && !reader.has_text("tools")) fail("the result does not say which tool is which");
+        if (!whole && !reader.has_text("tools"))
+            fail("the result does not say which tool is which");
         try {
             if (!whole) {
                 json::parse(reader.text("tools")).get_to(tools);
-                const auto& image_from_base = read_registration(locate(scene.track->registration, source)).image_from_base;
+                const auto& image_from_base =
+                    read_registration(locate(scene.track->registration, source)).image_from_base;
                 image_from_reference = {image_from_base.rotation, image_from_base.translation};
                 return;
             }
             const json about = json::parse(reader.text("replay"));
             about.at("tools").get_to(tools);
             const auto pose = about.at("image_from_reference").get<std::vector<double>>();
-            if (pose.size() != 12) fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
-            image_from_reference = transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
+            if (pose.size() != 12)
+                fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
+            image_from_reference =
+                transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
         } catch (const json::exception& e) {
-            fail("{}: what it says of its replay is not what livetet track writes: {}", source, e.what());
+            fail("{}: what it says of its replay is not what livetet track writes: {}", source,
+                 e.what());
         }
     }
     TrackedPose pose(const TrackerSample& sample, const std::string& tool) const {
-        const auto at = static_cast<std::size_t>(std::find(tools.begin(), tools.end(), tool) - tools.begin());
+        const auto at =
+            static_cast<std::size_t>(std::find(tools.begin(), tools.end(), tool) - tools.begin());
         return at < sample.poses.size() ? sample.poses[at] : TrackedPose{};
     }
 };
 
 RigidTransform<Tool, Tip> tip_of(const ToolOptions& tool, const std::string& source) {
-    return tool.tip.empty() ? RigidTransform<Tool, Tip>{} : read_tip(locate(tool.tip, source), tool.tool).tool_from_tip();
+    return tool.tip.empty() ? RigidTransform<Tool, Tip>{}
+                            : read_tip(locate(tool.tip, source), tool.tool).tool_from_tip();
 }
 
 }  // namespace
 
-ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles& files) : reader_(path) {
+ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles& files)
+    : reader_(path) {
     const std::string source = path.string();
-    if (reader_.frame_count() == 0) fail("{}: holds no frame, expected the result of livetet track or solve", source);
+    if (reader_.frame_count() == 0)
+        fail("{}: holds no frame, expected the result of livetet track or solve", source);
     std::optional<Scene> scene;
     if (!reader_.scene_text().empty()) scene = read_yaml<Scene>(reader_.scene_text(), source);
     body_ = make_shown_body(reader_.mesh(), scene, path, files);
@@ -69,8 +79,9 @@ ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles&
     has_press_ = has(reader_.value_names(), "press_mm");
     const bool tracked = has(reader_.value_names(), "tracker_from_image");
     if (tracked && !reader_.has_text("run"))
-        body_.left_out.push_back(fmt::format("the end: the run was killed; shown are the {} frames until a few seconds before",
-                                             reader_.frame_count()));
+        body_.left_out.push_back(fmt::format(
+            "the end: the run was killed; shown are the {} frames until a few seconds before",
+            reader_.frame_count()));
     try {
         if (scene && scene->track && tracked) trace_tools(source, *scene);
         if (scene && !tracked) find_driven(source, *scene);
@@ -87,7 +98,8 @@ void ViewRecording::find_driven(const std::string& source, const Scene& scene) {
     }
 }
 
-/// Goes through the samples as the run did, but for the solves: where sensors were placed, and where all is in the image.
+/// Goes through the samples as the run did, but for the solves: where sensors were placed, and
+/// where all is in the image.
 void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     const TrackerOfRun tracker(reader_, scene, source);
     const RecordedRun run = read_recorded_run(reader_, source);
@@ -103,14 +115,18 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     OutlierGate gate;
     std::vector<Traced> traced(reader_.frame_count());
     for (std::size_t k = 0; k < traced.size(); ++k) {
-        const auto found = std::lower_bound(run.samples.begin(), run.samples.end(), run.frames[k].sample,
-                                            [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
+        const auto found = std::lower_bound(
+            run.samples.begin(), run.samples.end(), run.frames[k].sample,
+            [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
         if (found == run.samples.end() || found->number != run.frames[k].sample) continue;
         const TrackerSample& sample = found->sample;
         const auto rows = reader_.values("tracker_from_image", k, 12);
-        const auto tracker_from_image = transform_of_rows<Tracker, ImageFrame>(std::span(rows).first<12>());
-        const auto reference = gate.update(sample.time_s, tracker.pose(sample, scene.track->reference_tool));
-        const auto in_image = [&](const std::string& tool) -> std::optional<RigidTransform<ImageFrame, Tool>> {
+        const auto tracker_from_image =
+            transform_of_rows<Tracker, ImageFrame>(std::span(rows).first<12>());
+        const auto reference =
+            gate.update(sample.time_s, tracker.pose(sample, scene.track->reference_tool));
+        const auto in_image =
+            [&](const std::string& tool) -> std::optional<RigidTransform<ImageFrame, Tool>> {
             const TrackedPose pose = tracker.pose(sample, tool);
             if (!is_usable(pose) || !tracker_from_image.rotation.allFinite()) return {};
             return tracker_from_image.inverse() * tracker_from<Tool>(pose);
@@ -122,12 +138,16 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         for (std::size_t i = 0; i < tips.size(); ++i)
             if (const auto pose = in_image(scene.track->tools[i].tool)) {
                 const auto tip = *pose * tips[i];
-                now.tools.push_back({scene.track->tools[i].tool, !scene.track->tools[i].tip.empty(), {tip.rotation, tip.translation}});
+                now.tools.push_back({scene.track->tools[i].tool,
+                                     !scene.track->tools[i].tip.empty(),
+                                     {tip.rotation, tip.translation}});
             }
         for (std::size_t i = 0; i < patches.size(); ++i) {
-            patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name), reference, tracker.image_from_reference);
+            patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name), reference,
+                              tracker.image_from_reference);
             if (patches[i].is_to_be_placed()) {
-                (void)patches[i].place(body_.mesh, skin, reader_.displacement(k), farthest_from_organ);
+                (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),
+                                       farthest_from_organ);
                 sensors[i].patch = patches[i].nodes();
             }
             // On the organ: without the registration's own lag behind an organ that is carried.
@@ -135,7 +155,8 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
             now.bases.push_back(base ? std::optional(base->translation) : std::nullopt);
             const auto pose = in_image(sensors[i].name);
             if (base && patches[i].trouble() == SensorTrouble::none)
-                now.now.push_back(base->translation + patches[i].drive().displacement(base->translation));
+                now.now.push_back(base->translation +
+                                  patches[i].drive().displacement(base->translation));
             else
                 now.now.push_back(pose ? std::optional(pose->translation) : std::nullopt);
         }
@@ -164,10 +185,12 @@ void ViewRecording::find_ranges() {
         looked_at.push_back(telling_frame_);
     }
     for (const std::size_t k : looked_at) {
-        for (const Vector3& u : reader_.displacement(k)) largest_displacement_ = std::max(largest_displacement_, u.norm());
+        for (const Vector3& u : reader_.displacement(k))
+            largest_displacement_ = std::max(largest_displacement_, u.norm());
         if (!has_stress_) continue;
         std::vector<double> stress = nodal_stress(k);
-        const auto high = stress.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(stress.size() - 1));
+        const auto high = stress.begin() + static_cast<std::ptrdiff_t>(
+                                               0.99 * static_cast<double>(stress.size() - 1));
         std::nth_element(stress.begin(), high, stress.end());
         largest_stress_ = std::max(largest_stress_, *high);
     }
@@ -177,10 +200,12 @@ void ViewRecording::find_ranges() {
 std::vector<double> ViewRecording::nodal_stress(std::size_t k) const {
     const std::vector<double> stress = reader_.field("von_mises", k, 1);
     if (stress.size() != body_.mesh.tets.size())
-        fail("field von_mises of frame {} has {} values, expected {}", k, stress.size(), body_.mesh.tets.size());
+        fail("field von_mises of frame {} has {} values, expected {}", k, stress.size(),
+             body_.mesh.tets.size());
     std::vector<double> nodal(body_.mesh.nodes.size(), 0);
     for (std::size_t t = 0; t < stress.size(); ++t)
-        for (const std::int32_t n : body_.mesh.tets[t]) nodal[n] += signed_volume(body_.mesh, body_.mesh.tets[t]) / 4 * stress[t];
+        for (const std::int32_t n : body_.mesh.tets[t])
+            nodal[n] += signed_volume(body_.mesh, body_.mesh.tets[t]) / 4 * stress[t];
     for (std::size_t n = 0; n < nodal.size(); ++n)
         if (node_volume_[n] > 0) nodal[n] /= node_volume_[n];
     return nodal;
@@ -204,7 +229,8 @@ ShownMoment ViewRecording::moment(std::size_t k) const {
     }
     double largest = 0;
     for (const Vector3& u : moment.displacement) largest = std::max(largest, u.norm());
-    moment.text = fmt::format("{:.2f} s, frame {} of {}: {:.1f} mm at most", moment.time_s - reader_.times_s().front(), k + 1,
+    moment.text = fmt::format("{:.2f} s, frame {} of {}: {:.1f} mm at most",
+                              moment.time_s - reader_.times_s().front(), k + 1,
                               reader_.frame_count(), 1e3 * largest);
     return moment;
 }

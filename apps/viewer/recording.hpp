@@ -16,8 +16,9 @@ class ViewRecording {
     /// Reads frame k. Throws Error where it is damaged.
     ShownMoment moment(std::size_t k) const;
     bool has_stress() const { return has_stress_; }
-    /// The largest of some frames: what the colours reach to. Metres; Pa (of all but the highest hundredth of the nodes).
-    /// The frame with the deepest press, or, where none was tracked, the last.
+    /// The largest of some frames: what the colours reach to. Metres; Pa (of all but the highest
+    /// hundredth of the nodes). The frame with the deepest press, or, where none was tracked, the
+    /// last.
     std::size_t telling_frame() const { return telling_frame_; }
     double largest_displacement() const { return largest_displacement_; }
     double largest_stress() const { return largest_stress_; }

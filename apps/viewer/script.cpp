@@ -24,7 +24,9 @@ struct Arguments {
     double number(std::size_t i) const { return *parse_number(words[i]); }
     int whole(std::size_t i) const { return static_cast<int>(number(i)); }
     /// Three numbers in mm, as metres.
-    Vector3 place(std::size_t i) const { return 1e-3 * Vector3(number(i), number(i + 1), number(i + 2)); }
+    Vector3 place(std::size_t i) const {
+        return 1e-3 * Vector3(number(i), number(i + 1), number(i + 2));
+    }
     template <class T>
     T one_of(std::size_t i, std::initializer_list<std::pair<const char*, T>> choices) const {
         std::string names;
@@ -62,36 +64,59 @@ const Command commands[] = {
          need_recording(static_cast<bool>(stage.go_to_time));
          stage.go_to_time(a.number(0));
      }},
-    {"play", "n", "S", "goes on for S seconds", [](ViewWindow&, const Stage& stage, const Arguments& a) { (void)stage.play(a.number(0)); }},
+    {"play", "n", "S", "goes on for S seconds",
+     [](ViewWindow&, const Stage& stage, const Arguments& a) { (void)stage.play(a.number(0)); }},
     {"colour", "w", "displacement|stress", "what the surface is coloured by",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
-         w.set_colour(a.one_of<ColourBy>(0, {{"displacement", ColourBy::displacement}, {"stress", ColourBy::von_mises}}));
+         w.set_colour(a.one_of<ColourBy>(
+             0, {{"displacement", ColourBy::displacement}, {"stress", ColourBy::von_mises}}));
      }},
     {"slices", "w", "deformed|rest", "which image the slices show",
-     [](ViewWindow& w, const Stage&, const Arguments& a) { w.set_deformed(a.one_of<bool>(0, {{"deformed", true}, {"rest", false}})); }},
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         w.set_deformed(a.one_of<bool>(0, {{"deformed", true}, {"rest", false}}));
+     }},
     {"cross", "nnn", "X Y Z", "puts the cross-hair there, mm RAS",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.set_cross(a.place(0)); }},
     {"window", "nn", "WINDOW LEVEL", "grey values that are shown: black to white, and their middle",
-     [](ViewWindow& w, const Stage&, const Arguments& a) { w.set_window(a.number(0), a.number(1)); }},
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         w.set_window(a.number(0), a.number(1));
+     }},
     {"volume", "w", "on|off", "the image within the organ as a volume",
-     [](ViewWindow& w, const Stage&, const Arguments& a) { w.set_volume(a.one_of<bool>(0, {{"on", true}, {"off", false}})); }},
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         w.set_volume(a.one_of<bool>(0, {{"on", true}, {"off", false}}));
+     }},
     {"look", "w", "front|back|left|right|above|below", "from which side of the patient",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
-         w.look_from(a.one_of<Look>(0, {{"front", Look::front}, {"back", Look::back}, {"left", Look::left},
-                                        {"right", Look::right}, {"above", Look::above}, {"below", Look::below}}));
+         w.look_from(a.one_of<Look>(0, {{"front", Look::front},
+                                        {"back", Look::back},
+                                        {"left", Look::left},
+                                        {"right", Look::right},
+                                        {"above", Look::above},
+                                        {"below", Look::below}}));
      }},
-    {"zoom", "n", "FACTOR", "nearer, or below 1 farther", [](ViewWindow& w, const Stage&, const Arguments& a) { w.zoom(a.number(0)); }},
-    {"reset", "", "", "the whole organ, whole slices", [](ViewWindow& w, const Stage&, const Arguments&) { w.reset(); }},
-    {"pull", "nnnnnn", "X Y Z DX DY DZ", "sets a marker there and pulls it so far, mm: of a run that goes on",
-     [](ViewWindow& w, const Stage&, const Arguments& a) { w.pull(a.place(0), a.place(0) + a.place(3)); }},
-    {"release", "", "", "lets the marker go", [](ViewWindow& w, const Stage&, const Arguments&) { w.release(); }},
-    {"drag", "wnnnn", "left|middle|right X0 Y0 X1 Y1", "the mouse, with a button down, in pixels from the lower left",
+    {"zoom", "n", "FACTOR", "nearer, or below 1 farther",
+     [](ViewWindow& w, const Stage&, const Arguments& a) { w.zoom(a.number(0)); }},
+    {"reset", "", "", "the whole organ, whole slices",
+     [](ViewWindow& w, const Stage&, const Arguments&) { w.reset(); }},
+    {"pull", "nnnnnn", "X Y Z DX DY DZ",
+     "sets a marker there and pulls it so far, mm: of a run that goes on",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
-         w.drag(a.one_of<MouseButton>(0, {{"left", MouseButton::left}, {"middle", MouseButton::middle}, {"right", MouseButton::right}}),
+         w.pull(a.place(0), a.place(0) + a.place(3));
+     }},
+    {"release", "", "", "lets the marker go",
+     [](ViewWindow& w, const Stage&, const Arguments&) { w.release(); }},
+    {"drag", "wnnnn", "left|middle|right X0 Y0 X1 Y1",
+     "the mouse, with a button down, in pixels from the lower left",
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         w.drag(a.one_of<MouseButton>(0, {{"left", MouseButton::left},
+                                          {"middle", MouseButton::middle},
+                                          {"right", MouseButton::right}}),
                 false, pixel(a, 1), pixel(a, 3));
      }},
-    {"key", "w", "KEY", "a key of the window: space, Left, c, d ...", [](ViewWindow& w, const Stage&, const Arguments& a) { w.press_key(a.words[0]); }},
-    {"tell", "", "", "prints what is shown, as a line of JSON", [](ViewWindow& w, const Stage&, const Arguments&) { fmt::print("{}\n", w.state()); }},
+    {"key", "w", "KEY", "a key of the window: space, Left, c, d ...",
+     [](ViewWindow& w, const Stage&, const Arguments& a) { w.press_key(a.words[0]); }},
+    {"tell", "", "", "prints what is shown, as a line of JSON",
+     [](ViewWindow& w, const Stage&, const Arguments&) { fmt::print("{}\n", w.state()); }},
     {"screenshot", "w", "FILE.png", "writes what is shown",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.write_png(a.words[0]); }},
 };
@@ -100,7 +125,8 @@ const Command commands[] = {
 
 std::string ViewScript::reference() {
     std::string text;
-    for (const Command& c : commands) text += fmt::format("  {:<52} {}\n", fmt::format("{} {}", c.name, c.arguments), c.does);
+    for (const Command& c : commands)
+        text += fmt::format("  {:<52} {}\n", fmt::format("{} {}", c.name, c.arguments), c.does);
     return text;
 }
 
@@ -113,19 +139,27 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
         if (!(parts >> name)) continue;
         Line next{number, 0, {}};
         while (parts >> word) next.words.push_back(word);
-        const auto found = std::find_if(std::begin(commands), std::end(commands), [&](const Command& c) { return name == c.name; });
+        const auto found = std::find_if(std::begin(commands), std::end(commands),
+                                        [&](const Command& c) { return name == c.name; });
         if (found == std::end(commands)) {
             std::vector<std::string> names;
             for (const Command& c : commands) names.emplace_back(c.name);
             const std::string nearest = nearest_name(name, names);
             fail("{}:{}: unknown command {}, {}", source, number, name,
-                 nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", ")) : fmt::format("did you mean {}?", nearest));
+                 nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
+                                 : fmt::format("did you mean {}?", nearest));
         }
         const std::string_view shape = found->shape;
         bool fits = next.words.size() == shape.size();
-        for (std::size_t i = 0; fits && i < shape.size(); ++i) fits = shape[i] == 'w' || std::isfinite(parse_number(next.words[i]).value_or(std::nan("")));
-        if (!fits) fail("{}:{}: found {} {}, expected {} {}", source, number, name, fmt::join(next.words, " "), name, found->arguments);
-        if (name == "screenshot") expect_ending(fmt::format("{}:{}: screenshot", source, number), next.words[0], ".png");  // images and results have other names
+        for (std::size_t i = 0; fits && i < shape.size(); ++i)
+            fits = shape[i] == 'w' ||
+                   std::isfinite(parse_number(next.words[i]).value_or(std::nan("")));
+        if (!fits)
+            fail("{}:{}: found {} {}, expected {} {}", source, number, name,
+                 fmt::join(next.words, " "), name, found->arguments);
+        if (name == "screenshot")
+            expect_ending(fmt::format("{}:{}: screenshot", source, number), next.words[0],
+                          ".png");  // images and results have other names
         next.command = static_cast<std::size_t>(found - std::begin(commands));
         lines_.push_back(std::move(next));
     }
@@ -134,7 +168,8 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
 
 void ViewScript::run(ViewWindow& window, const Stage& stage) const {
     for (const Line& line : lines_) {
-        naming(fmt::format("{}:{}", source_, line.number), [&] { commands[line.command].run(window, stage, {line.words}); });
+        naming(fmt::format("{}:{}", source_, line.number),
+               [&] { commands[line.command].run(window, stage, {line.words}); });
         window.draw();
         (void)window.process_events();
     }

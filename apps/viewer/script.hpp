@@ -11,19 +11,22 @@ class ViewWindow;
 
 /// What a script can ask of whoever leads the window through time.
 struct Stage {
-    std::function<void(std::size_t frame)> go_to_frame;  ///< empty: frames come as they are computed
-    std::function<void(double time_s)> go_to_time;       ///< likewise; from the first frame on
-    std::function<bool(double seconds)> play;            ///< goes on for so long; false where the window was closed
+    std::function<void(std::size_t frame)>
+        go_to_frame;                                ///< empty: frames come as they are computed
+    std::function<void(double time_s)> go_to_time;  ///< likewise; from the first frame on
+    std::function<bool(double seconds)>
+        play;  ///< goes on for so long; false where the window was closed
 };
 
 /// A scripted use of the window, checked as it is read.
 class ViewScript {
   public:
-    /// One command a line, `#` begins a comment. Throws Error, naming `source` and the line, for what is no command or has
-    /// other arguments than it takes.
+    /// One command a line, `#` begins a comment. Throws Error, naming `source` and the line, for
+    /// what is no command or has other arguments than it takes.
     ViewScript(const std::string& text, const std::string& source);
 
-    /// Does one command after the other; pictures are drawn at once. Throws Error, naming the line, where one cannot be done.
+    /// Does one command after the other; pictures are drawn at once. Throws Error, naming the line,
+    /// where one cannot be done.
     void run(ViewWindow& window, const Stage& stage) const;
 
     /// The commands with what they do, a line each.

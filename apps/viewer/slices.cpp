@@ -33,7 +33,8 @@ const Axes axes_of[3] = {{"sagittal", 'x', -Vector3::UnitY(), Vector3::UnitZ()},
 /// The values below which 1 % and 99 % of an image's voxels lie.
 std::pair<double, double> usual_values(const GreyImage& image) {
     std::vector<float> some;
-    for (std::size_t i = 0; i < image.values.size(); i += std::max<std::size_t>(1, image.values.size() / 100000))
+    for (std::size_t i = 0; i < image.values.size();
+         i += std::max<std::size_t>(1, image.values.size() / 100000))
         some.push_back(image.values[i]);
     std::sort(some.begin(), some.end());
     return {some[some.size() / 100], some[some.size() * 99 / 100]};
@@ -41,8 +42,8 @@ std::pair<double, double> usual_values(const GreyImage& image) {
 
 }  // namespace
 
-SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axis, vtkLookupTable* table,
-                     vtkRenderer* renderer)
+SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axis,
+                     vtkLookupTable* table, vtkRenderer* renderer)
     : body_(body),
       sampler_(sampler),
       axis_(axis),
@@ -51,14 +52,17 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
       at_rest_(body.mesh.nodes.size(), Vector3::Zero()) {
     const Eigen::AlignedBox3d box = box_of(grid_of(*body.image));
     const Axes& axes = axes_of[axis];
-    const double width = std::abs(axes.right.dot(box.sizes())), height = std::abs(axes.up.dot(box.sizes()));
-    const double finest = ImageGrid{body.image->size, body.image->ras_from_voxel}.spacing().minCoeff();
+    const double width = std::abs(axes.right.dot(box.sizes())),
+                 height = std::abs(axes.up.dot(box.sizes()));
+    const double finest =
+        ImageGrid{body.image->size, body.image->ras_from_voxel}.spacing().minCoeff();
     spacing_ = std::max(finest, std::max(width, height) / (most_pixels - 1));
     plane_.right = spacing_ * axes.right;
     plane_.up = spacing_ * axes.up;
     plane_.width = static_cast<int>(width / spacing_) + 1;
     plane_.height = static_cast<int>(height / spacing_) + 1;
-    for (int d = 0; d < 3; ++d) plane_.origin[d] = (axes.right + axes.up)[d] < 0 ? box.max()[d] : box.min()[d];
+    for (int d = 0; d < 3; ++d)
+        plane_.origin[d] = (axes.right + axes.up)[d] < 0 ? box.max()[d] : box.min()[d];
 
     pixels_->SetDimensions(plane_.width, plane_.height, 1);
     pixels_->AllocateScalars(VTK_FLOAT, 1);
@@ -95,7 +99,8 @@ void SliceView::fit() {
     camera->SetPosition(x, y, 100);
     camera->SetViewUp(0, 1, 0);
     const double aspect = renderer_->GetTiledAspectRatio();
-    camera->SetParallelScale(0.5 * std::max<double>(plane_.height, aspect > 0 ? plane_.width / aspect : plane_.height));
+    camera->SetParallelScale(
+        0.5 * std::max<double>(plane_.height, aspect > 0 ? plane_.width / aspect : plane_.height));
     camera->SetClippingRange(1, 200);
 }
 
@@ -123,7 +128,9 @@ void SliceView::show(const ShownMoment& moment, bool deformed, const Vector3& cr
     pixels_->Modified();
     draw_lines(moment, cross);
     const Axes& axes = axes_of[axis_];
-    title_->SetInput(fmt::format("{} {} = {:.1f} mm{}", axes.name, axes.letter, 1e3 * cross[axis_], deformed ? "" : ", at rest").c_str());
+    title_->SetInput(fmt::format("{} {} = {:.1f} mm{}", axes.name, axes.letter, 1e3 * cross[axis_],
+                                 deformed ? "" : ", at rest")
+                         .c_str());
 }
 
 void SliceView::draw_lines(const ShownMoment& moment, const Vector3& cross) {
@@ -132,10 +139,13 @@ void SliceView::draw_lines(const ShownMoment& moment, const Vector3& cross) {
         const Vector3 way = x - plane_.origin;
         return Vector3(way.dot(plane_.right), way.dot(plane_.up), 0) / (spacing_ * spacing_);
     };
-    const auto add_outline = [&](const std::vector<OutlinePiece>& outline, const look::Colour& colour) {
+    const auto add_outline = [&](const std::vector<OutlinePiece>& outline,
+                                 const look::Colour& colour) {
         for (const auto& [a, b] : outline) lines.add({a.x(), a.y(), 0}, {b.x(), b.y(), 0}, colour);
     };
-    const auto is_near = [&](const Vector3& x) { return std::abs(x[axis_] - cross[axis_]) < near_plane; };
+    const auto is_near = [&](const Vector3& x) {
+        return std::abs(x[axis_] - cross[axis_]) < near_plane;
+    };
     add_outline(rest_outline_, mark_colour::rest);
     add_outline(outline_, mark_colour::outline);
     const Vector3 middle = pixel(cross);
@@ -160,17 +170,21 @@ SliceViews::SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>&
     : image_(*body.image), sampler_(image_) {
     table_->SetNumberOfTableValues(256);
     for (int i = 0; i < 256; ++i) table_->SetTableValue(i, i / 255.0, i / 255.0, i / 255.0);
-    table_->SetNanColor(mark_colour::unknown[0], mark_colour::unknown[1], mark_colour::unknown[2], 1);
+    table_->SetNanColor(mark_colour::unknown[0], mark_colour::unknown[1], mark_colour::unknown[2],
+                        1);
     const auto [low, high] = usual_values(image_);
     set_window(std::max(high - low, 1e-6), 0.5 * (low + high));
-    for (int i = 0; i < 3; ++i) views_[i] = std::make_unique<SliceView>(body, sampler_, 2 - i, table_, renderers[i]);
+    for (int i = 0; i < 3; ++i)
+        views_[i] = std::make_unique<SliceView>(body, sampler_, 2 - i, table_, renderers[i]);
     Eigen::AlignedBox3d box;
     for (const Vector3& x : body.mesh.nodes) box.extend(x);
     set_cross(box.center());
     fit();
 }
 
-void SliceViews::show(int view, const ShownMoment& moment) { views_[view]->show(moment, deformed_, cross_); }
+void SliceViews::show(int view, const ShownMoment& moment) {
+    views_[view]->show(moment, deformed_, cross_);
+}
 
 void SliceViews::set_cross(const Vector3& cross) {
     const Eigen::AlignedBox3d box = box_of(grid_of(image_));

@@ -18,12 +18,14 @@
 
 namespace livetet {
 
-/// One slice through the image, across axis 0 (sagittal), 1 (coronal) or 2 (axial): the patient's right is on the left, as
-/// radiologists and 3D Slicer have it. Over it lie the organ's outline, that at rest, the cross-hair, sensors, and fiducials.
+/// One slice through the image, across axis 0 (sagittal), 1 (coronal) or 2 (axial): the patient's
+/// right is on the left, as radiologists and 3D Slicer have it. Over it lie the organ's outline,
+/// that at rest, the cross-hair, sensors, and fiducials.
 class SliceView {
   public:
     /// `body` has to have an image and, as `sampler` and `table`, outlives it.
-    SliceView(const ShownBody& body, const ImageSampler& sampler, int axis, vtkLookupTable* table, vtkRenderer* renderer);
+    SliceView(const ShownBody& body, const ImageSampler& sampler, int axis, vtkLookupTable* table,
+              vtkRenderer* renderer);
 
     /// Draws the image as deformed at this moment, or at rest, through `cross`.
     void show(const ShownMoment& moment, bool deformed, const Vector3& cross);

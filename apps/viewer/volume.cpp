@@ -14,12 +14,14 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_voxels = 96;    // along a side
-constexpr float outside = -1, brightest = 255;  // what a voxel holds: grey from 0 to brightest, or outside
+constexpr int most_voxels = 96;  // along a side
+constexpr float outside = -1,
+                brightest = 255;  // what a voxel holds: grey from 0 to brightest, or outside
 
 }  // namespace
 
-VolumeView::VolumeView(const ShownBody& body, vtkRenderer* renderer) : body_(body), renderer_(renderer), sampler_(*body.image) {}
+VolumeView::VolumeView(const ShownBody& body, vtkRenderer* renderer)
+    : body_(body), renderer_(renderer), sampler_(*body.image) {}
 
 void VolumeView::set_visible(bool visible) {
     is_visible_ = visible;
@@ -49,8 +51,10 @@ void VolumeView::set_visible(bool visible) {
 void VolumeView::show(const ShownMoment& moment) {
     if (!is_visible_) return;
     Eigen::AlignedBox3d box;
-    for (std::size_t n = 0; n < body_.mesh.nodes.size(); ++n) box.extend(body_.mesh.nodes[n] + moment.displacement[n]);
-    const double finest = ImageGrid{body_.image->size, body_.image->ras_from_voxel}.spacing().minCoeff();
+    for (std::size_t n = 0; n < body_.mesh.nodes.size(); ++n)
+        box.extend(body_.mesh.nodes[n] + moment.displacement[n]);
+    const double finest =
+        ImageGrid{body_.image->size, body_.image->ras_from_voxel}.spacing().minCoeff();
     const double spacing = std::max(finest, box.sizes().maxCoeff() / most_voxels);
     const Eigen::Vector3i size = (box.sizes() / spacing).array().ceil().cast<int>() + 2;
     voxels_->SetDimensions(size.data());
@@ -58,7 +62,8 @@ void VolumeView::show(const ShownMoment& moment) {
     voxels_->SetOrigin(Vector3(1e3 * box.min()).data());
     voxels_->AllocateScalars(VTK_FLOAT, 1);
     auto* values = static_cast<float*>(voxels_->GetScalarPointer());
-    SlicePlane plane{box.min(), spacing * Vector3::UnitX(), spacing * Vector3::UnitY(), size.x(), size.y()};
+    SlicePlane plane{box.min(), spacing * Vector3::UnitX(), spacing * Vector3::UnitY(), size.x(),
+                     size.y()};
     float low = std::numeric_limits<float>::infinity(), high = -low;
     for (int k = 0; k < size.z(); ++k) {
         plane.origin.z() = box.min().z() + k * spacing;

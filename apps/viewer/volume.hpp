@@ -11,8 +11,9 @@
 
 namespace livetet {
 
-/// The image within the deformed organ as a cloud: a ray through each pixel, through voxels of at most some hundred along a
-/// side, which are computed anew for each moment that is drawn. Hidden at first, and then it costs nothing.
+/// The image within the deformed organ as a cloud: a ray through each pixel, through voxels of at
+/// most some hundred along a side, which are computed anew for each moment that is drawn. Hidden at
+/// first, and then it costs nothing.
 class VolumeView {
   public:
     /// `body` has to have an image and outlive it.

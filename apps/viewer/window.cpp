@@ -20,16 +20,19 @@ namespace livetet {
 namespace {
 
 constexpr double organ_width = 0.66;
-constexpr int strip_pixels = 60;  ///< of two lines of text and the time line, whatever the window's height
+constexpr int strip_pixels =
+    60;  ///< of two lines of text and the time line, whatever the window's height
 constexpr double line_height = 0.78;
 
 constexpr const char* help_text =
-    "space play   left/right step   c colour   d rest/deformed   v volume   r reset   s screenshot   x let go   q quit      "
+    "space play   left/right step   c colour   d rest/deformed   v volume   r reset   s screenshot "
+    "  x let go   q quit      "
     "slices: left cross-hair, right window and level, wheel through, shift+left (or middle) pull";
 
 }  // namespace
 
-ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size) : body_(body) {
+ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size)
+    : body_(body) {
     route_messages();
     window_ = vtkSmartPointer<vtkRenderWindow>::New();
     window_->SetOffScreenRendering(surface == Surface::off_screen);
@@ -39,7 +42,8 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     const bool has_slices = body.image.has_value();
     organ_renderer_->SetBackground(look::paper.data());
     window_->AddRenderer(organ_renderer_);
-    vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software renderer as much as all the rest
+    vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software
+                             // renderer as much as all the rest
     light->SetLightTypeToCameraLight();
     light->SetPosition(-0.5, 0.6, 1);
     organ_renderer_->AddLight(light);
@@ -48,12 +52,14 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     if (has_slices) {
         for (const auto& renderer : slice_renderers_) window_->AddRenderer(renderer);
         slices_ = std::make_unique<SliceViews>(
-            body, std::array<vtkRenderer*, 3>{slice_renderers_[0], slice_renderers_[1], slice_renderers_[2]});
+            body, std::array<vtkRenderer*, 3>{slice_renderers_[0], slice_renderers_[1],
+                                              slice_renderers_[2]});
         volume_ = std::make_unique<VolumeView>(body, organ_renderer_);
     }
     add_strip();
 
-    organ_renderer_->GetActiveCamera()->SetPosition(-0.35, 1, 0.45);  // from the front, the left and above
+    organ_renderer_->GetActiveCamera()->SetPosition(-0.35, 1,
+                                                    0.45);  // from the front, the left and above
     organ_renderer_->GetActiveCamera()->SetViewUp(0, 0, 1);
     moment_.displacement.assign(body.mesh.nodes.size(), Vector3::Zero());
     listen(surface);
@@ -91,7 +97,8 @@ void ViewWindow::add_strip() {
     line->SetMapper(mapper);
     line->GetProperty()->SetLineWidth(4);
     strip_->AddViewProp(line);
-    for (const auto& [actor, y, size] : {std::tuple(text_.Get(), 0.36, 14), {help_.Get(), 0.06, 11}}) {
+    for (const auto& [actor, y, size] :
+         {std::tuple(text_.Get(), 0.36, 14), {help_.Get(), 0.06, 11}}) {
         set_text(actor->GetTextProperty(), size);
         actor->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
         actor->SetPosition(line_left, y);
@@ -134,11 +141,13 @@ void ViewWindow::grow_range() {
     double largest = 0;
     for (const Vector3& u : moment_.displacement) largest = std::max(largest, u.squaredNorm());
     largest = std::sqrt(largest);
-    if (largest > organ_->range(ColourBy::displacement)) set_range(ColourBy::displacement, step * std::ceil(largest / step));
+    if (largest > organ_->range(ColourBy::displacement))
+        set_range(ColourBy::displacement, step * std::ceil(largest / step));
 }
 
 void ViewWindow::set_colour(ColourBy what) {
-    organ_->set_colour(what == ColourBy::von_mises && moment_.von_mises.empty() ? ColourBy::displacement : what);
+    organ_->set_colour(
+        what == ColourBy::von_mises && moment_.von_mises.empty() ? ColourBy::displacement : what);
     renew();
 }
 
@@ -185,7 +194,8 @@ void ViewWindow::zoom(double factor) {
 void ViewWindow::reset() {
     Eigen::AlignedBox3d box;
     for (const Vector3& x : body_.mesh.nodes) box.extend(1e3 * x);
-    const double bounds[6] = {box.min().x(), box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z()};
+    const double bounds[6] = {box.min().x(), box.max().x(), box.min().y(),
+                              box.max().y(), box.min().z(), box.max().z()};
     organ_renderer_->GetActiveCamera()->SetViewAngle(30);
     organ_renderer_->ResetCamera(bounds);
     organ_renderer_->GetActiveCamera()->Zoom(1.1);
@@ -209,7 +219,8 @@ bool ViewWindow::draw() {
     }
     stale_ = changed_ = false;
     organ_renderer_->ResetCameraClippingRange();
-    for (int i = 0; i < 3; ++i) slice_renderers_[i]->SetDraw(is_drawn(i));  // else what is there stays
+    for (int i = 0; i < 3; ++i)
+        slice_renderers_[i]->SetDraw(is_drawn(i));  // else what is there stays
     window_->Render();
     for (const auto& renderer : slice_renderers_) renderer->DrawOn();
     return true;

@@ -25,17 +25,18 @@ enum class Surface { on_screen, off_screen };
 /// From where the organ is looked at, by the patient's sides.
 enum class Look { front, back, left, right, above, below };
 
-/// The window: the organ on the left, three slices of the image on the right, a time line below. It shows the moments that it
-/// is given; what the user wants of time and of the body it hands on. Needs an X server, off screen too; all calls come from
-/// the thread that made it.
+/// The window: the organ on the left, three slices of the image on the right, a time line below. It
+/// shows the moments that it is given; what the user wants of time and of the body it hands on.
+/// Needs an X server, off screen too; all calls come from the thread that made it.
 class ViewWindow {
   public:
     /// What is asked for; each may be empty.
     struct Handlers {
         std::function<void()> toggle_play;
-        std::function<void(int)> step;                               ///< so many frames
-        std::function<void(double)> seek;                            ///< share of the time line
-        std::function<void(const std::optional<HandPull>&)> pull;    ///< a marker is pulled, or let go
+        std::function<void(int)> step;     ///< so many frames
+        std::function<void(double)> seek;  ///< share of the time line
+        std::function<void(const std::optional<HandPull>&)>
+            pull;  ///< a marker is pulled, or let go
     };
 
     /// `body` has to outlive it.
@@ -58,7 +59,8 @@ class ViewWindow {
     void set_window(double window, double level);
     void set_volume(bool visible);
     void look_from(Look look);
-    /// Of a new moment one slice is drawn at a time, the three in turns: a third of their work in each picture.
+    /// Of a new moment one slice is drawn at a time, the three in turns: a third of their work in
+    /// each picture.
     void set_slices_in_turns(bool in_turns) { slices_in_turns_ = in_turns; }
     void zoom(double factor);
     void reset();
@@ -66,7 +68,8 @@ class ViewWindow {
     void pull(const Vector3& base, const Vector3& to);
     void release();
 
-    /// What is shown, as JSON: time, displacement at most, cross-hair (mm), window and level, the marker.
+    /// What is shown, as JSON: time, displacement at most, cross-hair (mm), window and level, the
+    /// marker.
     std::string state() const;
     /// Draws where something has changed. Returns whether it did.
     bool draw();
@@ -81,7 +84,8 @@ class ViewWindow {
 
   private:
     class Style;
-    static constexpr double line_left = 0.02, line_right = 0.98;  ///< ends of the time line, shares of the width
+    static constexpr double line_left = 0.02,
+                            line_right = 0.98;  ///< ends of the time line, shares of the width
     void listen(Surface surface);
     /// False where the mouse is over the organ, whose camera the style turns.
     bool mouse_down(MouseButton button, bool shift, int x, int y);

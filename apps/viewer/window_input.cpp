@@ -15,7 +15,9 @@ namespace {
 /// The first of view_001.png, view_002.png ... that is not there.
 std::filesystem::path free_name() {
     for (int k = 1;; ++k)
-        if (std::filesystem::path name = fmt::format("view_{:03}.png", k); !std::filesystem::exists(name)) return name;
+        if (std::filesystem::path name = fmt::format("view_{:03}.png", k);
+            !std::filesystem::exists(name))
+            return name;
 }
 
 }  // namespace
@@ -85,7 +87,9 @@ void ViewWindow::listen(Surface surface) {
         static_cast<ViewWindow*>(self)->changed_ = true;
     });
     close->SetClientData(this);
-    close->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<ViewWindow*>(self)->closed_ = true; });
+    close->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+        static_cast<ViewWindow*>(self)->closed_ = true;
+    });
     interactor_->AddObserver(vtkCommand::ExposeEvent, redraw);
     interactor_->AddObserver(vtkCommand::ConfigureEvent, redraw);
     interactor_->AddObserver(vtkCommand::ExitEvent, close);
@@ -93,14 +97,24 @@ void ViewWindow::listen(Surface surface) {
 }
 
 std::string ViewWindow::state() const {
-    const auto mm = [](const Vector3& x) { return nlohmann::json{1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z()}; };
+    const auto mm = [](const Vector3& x) {
+        return nlohmann::json{1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z()};
+    };
     double largest = 0;
     for (const Vector3& u : moment_.displacement) largest = std::max(largest, u.norm());
-    nlohmann::json state{{"time_s", moment_.time_s}, {"largest_mm", 1e3 * largest}, {"deformed", slices_ && slices_->is_deformed()}};
-    if (slices_) state.update({{"cross_mm", mm(slices_->cross())}, {"window", slices_->window()}, {"level", slices_->level()}});
-    if (moment_.pull) state["pull"] = {{"base_mm", mm(moment_.pull->base)}, {"to_mm", mm(moment_.pull->to)}};
+    nlohmann::json state{{"time_s", moment_.time_s},
+                         {"largest_mm", 1e3 * largest},
+                         {"deformed", slices_ && slices_->is_deformed()}};
+    if (slices_)
+        state.update({{"cross_mm", mm(slices_->cross())},
+                      {"window", slices_->window()},
+                      {"level", slices_->level()}});
+    if (moment_.pull)
+        state["pull"] = {{"base_mm", mm(moment_.pull->base)}, {"to_mm", mm(moment_.pull->to)}};
     for (const ShownSensor& s : moment_.sensors)
-        if (s.base && s.now) state["sensors"][s.name] = {{"base_mm", mm(*s.base)}, {"now_mm", mm(*s.now)}, {"patch", s.patch.size()}};
+        if (s.base && s.now)
+            state["sensors"][s.name] = {
+                {"base_mm", mm(*s.base)}, {"now_mm", mm(*s.now)}, {"patch", s.patch.size()}};
     return state.dump();
 }
 
@@ -135,7 +149,8 @@ bool ViewWindow::mouse_move(int x, int y) {
             return false;
         case Doing::seeking: {
             const double share = static_cast<double>(x) / window_->GetSize()[0];
-            if (handlers.seek) handlers.seek(std::clamp((share - line_left) / (line_right - line_left), 0.0, 1.0));
+            if (handlers.seek)
+                handlers.seek(std::clamp((share - line_left) / (line_right - line_left), 0.0, 1.0));
             break;
         }
         case Doing::crossing:
@@ -143,7 +158,8 @@ bool ViewWindow::mouse_move(int x, int y) {
             break;
         case Doing::windowing: {  // the window by as much as it is over 200 pixels, as the level
             const double per_pixel = slices_->window() / 200;
-            set_window(slices_->window() + per_pixel * (x - last_[0]), slices_->level() + per_pixel * (y - last_[1]));
+            set_window(slices_->window() + per_pixel * (x - last_[0]),
+                       slices_->level() + per_pixel * (y - last_[1]));
             break;
         }
         case Doing::pulling:
@@ -179,16 +195,21 @@ void ViewWindow::release() {
     if (handlers.pull) handlers.pull(pull_);
 }
 
-void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from, std::array<int, 2> to) {
-    static constexpr unsigned long down[] = {vtkCommand::LeftButtonPressEvent, vtkCommand::MiddleButtonPressEvent,
+void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from,
+                      std::array<int, 2> to) {
+    static constexpr unsigned long down[] = {vtkCommand::LeftButtonPressEvent,
+                                             vtkCommand::MiddleButtonPressEvent,
                                              vtkCommand::RightButtonPressEvent};
-    static constexpr unsigned long up[] = {vtkCommand::LeftButtonReleaseEvent, vtkCommand::MiddleButtonReleaseEvent,
+    static constexpr unsigned long up[] = {vtkCommand::LeftButtonReleaseEvent,
+                                           vtkCommand::MiddleButtonReleaseEvent,
                                            vtkCommand::RightButtonReleaseEvent};
     constexpr int steps = 8;
     draw();  // where things are is known once they were drawn
     for (int k = 0; k <= steps; ++k) {
-        interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps, from[1] + (to[1] - from[1]) * k / steps, 0, shift);
-        interactor_->InvokeEvent(k == 0 ? down[static_cast<int>(button)] : static_cast<unsigned long>(vtkCommand::MouseMoveEvent));
+        interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps,
+                                         from[1] + (to[1] - from[1]) * k / steps, 0, shift);
+        interactor_->InvokeEvent(k == 0 ? down[static_cast<int>(button)]
+                                        : static_cast<unsigned long>(vtkCommand::MouseMoveEvent));
     }
     interactor_->InvokeEvent(up[static_cast<int>(button)]);
     changed_ = true;
@@ -197,7 +218,9 @@ void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from, s
 void ViewWindow::press_key(const std::string& key) {
     if (key == "space" && handlers.toggle_play) handlers.toggle_play();
     if ((key == "Left" || key == "Right") && handlers.step) handlers.step(key == "Left" ? -1 : 1);
-    if (key == "c") set_colour(organ_->colour() == ColourBy::displacement ? ColourBy::von_mises : ColourBy::displacement);
+    if (key == "c")
+        set_colour(organ_->colour() == ColourBy::displacement ? ColourBy::von_mises
+                                                              : ColourBy::displacement);
     if (key == "d") set_deformed(slices_ && !slices_->is_deformed());
     if (key == "v") set_volume(volume_ && !volume_->is_visible());
     if (key == "r") reset();

@@ -14,14 +14,15 @@ std::array<float, 3> wire_point(const Eigen::Vector3d& x) {
 
 }  // namespace
 
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(const std::array<float, 12>& matrix) {
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
+    const std::array<float, 12>& matrix) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     for (int i = 0; i < 12; ++i) m(i % 3, i / 3) = matrix[i];
     return tracker_from_tool_of_mm(m);
 }
 
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(const std::array<float, 3>& position,
-                                                               const std::array<float, 4>& quaternion) {
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
+    const std::array<float, 3>& position, const std::array<float, 4>& quaternion) {
     const Eigen::Quaterniond q(quaternion[3], quaternion[0], quaternion[1], quaternion[2]);
     if (!(std::abs(q.norm() - 1) < 0.01)) return std::nullopt;
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
@@ -30,7 +31,8 @@ std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(const std::array<
     return tracker_from_tool_of_mm(m);
 }
 
-std::array<float, 12> wire_matrix(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
+std::array<float, 12> wire_matrix(const Eigen::Matrix3d& rotation,
+                                  const Eigen::Vector3d& translation) {
     std::array<float, 12> matrix;
     for (int i = 0; i < 9; ++i) matrix[i] = static_cast<float>(rotation(i % 3, i / 3));
     std::ranges::copy(wire_point(translation), matrix.begin() + 9);
@@ -58,7 +60,8 @@ Message string_message(std::string device, std::string text, double time_s) {
 }
 
 Message surface_message(std::string device, std::span<const Eigen::Vector3d> points,
-                        std::span<const Triangle> triangles, std::span<const PointScalars> scalars, double time_s) {
+                        std::span<const Triangle> triangles, std::span<const PointScalars> scalars,
+                        double time_s) {
     Message m = dated_message("POLYDATA", std::move(device), time_s);
     PolyData& surface = m.content.emplace<PolyData>();
     surface.points.reserve(points.size());
@@ -69,14 +72,15 @@ Message surface_message(std::string device, std::span<const Eigen::Vector3d> poi
         surface.polygons.list.push_back(3);
         for (const std::int32_t node : triangle) {
             if (node < 0 || static_cast<std::size_t>(node) >= points.size())
-                fail("{}: a triangle with point {}, expected 0 to {}", m.device, node, points.size() - 1);
+                fail("{}: a triangle with point {}, expected 0 to {}", m.device, node,
+                     points.size() - 1);
             surface.polygons.list.push_back(static_cast<std::uint32_t>(node));
         }
     }
     for (const PointScalars& s : scalars) {
         if (s.values.size() != points.size())
-            fail("{}: {} values of {}, expected {}, one for each point", m.device, s.values.size(), s.name,
-                 points.size());
+            fail("{}: {} values of {}, expected {}, one for each point", m.device, s.values.size(),
+                 s.name, points.size());
         surface.attributes.push_back({0, 1, s.name, {s.values.begin(), s.values.end()}});
     }
     return m;

@@ -21,21 +21,25 @@ using ByteView = std::span<const std::uint8_t>;
 
 /// Whether a text could do more on a terminal than be read.
 inline bool holds_controls(std::string_view text) {
-    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+    return std::any_of(text.begin(), text.end(),
+                       [](unsigned char c) { return c < 0x20 || c == 0x7f; });
 }
 
 template <class T>
 concept Number = std::integral<T> || std::floating_point<T>;
 
 template <Number T>
-using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
-                                  std::conditional_t<sizeof(T) == 2, std::uint16_t,
-                                                     std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
+using BitsOf = std::conditional_t<
+    sizeof(T) == 1, std::uint8_t,
+    std::conditional_t<sizeof(T) == 2, std::uint16_t,
+                       std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
 
-/// Reads big-endian values from the front of a message's content. Whatever is asked for is compared with what is left
-/// before anything is allocated. Throws Error, naming `what`, where there is too little.
+/// Reads big-endian values from the front of a message's content. Whatever is asked for is compared
+/// with what is left before anything is allocated. Throws Error, naming `what`, where there is too
+/// little.
 ///
-/// Reader and ByteWriter have the same calls, so that one declaration of a content's fields serves both ways.
+/// Reader and ByteWriter have the same calls, so that one declaration of a content's fields serves
+/// both ways.
 class ByteReader {
   public:
     static constexpr bool reading = true;
@@ -73,7 +77,8 @@ class ByteReader {
     template <class T>
     void numbers(std::vector<T>& values, std::uint64_t count) {
         if (count > left() / sizeof(T))
-            fail("{}: {} bytes are left, expected {} values of {}", what_, left(), count, sizeof(T));
+            fail("{}: {} bytes are left, expected {} values of {}", what_, left(), count,
+                 sizeof(T));
         values.resize(count);
         for (T& value : values) (*this)(value);
     }
@@ -81,8 +86,7 @@ class ByteReader {
     void name(std::string& text, std::size_t width) {
         const ByteView field = take(width);
         text.assign(field.begin(), std::find(field.begin(), field.end(), 0));
-        if (holds_controls(text))
-            fail("{}: a name holds control characters, expected text", what_);
+        if (holds_controls(text)) fail("{}: a name holds control characters, expected text", what_);
     }
     void text(std::string& text, std::uint64_t size) {
         const ByteView field = take(size);
@@ -146,17 +150,22 @@ class ByteWriter {
         for (const T& value : values) (*this)(value);
     }
     void name(std::string_view value, std::size_t width) {
-        if (value.size() > width) fail("{}: '{}' has {} bytes, expected at most {}", what_, value, value.size(), width);
+        if (value.size() > width)
+            fail("{}: '{}' has {} bytes, expected at most {}", what_, value, value.size(), width);
         text(value, value.size());
         unused(width - value.size());
     }
-    void text(std::string_view value, std::uint64_t) { bytes_.insert(bytes_.end(), value.begin(), value.end()); }
+    void text(std::string_view value, std::uint64_t) {
+        bytes_.insert(bytes_.end(), value.begin(), value.end());
+    }
     template <std::unsigned_integral Length>
     void counted_text(std::string_view value) {
         count<Length>(value.size());
         text(value, value.size());
     }
-    void bytes(const Bytes& values, std::uint64_t) { bytes_.insert(bytes_.end(), values.begin(), values.end()); }
+    void bytes(const Bytes& values, std::uint64_t) {
+        bytes_.insert(bytes_.end(), values.begin(), values.end());
+    }
     void unused(std::size_t size) { bytes_.resize(bytes_.size() + size); }
     template <class T, class F>
     void rest(const std::vector<T>& elements, F&& fields) {

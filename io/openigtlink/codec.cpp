@@ -26,11 +26,12 @@ ExtendedHeader read_extended_header(ByteReader& body) {
     body(x.metadata_size);
     body(x.id);
     if (x.size < extended_header_size)
-        fail("{}: the extended header has {} bytes, expected at least {}", body.what(), x.size, extended_header_size);
+        fail("{}: the extended header has {} bytes, expected at least {}", body.what(), x.size,
+             extended_header_size);
     body.unused(x.size - extended_header_size);
     if (std::uint64_t(x.metadata_header_size) + x.metadata_size > body.left())
-        fail("{}: the metadata has {} + {} bytes, expected at most {}", body.what(), x.metadata_header_size,
-             x.metadata_size, body.left());
+        fail("{}: the metadata has {} + {} bytes, expected at most {}", body.what(),
+             x.metadata_header_size, x.metadata_size, body.left());
     return x;
 }
 
@@ -78,7 +79,8 @@ void write_body_2(ByteWriter& out, const Message& message, const Bytes& content)
 Bytes encode_body(const Message& message) {
     Bytes content = encode_content(message.type, message.content);
     if (message.version == 1) return content;
-    if (message.version != 2) fail("{}: version {} of the header, expected 1 or 2", message.type, message.version);
+    if (message.version != 2)
+        fail("{}: version {} of the header, expected 1 or 2", message.type, message.version);
     ByteWriter out(message.type);
     write_body_2(out, message, content);
     return out.take();
@@ -92,19 +94,20 @@ Header decode_header(ByteView bytes) {
     in(header.version);
     in.name(header.type, type_size);
     if (header.version == 0) fail("{}: version 0, expected 1 to {}", in.what(), newest_version);
-    if (header.type.empty() ||
-        std::any_of(header.type.begin(), header.type.end(), [](unsigned char c) { return c > 0x7e; }))
+    if (header.type.empty() || std::any_of(header.type.begin(), header.type.end(),
+                                           [](unsigned char c) { return c > 0x7e; }))
         fail("{}: the type is no printable text", in.what());
     // A device's name may be in any encoding; what is wrong with it concerns this message only.
     in.text(header.device, device_name_size);
-    if (const auto end = header.device.find('\0'); end != std::string::npos) header.device.resize(end);
+    if (const auto end = header.device.find('\0'); end != std::string::npos)
+        header.device.resize(end);
     in(header.time_stamp);
     in(header.body_size);
     in(header.crc);
     in.end();
     if (header.body_size > largest_body)
-        fail("{}: {} with a body of {} bytes, expected at most {}", in.what(), header.type, header.body_size,
-             largest_body);
+        fail("{}: {} with a body of {} bytes, expected at most {}", in.what(), header.type,
+             header.body_size, largest_body);
     return header;
 }
 
@@ -114,8 +117,10 @@ Message decode_body(const Header& header, ByteView body) {
     if (const auto crc = crc64(body); crc != header.crc)
         fail("{}: a CRC of {:016x}, expected {:016x}", header.type, header.crc, crc);
     if (header.version > newest_version)
-        fail("{}: version {} of the header, expected 1 to {}", header.type, header.version, newest_version);
-    Message message{std::min<std::uint16_t>(header.version, 2), header.type, {}, header.time_stamp, {}, 0, {}};
+        fail("{}: version {} of the header, expected 1 to {}", header.type, header.version,
+             newest_version);
+    Message message{
+        std::min<std::uint16_t>(header.version, 2), header.type, {}, header.time_stamp, {}, 0, {}};
     const Bytes device(header.device.begin(), header.device.end());
     ByteReader(device, header.type).name(message.device, device.size());
     if (header.version == 1) {
@@ -125,7 +130,8 @@ Message decode_body(const Header& header, ByteView body) {
     ByteReader in(body, header.type);
     const ExtendedHeader x = read_extended_header(in);
     message.id = x.id;
-    message.content = decode_content(header.type, in.take(in.left() - x.metadata_header_size - x.metadata_size));
+    message.content =
+        decode_content(header.type, in.take(in.left() - x.metadata_header_size - x.metadata_size));
     const ByteView metadata_header = in.take(x.metadata_header_size);
     message.metadata = read_metadata({metadata_header, header.type + ", metadata"},
                                      {in.take(x.metadata_size), header.type + ", metadata"});
@@ -135,7 +141,8 @@ Message decode_body(const Header& header, ByteView body) {
 Bytes encode(const Message& message) {
     const Bytes body = encode_body(message);
     if (body.size() > largest_body)
-        fail("{}: a body of {} bytes, expected at most {}", message.type, body.size(), largest_body);
+        fail("{}: a body of {} bytes, expected at most {}", message.type, body.size(),
+             largest_body);
     ByteWriter out(message.type);
     out(message.version);
     out.name(message.type, type_size);
@@ -155,12 +162,14 @@ const std::string* find_metadata(const Message& message, std::string_view key) {
 
 const std::string& whole_name(const Message& message) {
     const std::string* name = find_metadata(message, device_name_key);
-    const bool good = name && !name->empty() && name->size() <= longest_name && !holds_controls(*name);
+    const bool good =
+        name && !name->empty() && name->size() <= longest_name && !holds_controls(*name);
     return good ? *name : message.device;
 }
 
 double seconds_of_stamp(std::uint64_t time_stamp) {
-    return static_cast<double>(time_stamp >> 32) + std::ldexp(static_cast<double>(time_stamp & 0xffffffff), -32);
+    return static_cast<double>(time_stamp >> 32) +
+           std::ldexp(static_cast<double>(time_stamp & 0xffffffff), -32);
 }
 
 std::uint64_t stamp_of_seconds(double seconds) {

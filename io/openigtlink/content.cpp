@@ -27,7 +27,9 @@ void fields(ByteReader& in, Position& x) {
 
 void fields(ByteWriter& out, const Position& x) {
     out(x.position);
-    const int numbers = x.layout == Position::Layout::whole ? 4 : x.layout == Position::Layout::without_w ? 3 : 0;
+    const int numbers = x.layout == Position::Layout::whole       ? 4
+                        : x.layout == Position::Layout::without_w ? 3
+                                                                  : 0;
     for (int i = 0; i < numbers; ++i) out(x.quaternion[i]);
 }
 
@@ -113,7 +115,8 @@ void fields(ByteWriter& out, const NdArray& x) {
     out.count<std::uint8_t>(x.size.size());
     out.numbers(x.size, x.size.size());
     if (x.values.size() != number_count(x, out.what()))
-        fail("{}: {} values, expected {}", out.what(), x.values.size(), number_count(x, out.what()));
+        fail("{}: {} values, expected {}", out.what(), x.values.size(),
+             number_count(x, out.what()));
     with_scalar(x.scalar, out.what(), [&]<class Scalar>(Scalar) {
         for (const double value : x.values) out(static_cast<Scalar>(value));
     });
@@ -126,7 +129,8 @@ void read_cells(ByteReader& in, Cells& cells, std::uint32_t bytes, std::size_t p
     for (; at < cells.list.size(); ++count) {
         const std::size_t nodes = cells.list[at++];
         if (nodes > cells.list.size() - at)
-            fail("{}: a cell of {} points, expected at most {}", in.what(), nodes, cells.list.size() - at);
+            fail("{}: a cell of {} points, expected at most {}", in.what(), nodes,
+                 cells.list.size() - at);
         for (const std::size_t end = at + nodes; at < end; ++at)
             if (cells.list[at] >= points)
                 fail("{}: point {}, expected less than {}", in.what(), cells.list[at], points);
@@ -164,7 +168,8 @@ void fields(ByteReader& in, PolyData& x) {
         in(a.kind);
         in(a.components);
         counts.push_back(in.number<std::uint32_t>());
-        if (a.components == 0) fail("{}: an attribute of 0 components, expected at least 1", in.what());
+        if (a.components == 0)
+            fail("{}: an attribute of 0 components, expected at least 1", in.what());
     }
     std::size_t names = 0;
     for (Attribute& a : x.attributes) {
@@ -188,7 +193,8 @@ void fields(ByteWriter& out, const PolyData& x) {
     for (const Cells* c : cells) out.numbers(c->list, c->list.size());
     for (const Attribute& a : x.attributes) {
         if (a.components == 0 || a.values.size() % a.components != 0)
-            fail("{}: {} has {} values of {} components", out.what(), a.name, a.values.size(), a.components);
+            fail("{}: {} has {} values of {} components", out.what(), a.name, a.values.size(),
+                 a.components);
         out(a.kind);
         out(a.components);
         out.count<std::uint32_t>(a.values.size() / a.components);
@@ -243,7 +249,8 @@ void fields(ByteWriter& out, const Bind& x) {
         out.name(m.type, 12);
         out(static_cast<std::uint64_t>(m.content.size()));
     }
-    write_names(out, x.messages.size(), [&](std::size_t i) -> const std::string& { return x.messages[i].device; });
+    write_names(out, x.messages.size(),
+                [&](std::size_t i) -> const std::string& { return x.messages[i].device; });
     for (const BoundMessage& m : x.messages) {
         out.bytes(m.content, m.content.size());
         out.unused(padding_of(m.content.size()));
@@ -285,26 +292,27 @@ std::optional<Content> blank_content(std::string_view type) {
     for (const std::string_view prefix : {"GET_", "STT_", "STP_", "RTS_"})
         if (type.starts_with(prefix) && type.size() > prefix.size())
             return blank_query(prefix, type.substr(prefix.size()));
-    static const std::vector<std::pair<std::string_view, Content>> types{{"TRANSFORM", Transform()},
-                                                                         {"POSITION", Position()},
-                                                                         {"QTRANS", Position()},
-                                                                         {"TDATA", TrackingData()},
-                                                                         {"QTDATA", QuaternionTrackingData()},
-                                                                         {"STATUS", Status()},
-                                                                         {"STRING", String()},
-                                                                         {"POINT", Points()},
-                                                                         {"TRAJ", Trajectories()},
-                                                                         {"POLYDATA", PolyData()},
-                                                                         {"IMAGE", Image()},
-                                                                         {"IMGMETA", ImageList()},
-                                                                         {"LBMETA", LabelList()},
-                                                                         {"VIDEOMETA", VideoList()},
-                                                                         {"COLORT", ColorTable()},
-                                                                         {"CAPABILITY", Capability()},
-                                                                         {"COMMAND", Command()},
-                                                                         {"SENSOR", Sensor()},
-                                                                         {"NDARRAY", NdArray()},
-                                                                         {"BIND", Bind()}};
+    static const std::vector<std::pair<std::string_view, Content>> types{
+        {"TRANSFORM", Transform()},
+        {"POSITION", Position()},
+        {"QTRANS", Position()},
+        {"TDATA", TrackingData()},
+        {"QTDATA", QuaternionTrackingData()},
+        {"STATUS", Status()},
+        {"STRING", String()},
+        {"POINT", Points()},
+        {"TRAJ", Trajectories()},
+        {"POLYDATA", PolyData()},
+        {"IMAGE", Image()},
+        {"IMGMETA", ImageList()},
+        {"LBMETA", LabelList()},
+        {"VIDEOMETA", VideoList()},
+        {"COLORT", ColorTable()},
+        {"CAPABILITY", Capability()},
+        {"COMMAND", Command()},
+        {"SENSOR", Sensor()},
+        {"NDARRAY", NdArray()},
+        {"BIND", Bind()}};
     for (const auto& [name, content] : types)
         if (name == type) return content;
     return std::nullopt;

@@ -208,7 +208,8 @@ void fields(Wire& wire, T& x) {
     const std::size_t entries = x.index == 3 ? 256 : x.index == 5 ? 65536 : 0;
     const std::size_t size = x.map == 3 ? 1 : x.map == 5 ? 2 : x.map == 19 ? 3 : 0;
     if (entries * size == 0)
-        fail("{}: index type {} and map type {}, expected 3 or 5, and 3, 5 or 19", wire.what(), x.index, x.map);
+        fail("{}: index type {} and map type {}, expected 3 or 5, and 3, 5 or 19", wire.what(),
+             x.index, x.map);
     if (!Wire::reading && x.table.size() != entries * size)
         fail("{}: a table of {} bytes, expected {}", wire.what(), x.table.size(), entries * size);
     wire.bytes(x.table, entries * size);
@@ -226,7 +227,8 @@ void fields(Wire& wire, T& x) {
     wire(x.offset);
     wire(x.part_size);
     const std::uint64_t voxels = std::uint64_t(x.part_size[0]) * x.part_size[1] * x.part_size[2];
-    const std::uint64_t size = voxels * x.components * known_scalar_size(x.scalar, wire.what());  // < 2^60
+    const std::uint64_t size =
+        voxels * x.components * known_scalar_size(x.scalar, wire.what());  // < 2^60
     for (int i = 0; i < 3; ++i)
         if (x.offset[i] + x.part_size[i] > x.size[i])
             fail("{}: voxels {} to {} along axis {}, expected at most {}", wire.what(), x.offset[i],

@@ -15,14 +15,17 @@ constexpr std::string_view to_tracker = "ToTracker";
 constexpr std::size_t most_names = 256;
 constexpr double clock_was_set_s = 1;
 
-/// While no tool comes, samples say so this often: a twentieth of the quiet is a small step of whatever is let go in it.
+/// While no tool comes, samples say so this often: a twentieth of the quiet is a small step of
+/// whatever is let go in it.
 constexpr double quiet_share = 0.05, shortest_quiet_step_s = 0.05, longest_quiet_step_s = 0.5;
 
 std::string cut(const std::string& name) { return name.substr(0, igtl::device_name_size); }
 
-/// What the metadata say of a pose; `prefix` names the tool where a message has several. OK where they say nothing.
+/// What the metadata say of a pose; `prefix` names the tool where a message has several. OK where
+/// they say nothing.
 PoseStatus status_of(const igtl::Message& message, const std::string& prefix) {
-    if (const auto* word = find_metadata(message, prefix + "TransformStatus")) return parse_pose_status(*word);
+    if (const auto* word = find_metadata(message, prefix + "TransformStatus"))
+        return parse_pose_status(*word);
     if (const auto* valid = find_metadata(message, prefix + "TransformValid"))
         return *valid == "true" || *valid == "1" ? PoseStatus::ok : PoseStatus::invalid;
     return PoseStatus::ok;
@@ -35,13 +38,20 @@ void check_tools_differ(const std::vector<std::string>& tools) {
     for (const std::string& name : tools)
         for (const std::string& on_wire : std::set{cut(name), cut(name + std::string(to_tracker))})
             if (const auto [other, is_new] = taken.emplace(on_wire, name); !is_new)
-                fail("tools {} and {}: both are {} in the 20 bytes that OpenIGTLink has for a name, expected two names",
-                     other->second, name, on_wire);
+                fail(
+                    "tools {} and {}: both are {} in the 20 bytes that OpenIGTLink has for a name, "
+                    "expected two names",
+                    other->second, name, on_wire);
 }
 
-PoseGatherer::PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options, Post post,
-                           double now_s, double utc_s)
-    : options_(options), post_(std::move(post)), heard_s_(now_s), posted_s_(now_s), utc_from_steady_s_(utc_s - now_s) {
+PoseGatherer::PoseGatherer(const std::vector<std::string>& tools,
+                           const OpenIgtLinkSourceOptions& options, Post post, double now_s,
+                           double utc_s)
+    : options_(options),
+      post_(std::move(post)),
+      heard_s_(now_s),
+      posted_s_(now_s),
+      utc_from_steady_s_(utc_s - now_s) {
     check_tools_differ(tools);
     for (const std::string& tool : tools) add_tool(tool);
 }
@@ -64,9 +74,11 @@ void PoseGatherer::take(const igtl::Message& m, double now_s) {
         one(igtl::tracker_from_tool(transform->matrix));
     } else if (const auto* position = std::get_if<igtl::Position>(&m.content)) {
         const bool has_rotation = position->layout != igtl::Position::Layout::without_rotation;
-        one(has_rotation ? igtl::tracker_from_tool(position->position, position->quaternion) : std::nullopt);
+        one(has_rotation ? igtl::tracker_from_tool(position->position, position->quaternion)
+                         : std::nullopt);
     } else if (const auto* data = std::get_if<igtl::TrackingData>(&m.content)) {
-        for (const auto& tool : data->tools) list.emplace_back(tool.name, igtl::tracker_from_tool(tool.matrix));
+        for (const auto& tool : data->tools)
+            list.emplace_back(tool.name, igtl::tracker_from_tool(tool.matrix));
         take_list(m, list, now_s);
     } else if (const auto* quaternions = std::get_if<igtl::QuaternionTrackingData>(&m.content)) {
         for (const auto& tool : quaternions->tools)
@@ -75,25 +87,28 @@ void PoseGatherer::take(const igtl::Message& m, double now_s) {
     }
 }
 
-void PoseGatherer::take_list(const igtl::Message& m, std::span<const std::pair<std::string, Pose>> list, double now_s) {
+void PoseGatherer::take_list(const igtl::Message& m,
+                             std::span<const std::pair<std::string, Pose>> list, double now_s) {
     const std::string& device = whole_name(m);
     for (State& tool : tools_)
         if (tool.list == device) tool.left_out = true;
     for (const auto& [name, pose] : list) {
         const State* tool = find(name);
         const bool by_tool = tool && find_metadata(m, tool->name + "TransformStatus");
-        State* updated = update(name, pose, status_of(m, by_tool ? tool->name : name), m.time_stamp, now_s);
+        State* updated =
+            update(name, pose, status_of(m, by_tool ? tool->name : name), m.time_stamp, now_s);
         if (updated) updated->list = device;
     }
-    if (!stamp_ && std::ranges::any_of(tools_, &State::left_out)) {  // all of them are gone: that is news, too
+    if (!stamp_ &&
+        std::ranges::any_of(tools_, &State::left_out)) {  // all of them are gone: that is news, too
         stamp_ = m.time_stamp;
         due_s_ = now_s;
     }
     post_if_complete(now_s);
 }
 
-PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& pose, PoseStatus status,
-                                          std::uint64_t stamp, double now_s) {
+PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& pose,
+                                          PoseStatus status, std::uint64_t stamp, double now_s) {
     if (names_.size() < most_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
     if (!tool) return nullptr;
@@ -124,15 +139,17 @@ bool PoseGatherer::clock_stands(const State& tool, double now_s) const {
 }
 
 bool PoseGatherer::others_go_on(const State& tool) const {
-    return std::ranges::any_of(
-        tools_, [&](const State& t) { return t.clock != 0 && t.clock_since_s - tool.clock_since_s > options_.stale_after_s; });
+    return std::ranges::any_of(tools_, [&](const State& t) {
+        return t.clock != 0 && t.clock_since_s - tool.clock_since_s > options_.stale_after_s;
+    });
 }
 
 double PoseGatherer::due_s() const {
     if (stamp_) return due_s_;
     const double quiet_s = posted_s_ - heard_s_;
     if (quiet_s == 0) return heard_s_ + options_.stale_after_s;
-    return posted_s_ + std::clamp(quiet_share * quiet_s, shortest_quiet_step_s, longest_quiet_step_s);
+    return posted_s_ +
+           std::clamp(quiet_share * quiet_s, shortest_quiet_step_s, longest_quiet_step_s);
 }
 
 void PoseGatherer::post_due(double now_s) {
@@ -144,7 +161,9 @@ void PoseGatherer::post_due(double now_s) {
 }
 
 void PoseGatherer::post_if_complete(double now_s) {
-    if (stamp_ && std::ranges::all_of(tools_, [&](const State& t) { return is_up_to_date(t) || !is_alive(t, now_s); }))
+    if (stamp_ && std::ranges::all_of(tools_, [&](const State& t) {
+            return is_up_to_date(t) || !is_alive(t, now_s);
+        }))
         post(now_s);
 }
 
@@ -160,7 +179,8 @@ void PoseGatherer::post(double now_s) {
     double time_s = expected_s;
     if (*stamp_ != 0) {
         time_s = igtl::seconds_of_stamp(*stamp_) + clock_shift_s_;
-        if (!first && (time_s < last_s - clock_was_set_s || time_s > expected_s + clock_was_set_s)) {
+        if (!first &&
+            (time_s < last_s - clock_was_set_s || time_s > expected_s + clock_was_set_s)) {
             clock_shift_s_ += expected_s - time_s;
             time_s = expected_s;
         }

@@ -9,15 +9,17 @@
 
 namespace livetet::igtl {
 
-// What OpenIGTLink messages hold, as it is on the wire: RAS, millimetres, single precision. border.hpp turns it into
-// metres and transforms. Source: the protocol's pages for each type (openigtlink.org, protocol versions 2 and 3).
+// What OpenIGTLink messages hold, as it is on the wire: RAS, millimetres, single precision.
+// border.hpp turns it into metres and transforms. Source: the protocol's pages for each type
+// (openigtlink.org, protocol versions 2 and 3).
 
 /// TRANSFORM: R11 R21 R31 R12 R22 R32 R13 R23 R33 Tx Ty Tz, the columns of a 3 x 4 matrix; mm.
 struct Transform {
     std::array<float, 12> matrix{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
 };
 
-/// POSITION, QTRANS: position in mm and unit quaternion (x y z w). The wire may leave out w, or all of the rotation.
+/// POSITION, QTRANS: position in mm and unit quaternion (x y z w). The wire may leave out w, or all
+/// of the rotation.
 struct Position {
     enum class Layout { whole, without_w, without_rotation };
     std::array<float, 3> position{};
@@ -46,7 +48,8 @@ struct QuaternionTrackingData {
     std::vector<QuaternionTool> tools;
 };
 
-/// STT_TDATA, STT_QTDATA: send tracking data, at least `resolution_ms` apart (0: as fast as they come).
+/// STT_TDATA, STT_QTDATA: send tracking data, at least `resolution_ms` apart (0: as fast as they
+/// come).
 struct StartTracking {
     std::int32_t resolution_ms = 0;
     std::string coordinates;
@@ -57,8 +60,8 @@ struct Reply {
     std::int8_t status = 0;
 };
 
-/// STATUS. Codes: 1 ok, 4 not found, 6 busy, 7 timeout or lost, 8 overflow, 9 checksum, 13 not ready, 16 not present,
-/// 17 version, 18 hardware.
+/// STATUS. Codes: 1 ok, 4 not found, 6 busy, 7 timeout or lost, 8 overflow, 9 checksum, 13 not
+/// ready, 16 not present, 17 version, 18 hardware.
 struct Status {
     std::uint16_t code = 1;
     std::int64_t subcode = 0;
@@ -102,7 +105,8 @@ struct Cells {
     std::vector<std::uint32_t> list;
 };
 
-/// Values at points (or, with 0x10 added to `kind`, cells). `kind`: 0 scalar, 1 vector, 2 normal, 3 tensor, 4 RGBA.
+/// Values at points (or, with 0x10 added to `kind`, cells). `kind`: 0 scalar, 1 vector, 2 normal, 3
+/// tensor, 4 RGBA.
 struct Attribute {
     std::uint8_t kind = 0, components = 1;
     std::string name;
@@ -116,11 +120,12 @@ struct PolyData {
     std::vector<Attribute> attributes;
 };
 
-/// Scalars of IMAGE, NDARRAY and their kin: 2 i8, 3 u8, 4 i16, 5 u16, 6 i32, 7 u32, 10 f32, 11 f64, 13 complex.
+/// Scalars of IMAGE, NDARRAY and their kin: 2 i8, 3 u8, 4 i16, 5 u16, 6 i32, 7 u32, 10 f32, 11 f64,
+/// 13 complex.
 using ScalarType = std::uint8_t;
 
-/// IMAGE. `matrix`: the axes times the spacing, then the image's centre, mm. `voxels` as on the wire: byte order by
-/// `endian` (1 big, 2 little), those of the sub-volume.
+/// IMAGE. `matrix`: the axes times the spacing, then the image's centre, mm. `voxels` as on the
+/// wire: byte order by `endian` (1 big, 2 little), those of the sub-volume.
 struct Image {
     std::uint16_t version = 1;
     std::uint8_t components = 1;
@@ -168,7 +173,8 @@ struct VideoList {
     std::vector<VideoDescription> videos;
 };
 
-/// COLORT. `index` 3 (256 entries) or 5 (65,536); `map` 3 (one byte each), 5 (two, big-endian) or 19 (RGB).
+/// COLORT. `index` 3 (256 entries) or 5 (65,536); `map` 3 (one byte each), 5 (two, big-endian) or
+/// 19 (RGB).
 struct ColorTable {
     std::int8_t index = 3, map = 3;
     std::vector<std::uint8_t> table;
@@ -221,9 +227,10 @@ struct Raw {
     std::vector<std::uint8_t> bytes;
 };
 
-using Content = std::variant<Raw, Transform, Position, TrackingData, QuaternionTrackingData, StartTracking, Reply,
-                             Status, String, Points, Trajectories, PolyData, Image, ImageList, LabelList, VideoList,
-                             ColorTable, Capability, Command, Sensor, NdArray, Bind, BindQuery>;
+using Content =
+    std::variant<Raw, Transform, Position, TrackingData, QuaternionTrackingData, StartTracking,
+                 Reply, Status, String, Points, Trajectories, PolyData, Image, ImageList, LabelList,
+                 VideoList, ColorTable, Capability, Command, Sensor, NdArray, Bind, BindQuery>;
 
 struct MetadataItem {
     std::string key;
@@ -235,8 +242,9 @@ struct MetadataItem {
 struct Message {
     std::uint16_t version = 1;  ///< of the header: 1 for protocols 1 and 2, 2 for protocol 3
     std::string type;
-    std::string device;            ///< the sender's name of it; 20 bytes in the header
-    std::uint64_t time_stamp = 0;  ///< UTC seconds, and 2^32nds of one in the low half; 0 where unused
+    std::string device;  ///< the sender's name of it; 20 bytes in the header
+    std::uint64_t time_stamp =
+        0;  ///< UTC seconds, and 2^32nds of one in the low half; 0 where unused
     Content content;
     std::uint32_t id = 0;                ///< version 2 only
     std::vector<MetadataItem> metadata;  ///< version 2 only

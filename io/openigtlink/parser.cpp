@@ -23,7 +23,8 @@ void MessageParser::begin_message() {
     header_ = decode_header(kept_);
     kept_.clear();
     missing_ = header_->body_size;
-    keep_ = (!wanted_ || wanted_(*header_)) && header_->version <= newest_version && blank_content(header_->type);
+    keep_ = (!wanted_ || wanted_(*header_)) && header_->version <= newest_version &&
+            blank_content(header_->type);
 }
 
 void MessageParser::end_message(const Sink& sink) {
@@ -36,8 +37,8 @@ void MessageParser::end_message(const Sink& sink) {
     keep_ = true;
     if (header.version > newest_version) {  // a sender that would else just seem silent
         ++counts_.malformed;
-        counts_.last_error =
-            fmt::format("{}: version {} of the header, expected 1 to {}", header.type, header.version, newest_version);
+        counts_.last_error = fmt::format("{}: version {} of the header, expected 1 to {}",
+                                         header.type, header.version, newest_version);
         return;
     }
     if (!kept) {

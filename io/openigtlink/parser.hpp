@@ -8,9 +8,9 @@
 
 namespace livetet::igtl {
 
-/// Bytes in pieces of any size into messages. A message that is wrong in itself (CRC, sizes, counts, names), or of a later
-/// header version, is dropped and counted; one that is not wanted, or of an unknown type, is passed over by its size. Of
-/// neither is anything kept that need not be.
+/// Bytes in pieces of any size into messages. A message that is wrong in itself (CRC, sizes,
+/// counts, names), or of a later header version, is dropped and counted; one that is not wanted, or
+/// of an unknown type, is passed over by its size. Of neither is anything kept that need not be.
 /// What is kept grows with what has arrived, never with what a header promises.
 class MessageParser {
   public:
@@ -24,8 +24,8 @@ class MessageParser {
     /// `wanted` is asked once for each header; none wants every known type.
     explicit MessageParser(Wanted wanted = {}) : wanted_(std::move(wanted)) {}
 
-    /// Takes the next bytes in and hands over each message that they complete. Throws Error where a header cannot be
-    /// one
+    /// Takes the next bytes in and hands over each message that they complete. Throws Error where a
+    /// header cannot be one
     /// (`decode_header`): nothing after that can be understood, and the connection must be closed.
     void feed(ByteView bytes, const Sink& sink);
 

@@ -8,7 +8,8 @@ bool is_rigid(const Eigen::Matrix4d& m) {
     constexpr double tolerance = 0.02;
     const Eigen::Matrix3d rotation = m.topLeftCorner<3, 3>();
     return m.allFinite() && rotation.determinant() > 0 &&
-           (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < tolerance &&
+           (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
+               tolerance &&
            (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-6;
 }
 
@@ -39,7 +40,8 @@ std::string_view pose_status_word(PoseStatus status) {
     return "";
 }
 
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(const Eigen::Matrix4d& matrix) {
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(
+    const Eigen::Matrix4d& matrix) {
     if (!is_rigid(matrix)) return std::nullopt;
     return RigidTransform<Tracker, Tool>{nearest_rotation(matrix.topLeftCorner<3, 3>()),
                                          metres_per_mm * matrix.topRightCorner<3, 1>()};

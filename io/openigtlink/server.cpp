@@ -17,7 +17,8 @@ namespace livetet {
 /// A message, encoded once for each version that some client speaks.
 class Outgoing {
   public:
-    explicit Outgoing(igtl::Message message) : least_version_(message.version), message_(std::move(message)) {}
+    explicit Outgoing(igtl::Message message)
+        : least_version_(message.version), message_(std::move(message)) {}
     bool is_for(std::uint16_t version) const { return version >= least_version_; }
     const igtl::Bytes& encoded(std::uint16_t version) {
         igtl::Bytes& bytes = encoded_.at(version - 1);
@@ -43,14 +44,18 @@ namespace {
 using asio::ip::tcp;
 using Failure = std::error_code;
 
-constexpr std::size_t most_messages_waiting = 64;  ///< messages of different types and devices for one client
-constexpr int most_publications = 16;              ///< handed over and not yet taken by the server's thread
-constexpr int socket_buffer_size = 1 << 18;        // what the system keeps for a slow client is old when it comes
+constexpr std::size_t most_messages_waiting =
+    64;                                ///< messages of different types and devices for one client
+constexpr int most_publications = 16;  ///< handed over and not yet taken by the server's thread
+constexpr int socket_buffer_size =
+    1 << 18;  // what the system keeps for a slow client is old when it comes
 
 tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& options) {
     Failure failure;
     const auto address = asio::ip::make_address(options.address, failure);
-    if (failure) fail("OpenIGTLink server: '{}', expected an address such as 127.0.0.1 or 0.0.0.0", options.address);
+    if (failure)
+        fail("OpenIGTLink server: '{}', expected an address such as 127.0.0.1 or 0.0.0.0",
+             options.address);
     const tcp::endpoint endpoint(address, options.port);
     tcp::acceptor acceptor(io);
     acceptor.open(endpoint.protocol(), failure);
@@ -58,8 +63,8 @@ tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& op
     if (!failure) acceptor.bind(endpoint, failure);
     if (!failure) acceptor.listen(asio::socket_base::max_listen_connections, failure);
     if (failure)
-        fail("OpenIGTLink server: cannot listen on {} port {}: {}; expected a free port", options.address, options.port,
-             failure.message());
+        fail("OpenIGTLink server: cannot listen on {} port {}: {}; expected a free port",
+             options.address, options.port, failure.message());
     return acceptor;
 }
 
@@ -91,7 +96,8 @@ class OpenIgtLinkServer::Listener {
         }
         asio::post(io_, [this, messages = std::move(messages)]() mutable {
             --publications_;
-            for (igtl::Message& message : messages) hand_out(std::make_shared<Outgoing>(std::move(message)));
+            for (igtl::Message& message : messages)
+                hand_out(std::make_shared<Outgoing>(std::move(message)));
         });
     }
 
@@ -109,8 +115,8 @@ class OpenIgtLinkServer::Listener {
         std::uint16_t version = 1;
         std::deque<OutgoingPointer> waiting;
         OutgoingPointer sending;
-        bool asked = false;     ///< something that must be answered
-        std::string to_start;   ///< STT_TDATA or STT_QTDATA, which wait for their RTS_
+        bool asked = false;    ///< something that must be answered
+        std::string to_start;  ///< STT_TDATA or STT_QTDATA, which wait for their RTS_
     };
     using ClientPointer = std::shared_ptr<Client>;
 
@@ -140,7 +146,8 @@ class OpenIgtLinkServer::Listener {
         client->parser = igtl::MessageParser([raw = client.get()](const igtl::Header& header) {
             raw->version = std::max<std::uint16_t>(raw->version, header.version >= 2 ? 2 : 1);
             raw->asked |= header.type.starts_with("GET_");
-            if (header.type == "STT_TDATA" || header.type == "STT_QTDATA") raw->to_start = header.type;
+            if (header.type == "STT_TDATA" || header.type == "STT_QTDATA")
+                raw->to_start = header.type;
             return false;
         });
         clients_.push_back(client);
@@ -152,23 +159,25 @@ class OpenIgtLinkServer::Listener {
     }
 
     void read(const ClientPointer& client) {
-        client->socket.async_read_some(asio::buffer(client->received), [this, client](Failure failure, std::size_t n) {
-            if (failure) return dismiss(client, failure == asio::error::eof ? "" : failure.message());
-            try {
-                client->parser.feed({client->received.data(), n}, {});
-            } catch (const Error& error) {
-                return dismiss(client, error.what());
-            }
-            if (std::exchange(client->asked, false))
-                enqueue(client, std::make_shared<Outgoing>(
-                                    igtl::status_message("Livetet", 4, "queries are not answered here", 0)));
-            if (const std::string start = std::exchange(client->to_start, {}); !start.empty()) {
-                igtl::Message no = igtl::dated_message("RTS_" + start.substr(4), "Livetet", 0);
-                no.content = igtl::Reply{1};  // what there is comes as TRANSFORM, to everyone
-                enqueue(client, std::make_shared<Outgoing>(std::move(no)));
-            }
-            read(client);
-        });
+        client->socket.async_read_some(
+            asio::buffer(client->received), [this, client](Failure failure, std::size_t n) {
+                if (failure)
+                    return dismiss(client, failure == asio::error::eof ? "" : failure.message());
+                try {
+                    client->parser.feed({client->received.data(), n}, {});
+                } catch (const Error& error) {
+                    return dismiss(client, error.what());
+                }
+                if (std::exchange(client->asked, false))
+                    enqueue(client, std::make_shared<Outgoing>(igtl::status_message(
+                                        "Livetet", 4, "queries are not answered here", 0)));
+                if (const std::string start = std::exchange(client->to_start, {}); !start.empty()) {
+                    igtl::Message no = igtl::dated_message("RTS_" + start.substr(4), "Livetet", 0);
+                    no.content = igtl::Reply{1};  // what there is comes as TRANSFORM, to everyone
+                    enqueue(client, std::make_shared<Outgoing>(std::move(no)));
+                }
+                read(client);
+            });
     }
 
     void hand_out(const OutgoingPointer& message) {
@@ -178,7 +187,8 @@ class OpenIgtLinkServer::Listener {
     }
 
     void enqueue(const ClientPointer& client, const OutgoingPointer& message) {
-        const auto older = std::ranges::find_if(client->waiting, [&](const auto& m) { return message->replaces(*m); });
+        const auto older = std::ranges::find_if(
+            client->waiting, [&](const auto& m) { return message->replaces(*m); });
         if (older != client->waiting.end()) {
             *older = message;
             change([](auto& s) { ++s.dropped; });
@@ -253,8 +263,12 @@ OpenIgtLinkServer::~OpenIgtLinkServer() = default;
 
 std::uint16_t OpenIgtLinkServer::port() const { return listener_->port(); }
 
-void OpenIgtLinkServer::publish(std::vector<igtl::Message> messages) { listener_->publish(std::move(messages)); }
+void OpenIgtLinkServer::publish(std::vector<igtl::Message> messages) {
+    listener_->publish(std::move(messages));
+}
 
-OpenIgtLinkServerStatistics OpenIgtLinkServer::statistics() const { return listener_->statistics(); }
+OpenIgtLinkServerStatistics OpenIgtLinkServer::statistics() const {
+    return listener_->statistics();
+}
 
 }  // namespace livetet

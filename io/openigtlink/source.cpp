@@ -20,7 +20,8 @@ using State = OpenIgtLinkStatistics::State;
 using Failure = std::error_code;
 
 std::chrono::steady_clock::duration duration_of(double seconds) {
-    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+    return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+        std::chrono::duration<double>(seconds));
 }
 
 /// Hundreds of tools with their metadata. More would keep the source busy with one message.
@@ -41,7 +42,8 @@ void check_options(const OpenIgtLinkSourceOptions& o) {
                                                       {"longest_retry_s", o.longest_retry_s},
                                                       {"connect_timeout_s", o.connect_timeout_s}};
     for (const auto& [name, value] : seconds)
-        if (!(value > 0 && value < 1e6)) fail("OpenIGTLink source: {} = {} s, expected more than 0", name, value);
+        if (!(value > 0 && value < 1e6))
+            fail("OpenIGTLink source: {} = {} s, expected more than 0", name, value);
 }
 
 }  // namespace
@@ -64,16 +66,17 @@ std::string_view to_text(State state) {
 class OpenIgtLinkSource::Connector {
   public:
     using Post = std::function<void(const StreamSample&)>;
-    Connector(std::string host, std::uint16_t port, std::vector<std::string> tools, OpenIgtLinkSourceOptions options,
-              Post hand_on)
+    Connector(std::string host, std::uint16_t port, std::vector<std::string> tools,
+              OpenIgtLinkSourceOptions options, Post hand_on)
         : host_(std::move(host)),
           port_(port),
           options_(options),
           hand_on_(std::move(hand_on)),
           retry_s_(options.first_retry_s),
           last_message_s_(steady_seconds()),
-          gatherer_(std::move(tools), options, [this](const StreamSample& sample) { post(sample); }, last_message_s_,
-                    utc_seconds()) {
+          gatherer_(
+              std::move(tools), options, [this](const StreamSample& sample) { post(sample); },
+              last_message_s_, utc_seconds()) {
         check_options(options_);
         statistics_.never_came = gatherer_.never_came();
         connect();
@@ -100,7 +103,8 @@ class OpenIgtLinkSource::Connector {
   private:
     /// One connection and what is under way on it; handlers of an older one do nothing.
     struct Connection {
-        explicit Connection(asio::io_context& io) : socket(io), timeout(io), parser(is_tracking_data) {}
+        explicit Connection(asio::io_context& io)
+            : socket(io), timeout(io), parser(is_tracking_data) {}
         tcp::socket socket;
         asio::steady_timer timeout;
         igtl::MessageParser parser;
@@ -116,15 +120,17 @@ class OpenIgtLinkSource::Connector {
         connection_->timeout.async_wait([this, c = connection_](Failure failure) {
             if (!failure) give_up(c, "no answer");
         });
-        resolver_.async_resolve(host_, std::to_string(port_), [this, c = connection_](Failure failure, auto addresses) {
-            if (c != connection_) return;
-            if (failure) return give_up(c, failure.message());
-            asio::async_connect(c->socket, addresses, [this, c](Failure failed, const tcp::endpoint&) {
+        resolver_.async_resolve(
+            host_, std::to_string(port_), [this, c = connection_](Failure failure, auto addresses) {
                 if (c != connection_) return;
-                if (failed) return give_up(c, failed.message());
-                begin(c);
+                if (failure) return give_up(c, failure.message());
+                asio::async_connect(c->socket, addresses,
+                                    [this, c](Failure failed, const tcp::endpoint&) {
+                                        if (c != connection_) return;
+                                        if (failed) return give_up(c, failed.message());
+                                        begin(c);
+                                    });
             });
-        });
     }
 
     void begin(const ConnectionPointer& c) {
@@ -153,17 +159,21 @@ class OpenIgtLinkSource::Connector {
             const igtl::Bytes bytes = encode(start);
             c->greeting.insert(c->greeting.end(), bytes.begin(), bytes.end());
         }
-        asio::async_write(c->socket, asio::buffer(c->greeting), [this, c](Failure failure, std::size_t) {
-            if (failure) give_up(c, failure.message());
-        });
+        asio::async_write(c->socket, asio::buffer(c->greeting),
+                          [this, c](Failure failure, std::size_t) {
+                              if (failure) give_up(c, failure.message());
+                          });
     }
 
     void read(const ConnectionPointer& c) {
-        c->socket.async_read_some(asio::buffer(c->buffer), [this, c](Failure failure, std::size_t size) {
+        c->socket.async_read_some(asio::buffer(c->buffer), [this, c](Failure failure,
+                                                                     std::size_t size) {
             if (c != connection_) return;
             if (failure) {
                 const std::string within = c->parser.inside_message() ? ", within a message" : "";
-                return give_up(c, (failure == asio::error::eof ? "closed by the server" : failure.message()) + within);
+                return give_up(
+                    c, (failure == asio::error::eof ? "closed by the server" : failure.message()) +
+                           within);
             }
             try {
                 c->parser.feed({c->buffer.data(), size}, [this](igtl::Message&& m) { take(m); });
@@ -185,7 +195,8 @@ class OpenIgtLinkSource::Connector {
 
     /// Wakes up when the gatherer has something to post, whatever comes.
     void wait_for_due() {
-        gathering_.expires_at(std::chrono::steady_clock::time_point(duration_of(gatherer_.due_s())));
+        gathering_.expires_at(
+            std::chrono::steady_clock::time_point(duration_of(gatherer_.due_s())));
         gathering_.async_wait([this](Failure failure) {
             if (failure) return;
             gatherer_.post_due(steady_seconds());
@@ -275,7 +286,8 @@ class OpenIgtLinkSource::Connector {
     std::thread thread_;
 };
 
-OpenIgtLinkSource::OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
+OpenIgtLinkSource::OpenIgtLinkSource(std::string host, std::uint16_t port,
+                                     std::vector<std::string> tools,
                                      OpenIgtLinkSourceOptions options)
     : tools_(tools) {
     listener_ = options.listener;
@@ -289,7 +301,13 @@ OpenIgtLinkStatistics OpenIgtLinkSource::statistics() const { return connector_-
 
 SourceStatus OpenIgtLinkSource::status() const {
     const OpenIgtLinkStatistics s = connector_->statistics();
-    return {std::string(to_text(s.state)), s.problem, s.samples, s.bad_crc + s.malformed, s.names, s.never_came, s.last_error};
+    return {std::string(to_text(s.state)),
+            s.problem,
+            s.samples,
+            s.bad_crc + s.malformed,
+            s.names,
+            s.never_came,
+            s.last_error};
 }
 
 std::size_t OpenIgtLinkSource::index_of(const std::string& tool) {

@@ -9,8 +9,8 @@ namespace livetet {
 
 BlockMatrix::Arrays::Arrays(Mat matrix, MatrixLayout layout) : layout_(layout) {
     PetscBool parallel = PETSC_FALSE;
-    LIVETET_PETSC(
-        PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &parallel, MATMPIBAIJ, MATMPIAIJ, ""));
+    LIVETET_PETSC(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &parallel,
+                                            MATMPIBAIJ, MATMPIAIJ, ""));
     parts_[0] = matrix;
     if (parallel && layout == MatrixLayout::blocks)
         LIVETET_PETSC(MatMPIBAIJGetSeqBAIJ(matrix, &parts_[0], &parts_[1], nullptr));
@@ -31,7 +31,8 @@ BlockMatrix::Arrays::~Arrays() {
 
 BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
     : layout_(layout),
-      pattern_(share.tets.size(), share.nodes_per_tet(), share.nodes.size(), share.owned, [&](std::size_t e, int i) { return share.node(e, i); }) {
+      pattern_(share.tets.size(), share.nodes_per_tet(), share.nodes.size(), share.owned,
+               [&](std::size_t e, int i) { return share.node(e, i); }) {
     make_matrix(share);
     check_pattern();
 }
@@ -45,12 +46,14 @@ void BlockMatrix::make_matrix(const MeshShare& share) {
     std::vector<PetscInt> nnz[2];
     for (std::int32_t i = 0; i < owned; ++i)
         for (int a = 0; a < expand; ++a)
-            for (int p = 0; p < 2; ++p) nnz[p].push_back(expand * static_cast<PetscInt>(pattern_.rows(p)[i].size()));
+            for (int p = 0; p < 2; ++p)
+                nnz[p].push_back(expand * static_cast<PetscInt>(pattern_.rows(p)[i].size()));
     LIVETET_PETSC(MatCreate(share.comm, matrix_.out()));
     Mat A = matrix_.get();
     LIVETET_PETSC(MatSetSizes(A, 3 * owned, 3 * owned, PETSC_DETERMINE, PETSC_DETERMINE));
     LIVETET_PETSC(MatSetBlockSize(A, 3));
-    LIVETET_PETSC(MatSetType(A, ranks > 1 ? (blocks ? MATMPIBAIJ : MATMPIAIJ) : (blocks ? MATSEQBAIJ : MATSEQAIJ)));
+    LIVETET_PETSC(MatSetType(
+        A, ranks > 1 ? (blocks ? MATMPIBAIJ : MATMPIAIJ) : (blocks ? MATSEQBAIJ : MATSEQAIJ)));
     LIVETET_PETSC(MatSeqBAIJSetPreallocation(A, 3, 0, nnz[0].data()));
     LIVETET_PETSC(MatMPIBAIJSetPreallocation(A, 3, 0, nnz[0].data(), 0, nnz[1].data()));
     LIVETET_PETSC(MatSeqAIJSetPreallocation(A, 0, nnz[0].data()));
@@ -60,11 +63,13 @@ void BlockMatrix::make_matrix(const MeshShare& share) {
     for (std::int32_t i = 0; i < owned; ++i) {
         columns.clear();
         for (int p = 0; p < 2; ++p)
-            for (const std::int32_t column : pattern_.rows(p)[i]) columns.push_back(share.numbers[p * owned + column]);
+            for (const std::int32_t column : pattern_.rows(p)[i])
+                columns.push_back(share.numbers[p * owned + column]);
         for (std::size_t k = 0; k < columns.size(); k += 512)
-            LIVETET_PETSC(MatSetValuesBlocked(A, 1, &share.numbers[i],
-                                              static_cast<PetscInt>(std::min<std::size_t>(512, columns.size() - k)),
-                                              columns.data() + k, zeros.data(), INSERT_VALUES));
+            LIVETET_PETSC(MatSetValuesBlocked(
+                A, 1, &share.numbers[i],
+                static_cast<PetscInt>(std::min<std::size_t>(512, columns.size() - k)),
+                columns.data() + k, zeros.data(), INSERT_VALUES));
     }
     LIVETET_PETSC(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
@@ -89,7 +94,8 @@ void BlockMatrix::set_rigid_motions(const MeshShare& share, std::span<const Vect
 }
 
 void BlockMatrix::check_pattern() const {
-    // PETSc must hold the very rows that were counted here, else its arrays are not what Filling takes them for.
+    // PETSc must hold the very rows that were counted here, else its arrays are not what Filling
+    // takes them for.
     const Arrays arrays(matrix_.get(), layout_);
     for (int p = 0; p < 2; ++p) {
         if (!arrays.part(p)) continue;
@@ -107,12 +113,14 @@ void BlockMatrix::set_constrained(std::span<const std::uint8_t> components) {
         for (int p = 0; p < 2; ++p)
             for (const std::int32_t column : pattern_.rows(p)[i]) {
                 const std::int32_t j = p * owned + column;
-                if (components[i] | components[j]) masked_.push_back({i, j, components[i], components[j]});
+                if (components[i] | components[j])
+                    masked_.push_back({i, j, components[i], components[j]});
             }
     masked_.shrink_to_fit();
 }
 
-BlockMatrix::Filling::Filling(BlockMatrix& matrix) : matrix_(matrix), arrays_(matrix.get(), matrix.layout_) {
+BlockMatrix::Filling::Filling(BlockMatrix& matrix)
+    : matrix_(matrix), arrays_(matrix.get(), matrix.layout_) {
     for (int p = 0; p < 2; ++p)
         if (arrays_.data[p]) std::fill_n(arrays_.data[p], 9 * matrix_.pattern_.size(p), 0.0);
 }

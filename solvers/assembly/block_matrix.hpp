@@ -8,18 +8,19 @@
 
 namespace livetet {
 
-/// How PETSc stores the operator: 3x3 blocks (fastest product), or scalars (what hypre, GAMG, factorisations and the
-/// Galerkin product take).
+/// How PETSc stores the operator: 3x3 blocks (fastest product), or scalars (what hypre, GAMG,
+/// factorisations and the Galerkin product take).
 enum class MatrixLayout { blocks, scalars };
 
-/// A PETSc matrix of 3x3 blocks between the nodes that share a tet, filled straight into PETSc's arrays. Rows and
-/// columns of constrained components are those of the identity.
+/// A PETSc matrix of 3x3 blocks between the nodes that share a tet, filled straight into PETSc's
+/// arrays. Rows and columns of constrained components are those of the identity.
 class BlockMatrix {
   public:
     /// Collective.
     BlockMatrix(const MeshShare& share, MatrixLayout layout);
 
-    /// The six rigid motions, which algebraic multigrid wants; `positions` of the local nodes, m. Collective.
+    /// The six rigid motions, which algebraic multigrid wants; `positions` of the local nodes, m.
+    /// Collective.
     void set_rigid_motions(const MeshShare& share, std::span<const Vector3> positions);
 
     Mat get() const { return matrix_.get(); }
@@ -39,7 +40,8 @@ class BlockMatrix {
         std::int32_t row, column;
         std::uint8_t row_components, column_components;
     };
-    /// The arrays behind a PETSc matrix of either layout: of its diagonal and its off-diagonal part.
+    /// The arrays behind a PETSc matrix of either layout: of its diagonal and its off-diagonal
+    /// part.
     class Arrays;
 
     void make_matrix(const MeshShare& share);
@@ -76,23 +78,28 @@ class BlockMatrix::Filling {
         for (int b = 0; b < 3; ++b)
             for (int a = 0; a < 3; ++a) at(row, part, place, a, b) += K(a, b);
     }
-    /// PETSc's array of the diagonal (0) or off-diagonal (1) part, `blocks` layout: 9 numbers a block, column-major.
-    std::span<double> blocks(int part) { return {arrays_.data[part], 9 * matrix_.pattern_.size(part)}; }
+    /// PETSc's array of the diagonal (0) or off-diagonal (1) part, `blocks` layout: 9 numbers a
+    /// block, column-major.
+    std::span<double> blocks(int part) {
+        return {arrays_.data[part], 9 * matrix_.pattern_.size(part)};
+    }
     /// Adds to the three diagonal entries of an owned node.
     void add_diagonal(std::int32_t node, double value) {
         const std::int32_t place = matrix_.pattern_.place(node, node);
         for (int a = 0; a < 3; ++a) at(node, 0, place, a, a) += value;
     }
-    /// Puts the identity, at the size of the mean of the diagonal, into constrained rows and columns. Collective.
+    /// Puts the identity, at the size of the mean of the diagonal, into constrained rows and
+    /// columns. Collective.
     void finish();
 
   private:
-    /// Where entry (a, b) of a block stands. Both layouts hold the same rows of blocks. `blocks`: block k of row i
-    /// starts at 9 (start_i + k), column-major. `scalars`: scalar row a of node i starts at 9 start_i + 3 a (blocks in
-    /// the row), and block k is at + 3 k.
+    /// Where entry (a, b) of a block stands. Both layouts hold the same rows of blocks. `blocks`:
+    /// block k of row i starts at 9 (start_i + k), column-major. `scalars`: scalar row a of node i
+    /// starts at 9 start_i + 3 a (blocks in the row), and block k is at + 3 k.
     PetscScalar& at(std::int32_t row, int part, std::int32_t place, int a, int b) {
         const auto block = static_cast<std::size_t>(place);
-        if (matrix_.layout_ == MatrixLayout::blocks) return arrays_.data[part][9 * block + 3 * b + a];
+        if (matrix_.layout_ == MatrixLayout::blocks)
+            return arrays_.data[part][9 * block + 3 * b + a];
         const Lists& rows = matrix_.pattern_.rows(part);
         const std::size_t start = rows.start[row], length = rows.start[row + 1] - start;
         return arrays_.data[part][9 * start + a * 3 * length + 3 * (block - start) + b];

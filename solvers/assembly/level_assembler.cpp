@@ -10,7 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// Room for forces at all local nodes; what lands on ghosts is their owners' to compute, and stays unread.
+/// Room for forces at all local nodes; what lands on ghosts is their owners' to compute, and stays
+/// unread.
 class LocalForces {
   public:
     explicit LocalForces(Vec f) : vec_(f) {
@@ -33,27 +34,34 @@ class LocalForces {
 
 }  // namespace
 
-ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
-                           StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
+ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share,
+                           std::span<const Material> materials, StrainModel strain,
+                           Formulation formulation, std::optional<MatrixLayout> layout,
                            ThreadTeam& team, std::span<const double> volumes)
     : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
     rest_.reserve(share_.nodes.size());
     for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
     find_moduli(mesh, materials, volumes);
     const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
-    if (formulation == Formulation::mixed) pressure_ = make_pressure_space(share_, corner_count(mesh));
+    if (formulation == Formulation::mixed)
+        pressure_ = make_pressure_space(share_, corner_count(mesh));
     if (rotates && !is_mixed() && share_.edge_nodes.empty())
         make_batches(layout.has_value());
     else if (strain == StrainModel::corotated)
-        rotations_.assign(share_.tets.size() * (share_.edge_nodes.empty() ? 1 : TetShape<10>::points), Eigen::Matrix3d::Identity());
+        rotations_.assign(
+            share_.tets.size() * (share_.edge_nodes.empty() ? 1 : TetShape<10>::points),
+            Eigen::Matrix3d::Identity());
     if (layout) matrix_.emplace(share_, *layout);
 }
 
-void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes) {
-    for (const Material& m : materials) moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3});
+void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
+                               std::span<const double> volumes) {
+    for (const Material& m : materials)
+        moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3});
     for (const std::int32_t whole : share_.tet_ids) {
         const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[whole]);
-        if (materials.size() > 1) moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
+        if (materials.size() > 1)
+            moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
         if (!volumes.empty()) volumes_.push_back(volumes[whole]);
     }
 }
@@ -62,7 +70,8 @@ void ElasticLevel::find_mass() {
     node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const double mass = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]].density * element(e).volume;
+            const double mass =
+                moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]].density * element(e).volume;
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                     node_mass_[n] += mass * TetShape<decltype(count)::value>::mass_share(i);
@@ -78,14 +87,17 @@ double ElasticLevel::matrix_bytes() const {
 }
 
 double ElasticLevel::rotation_bytes() const {
-    const auto bytes = [](const auto& list) { return static_cast<double>(list.capacity() * sizeof(list[0])); };
+    const auto bytes = [](const auto& list) {
+        return static_cast<double>(list.capacity() * sizeof(list[0]));
+    };
     return bytes(rotations_) + bytes(batch_rotations_) + (live_ ? bytes(live_->rotations) : 0);
 }
 
 TetElement ElasticLevel::element(std::size_t e) const {
     const Tet& t = share_.tets[e];
     const Moduli& m = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
-    TetElement element = make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
+    TetElement element =
+        make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
     if (!volumes_.empty()) element.volume = volumes_[e];
     return element;
 }
@@ -98,7 +110,8 @@ std::vector<TetElement> ElasticLevel::elements() const {
 }
 
 void ElasticLevel::make_batches(bool in_double) {
-    parts_ = part_batches(share_.tets, team_.size(), in_double ? batch_width<double> : batch_width<float>);
+    parts_ = part_batches(share_.tets, team_.size(),
+                          in_double ? batch_width<double> : batch_width<float>);
     if (in_double) {
         batches_.emplace(elements(), share_.tets, parts_);
         batch_rotations_ = batches_->make_rotations(strain_ == StrainModel::corotated);
@@ -106,7 +119,8 @@ void ElasticLevel::make_batches(bool in_double) {
         TetBatches<float> batches(elements(), share_.tets, parts_);
         auto rotations = batches.make_rotations(strain_ == StrainModel::corotated);
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-        live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros, zeros, zeros);
+        live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros,
+                                              zeros, zeros);
     }
     if (in_double && parts_.parts.size() == 1) {  // tet after tet: no table is needed
         std::vector<std::int32_t>().swap(parts_.tet_of_lane);
@@ -114,11 +128,13 @@ void ElasticLevel::make_batches(bool in_double) {
     }
     lane_of_tet_.resize(share_.tets.size());
     for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
-        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0) lane_of_tet_[e] = static_cast<std::int32_t>(lane);
+        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0)
+            lane_of_tet_[e] = static_cast<std::int32_t>(lane);
 }
 
 void ElasticLevel::set_constrained(std::span<const std::uint8_t> components) {
-    for (std::size_t i = 0; i < share_.nodes.size(); ++i) constrained_[i] = components[share_.nodes[i]];
+    for (std::size_t i = 0; i < share_.nodes.size(); ++i)
+        constrained_[i] = components[share_.nodes[i]];
     if (matrix_) matrix_->set_constrained(constrained_);
 }
 
@@ -133,14 +149,16 @@ void ElasticLevel::update_rotations(Vec u) {
     const LocalValues values(u);
     if (live_) {
         team_.run_pieces(live_->u.size() - 1, 450, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) live_->u[i] = static_cast<float>(values.data()[i]);
+            for (std::size_t i = begin; i < end; ++i)
+                live_->u[i] = static_cast<float>(values.data()[i]);
         });
         update_live_rotations();
         return;
     }
     if (batches_) {
         team_.run_pieces(batches_->all().end, 150, [&](std::size_t begin, std::size_t end) {
-            livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_), batch_rotations_);
+            livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_),
+                                              batch_rotations_);
         });
         return;
     }
@@ -152,7 +170,8 @@ void ElasticLevel::update_rotations(Vec u) {
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point)
                 rotations_[e * Shape::points + point] =
-                    rotation_of(Eigen::Matrix3d::Identity() + nodal * Shape::gradients(element, point).transpose());
+                    rotation_of(Eigen::Matrix3d::Identity() +
+                                nodal * Shape::gradients(element, point).transpose());
         }
     });
 }
@@ -173,23 +192,29 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
             over_batches([&](BatchRange range) {
                 if (held)
-                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, pattern, matrix.blocks(part), part);
+                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, pattern,
+                                              matrix.blocks(part), part);
                 else
-                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_), tangent, s, pattern,
-                                        matrix.blocks(part), part);
+                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_),
+                                        tangent, s, pattern, matrix.blocks(part), part);
             });
     } else {
-        visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
-                             const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-            visit_stiffness(energy, tangent, s * element.volume / shape.points, element.mu, is_mixed() ? 0 : element.lambda,
-                            p, H, R, g, [&](int i, int j, const Eigen::Matrix3d& K) {
-                                const std::int32_t row = share_.node(e, i), column = share_.node(e, j);
-                                if (row < share_.owned) matrix.add(row, column, pattern.place(e, i, j, row, column), K);
+        visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
+                             const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+                             double p) {
+            visit_stiffness(energy, tangent, s * element.volume / shape.points, element.mu,
+                            is_mixed() ? 0 : element.lambda, p, H, R, g,
+                            [&](int i, int j, const Eigen::Matrix3d& K) {
+                                const std::int32_t row = share_.node(e, i),
+                                                   column = share_.node(e, j);
+                                if (row < share_.owned)
+                                    matrix.add(row, column, pattern.place(e, i, j, row, column), K);
                             });
         });
     }
     for (std::int32_t i = 0; i < share_.owned; ++i)
-        matrix.add_diagonal(i, (m != 0 ? m * node_mass_[i] : 0) + (springs_.empty() ? 0 : springs_[i]));
+        matrix.add_diagonal(
+            i, (m != 0 ? m * node_mass_[i] : 0) + (springs_.empty() ? 0 : springs_[i]));
     matrix.finish();
 }
 
@@ -201,13 +226,15 @@ void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
     const auto to = forces.span(share_);
     if (!live_) {
         over_batches([&](BatchRange range) {
-            kernel(*batches_, range, std::span<const RotationBatch<double>>(batch_rotations_), from, to);
+            kernel(*batches_, range, std::span<const RotationBatch<double>>(batch_rotations_), from,
+                   to);
         });
         return;
     }
     LiveBatches& live = *live_;
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) live.values[i] = static_cast<float>(from[i]), live.forces[i] = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            live.values[i] = static_cast<float>(from[i]), live.forces[i] = 0;
     });
     over_batches([&](BatchRange range) {
         kernel(live.batches, range, std::span<const RotationBatch<float>>(live.rotations),
@@ -219,7 +246,8 @@ void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
 }
 
 double ElasticLevel::force_epsilon() const {
-    return live_ ? std::numeric_limits<float>::epsilon() : 16 * std::numeric_limits<double>::epsilon();
+    return live_ ? std::numeric_limits<float>::epsilon()
+                 : 16 * std::numeric_limits<double>::epsilon();
 }
 
 void ElasticLevel::held_force(Vec y, Vec f) const {
@@ -227,16 +255,18 @@ void ElasticLevel::held_force(Vec y, Vec f) const {
         LocalForces forces(f);
         const auto to = forces.span(share_);
         team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-            std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin), to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+            std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin),
+                      to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
         });
     }
-    add_by_batches(y, f, [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
-                                         std::span<const Real> at, std::span<Real> to) {
-        if (strain_ == StrainModel::linear)
-            livetet::add_stiffness_times<Real>(1, batches, range, rotations, at, to);
-        else
-            livetet::add_forces<Real>(batches, range, rotations, at, to);
-    });
+    add_by_batches(y, f,
+                   [&]<class Real>(const TetBatches<Real>& batches, BatchRange range,
+                                   auto rotations, std::span<const Real> at, std::span<Real> to) {
+                       if (strain_ == StrainModel::linear)
+                           livetet::add_stiffness_times<Real>(1, batches, range, rotations, at, to);
+                       else
+                           livetet::add_forces<Real>(batches, range, rotations, at, to);
+                   });
 }
 
 void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
@@ -246,41 +276,46 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
     }
     LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-        const double weight = element.volume / shape.points;
-        const auto nodal = (weight * decltype(energy)::stress(element.mu, p, H, R) * g).eval();
-        for (int i = 0; i < nodal.cols(); ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-    });
+    visit_points(
+        at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
+                const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            const double weight = element.volume / shape.points;
+            const auto nodal = (weight * decltype(energy)::stress(element.mu, p, H, R) * g).eval();
+            for (int i = 0; i < nodal.cols(); ++i)
+                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+        });
 }
 
 void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const {
     if (holds_rotations()) {
-        add_by_batches(v, f, [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
-                                             std::span<const Real> direction, std::span<Real> to) {
-            livetet::add_stiffness_times<Real>(static_cast<Real>(factor), batches, range, rotations, direction, to);
-        });
+        add_by_batches(
+            v, f,
+            [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
+                            std::span<const Real> direction, std::span<Real> to) {
+                livetet::add_stiffness_times<Real>(static_cast<Real>(factor), batches, range,
+                                                   rotations, direction, to);
+            });
         return;
     }
     const LocalValues direction(v);
     WriteArray forces(f);
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int, const auto& g,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-        using Energy = decltype(energy);
-        constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-        const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
-        Eigen::Matrix3d dP = Energy::shear_stress_increment(element.mu, p, H, R, dF);
-        if (!is_mixed()) {
-            const Eigen::Matrix3d N = Energy::volume_strain_gradient(H, R);
-            dP += element.lambda * N.cwiseProduct(dF).sum() * N;
-        }
-        const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
-        for (int i = 0; i < nodes; ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-    });
+    visit_points(
+        at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
+                const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            using Energy = decltype(energy);
+            constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
+            const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
+            Eigen::Matrix3d dP = Energy::shear_stress_increment(element.mu, p, H, R, dF);
+            if (!is_mixed()) {
+                const Eigen::Matrix3d N = Energy::volume_strain_gradient(H, R);
+                dP += element.lambda * N.cwiseProduct(dF).sum() * N;
+            }
+            const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
+            for (int i = 0; i < nodes; ++i)
+                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+        });
 }
 
 double ElasticLevel::force_at_unit_strain() const {
@@ -289,7 +324,8 @@ double ElasticLevel::force_at_unit_strain() const {
         const TetElement t = element(e);
         for (int i = 0; i < share_.nodes_per_tet(); ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                force[n] += ((is_mixed() ? 0 : std::abs(t.lambda)) + 2 * t.mu) * t.volume * t.gradients.col(i % 4).norm();
+                force[n] += ((is_mixed() ? 0 : std::abs(t.lambda)) + 2 * t.mu) * t.volume *
+                            t.gradients.col(i % 4).norm();
     }
     double sum = 0;
     for (const double f : force) sum += f * f;
@@ -302,8 +338,10 @@ double ElasticLevel::strain_energy(const ElasticState& at) const {
     visit_fields(at, [&](std::size_t e, const TetFields& fields) {
         // Shared by the ranks that own its corners, so that each tet counts once.
         const Tet& t = share_.tets[e];
-        const auto owned = std::count_if(t.begin(), t.end(), [&](std::int32_t n) { return n < share_.owned; });
-        energy += 0.25 * static_cast<double>(owned) * element(e).volume * fields.strain_energy_J_per_m3;
+        const auto owned =
+            std::count_if(t.begin(), t.end(), [&](std::int32_t n) { return n < share_.owned; });
+        energy +=
+            0.25 * static_cast<double>(owned) * element(e).volume * fields.strain_energy_J_per_m3;
     });
     MPI_Allreduce(MPI_IN_PLACE, &energy, 1, MPI_DOUBLE, MPI_SUM, share_.comm);
     return energy;

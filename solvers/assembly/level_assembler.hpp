@@ -13,7 +13,8 @@
 
 namespace livetet {
 
-/// Where a body is: displacement and, in the mixed form, pressure (else null), their ghosts up to date.
+/// Where a body is: displacement and, in the mixed form, pressure (else null), their ghosts up to
+/// date.
 struct ElasticState {
     Vec u = nullptr;
     Vec p = nullptr;
@@ -26,31 +27,33 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The tets of a level that moves live, in float. Forces are good to about 1e-7 of those at a strain of one: u rounded to
-/// float shifts an equilibrium by as little as u was rounded by.
+/// The tets of a level that moves live, in float. Forces are good to about 1e-7 of those at a
+/// strain of one: u rounded to float shifts an equilibrium by as little as u was rounded by.
 struct LiveBatches {
     TetBatches<float> batches;
     std::vector<RotationBatch<float>> rotations;
-    std::vector<float> u;               ///< where the rotations were taken, m; one number behind the last node's
+    std::vector<float> u;  ///< where the rotations were taken, m; one number behind the last node's
     std::vector<float> values, forces;  ///< what kernels read and add to
 };
 
-/// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a tangent stiffness and
-/// M the lumped mass; rows and columns of constrained components are those of the identity. In the mixed form K is that
-/// of the displacements alone, psi_mu + p theta at a given p.
+/// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a
+/// tangent stiffness and M the lumped mass; rows and columns of constrained components are those of
+/// the identity. In the mixed form K is that of the displacements alone, psi_mu + p theta at a
+/// given p.
 class ElasticLevel {
   public:
-    /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none does). No layout: no
-    /// matrix but `live` batches. `team`: works on the batches; must outlive this. `volumes`: of every tet of the mesh, m^3,
-    /// where they are not those of its shape (see carried_volumes).
-    ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials, StrainModel strain,
-                 Formulation formulation, std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone(),
-                 std::span<const double> volumes = {});
+    /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
+    /// does). No layout: no matrix but `live` batches. `team`: works on the batches; must outlive
+    /// this. `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
+    /// carried_volumes).
+    ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
+                 StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
+                 ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
 
     const MeshShare& share() const { return share_; }
     StrainModel strain() const { return strain_; }
-    /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would take a quarter of all
-    /// that a level keeps.
+    /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would
+    /// take a quarter of all that a level keeps.
     TetElement element(std::size_t e) const;
     std::vector<TetElement> elements() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
@@ -74,7 +77,8 @@ class ElasticLevel {
     /// Of each owned node, N/m; empty: none.
     std::span<const double> springs() const { return springs_; }
 
-    /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Corotated strain only; else nothing.
+    /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Corotated strain
+    /// only; else nothing.
     void update_rotations(Vec u);
     /// The same from what stands in live()->u.
     void update_live_rotations();
@@ -85,29 +89,32 @@ class ElasticLevel {
     /// Writes s K + m M and the springs into the matrix; `at`: where K is taken. m: 0 without mass.
     void assemble(double s, double m, Tangent tangent, const ElasticState& at);
 
-    /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the reaction).
+    /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
+    /// reaction).
     void elastic_force(const ElasticState& at, Vec f) const;
 
     /// Whether `held_force` can be had: P1, linear or corotated strain, by displacements.
     bool holds_rotations() const { return batches_ || live_; }
-    /// f = elastic force at `y` (ghosts up to date) by the rotations that were taken last: affine in y.
+    /// f = elastic force at `y` (ghosts up to date) by the rotations that were taken last: affine
+    /// in y.
     void held_force(Vec y, Vec f) const;
 
     /// f += factor K v, K at `at` with the rotations held.
     void add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const;
 
-    /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form: of shear, the
-    /// pressures being unknowns); collective.
+    /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form:
+    /// of shear, the pressures being unknowns); collective.
     double force_at_unit_strain() const;
 
-    /// What forces can be relied on to, as a part of force_at_unit_strain: sixteen last digits of a double, or the last
-    /// one of a live level's floats.
+    /// What forces can be relied on to, as a part of force_at_unit_strain: sixteen last digits of a
+    /// double, or the last one of a live level's floats.
     double force_epsilon() const;
 
     /// Strain energy, J; collective.
     double strain_energy(const ElasticState& at) const;
 
-    /// `visit(local tet, its mean volume change and energy)` for each local tet; the stress is left to visit_stress.
+    /// `visit(local tet, its mean volume change and energy)` for each local tet; the stress is left
+    /// to visit_stress.
     template <class Visit>
     void visit_fields(const ElasticState& at, Visit&& visit) const;
 
@@ -134,7 +141,8 @@ class ElasticLevel {
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-    void find_moduli(const TetMesh& mesh, std::span<const Material> materials, std::span<const double> volumes);
+    void find_moduli(const TetMesh& mesh, std::span<const Material> materials,
+                     std::span<const double> volumes);
     void make_batches(bool in_double);
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
@@ -142,7 +150,8 @@ class ElasticLevel {
         team_.run([&](int thread) { work(parts_.parts[thread]); });
         work(parts_.shared);
     }
-    /// forces += what kernel(batches, range, rotations, values, forces) adds; in double, or live in float.
+    /// forces += what kernel(batches, range, rotations, values, forces) adds; in double, or live in
+    /// float.
     template <class Kernel>
     void add_by_batches(Vec values, Vec forces, Kernel&& kernel) const;
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
@@ -159,42 +168,49 @@ class ElasticLevel {
     template <int nodes>
     Nodal<nodes> values_at(std::size_t e, const double* values) const {
         Nodal<nodes> u;
-        for (int i = 0; i < nodes; ++i) u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
+        for (int i = 0; i < nodes; ++i)
+            u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
         return u;
     }
     Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
         if (live_) return rotation_at<float>(live_->rotations, lane_of_tet_[e]);
-        return batches_ ? rotation_at<double>(batch_rotations_, lane_of_tet_.empty() ? e : lane_of_tet_[e]) : rotations_[e * points + point];
+        return batches_ ? rotation_at<double>(batch_rotations_,
+                                              lane_of_tet_.empty() ? e : lane_of_tet_[e])
+                        : rotations_[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
-    double pressure_at(const Energy&, const Shape&, std::size_t e, double lambda, int point, const double* pressures,
-                       const Eigen::Matrix3d& H, const Eigen::Matrix3d& R) const {
+    double pressure_at(const Energy&, const Shape&, std::size_t e, double lambda, int point,
+                       const double* pressures, const Eigen::Matrix3d& H,
+                       const Eigen::Matrix3d& R) const {
         if (!is_mixed()) return lambda * Energy::volume_strain(H, R);
         double p = 0;
         const Eigen::Vector4d L = Shape::coordinates(point);
         for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
         return p;
     }
-    /// visit(energy, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature point of every local tet.
+    /// visit(energy, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature
+    /// point of every local tet.
     template <class Visit>
     void visit_points(const ElasticState& at, Visit&& visit) const;
 
     MeshShare share_;
     StrainModel strain_;
-    std::vector<Vector3> rest_;    ///< of each local node, m
-    std::vector<Moduli> moduli_;   ///< those that there are
+    std::vector<Vector3> rest_;                ///< of each local node, m
+    std::vector<Moduli> moduli_;               ///< those that there are
     std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
     std::vector<double> volumes_;  ///< of each tet, m^3, where they are not those of its shape
     std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
-    // P1, linear and corotated strain in the displacement form, which is what moves live: kernels over batches of tets.
+    // P1, linear and corotated strain in the displacement form, which is what moves live: kernels
+    // over batches of tets.
     ThreadTeam& team_;
     BatchParts parts_;
     std::optional<TetBatches<double>> batches_;
     std::vector<std::int32_t> lane_of_tet_;  ///< empty: its own number
     std::vector<RotationBatch<double>> batch_rotations_;
-    std::unique_ptr<LiveBatches> live_;  ///< without a matrix: instead of batches_ and their rotations
+    std::unique_ptr<LiveBatches>
+        live_;  ///< without a matrix: instead of batches_ and their rotations
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::optional<BlockMatrix> matrix_;

@@ -35,31 +35,36 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
 
 template <class Visit>
 void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
-    visit_points(at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-        using Energy = decltype(energy);
-        const Eigen::Matrix3d P = Energy::stress(element.mu, p, H, R);
-        // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have none that is finite.
-        visit(e, point,
-              strain_ == StrainModel::linear
-                  ? P
-                  : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
-                                    away_from_zero(1 + Energy::dilation(H))));
-    });
+    visit_points(
+        at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
+                const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            using Energy = decltype(energy);
+            const Eigen::Matrix3d P = Energy::stress(element.mu, p, H, R);
+            // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have
+            // none that is finite.
+            visit(e, point,
+                  strain_ == StrainModel::linear
+                      ? P
+                      : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
+                                        away_from_zero(1 + Energy::dilation(H))));
+        });
 }
 
 template <class Visit>
 void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
     TetFields fields;
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int point, const auto&,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element,
+                         int point, const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+                         double p) {
         using Energy = decltype(energy);
         constexpr int points = decltype(shape)::points;
         if (point == 0) fields = {};
         const double lambda = element.lambda;
-        fields.volume_change += (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
+        fields.volume_change +=
+            (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
         fields.strain_energy_J_per_m3 +=
-            (Energy::shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) / points;
+            (Energy::shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) /
+            points;
         if (point + 1 == points) visit(e, fields);
     });
 }
@@ -67,8 +72,8 @@ void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
 template <class Visit>
 void ElasticLevel::visit_volume_ratio(const ElasticState& at, Visit&& visit) const {
     double ratio = 0;
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point, const auto&, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d&, double) {
+    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point,
+                         const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d&, double) {
         constexpr int points = decltype(shape)::points;
         if (point == 0) ratio = 1;
         ratio += decltype(energy)::dilation(H) / points;
@@ -92,7 +97,8 @@ void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
                     const Eigen::Matrix3d H = nodal * g.transpose();
                     const Eigen::Matrix3d R = rotation(e, point, Shape::points);
                     visit(e, Shape::coordinates(point), element.volume / Shape::points,
-                          Energy::volume_strain(H, R), Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
+                          Energy::volume_strain(H, R),
+                          Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
                 }
             }
         });

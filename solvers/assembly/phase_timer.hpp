@@ -8,7 +8,8 @@
 
 namespace livetet {
 
-/// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was computed.
+/// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was
+/// computed.
 struct PartCost {
     double bytes = 0, seconds = 0;
     long times = 0;
@@ -27,8 +28,8 @@ class PartTimer {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Adds what the heap grows by until the guard is gone; nothing for a null part. Asks the whole heap, under its locks: for
-/// set-up, not for frames.
+/// Adds what the heap grows by until the guard is gone; nothing for a null part. Asks the whole
+/// heap, under its locks: for set-up, not for frames.
 class HeapGrowth {
   public:
     explicit HeapGrowth(PartCost* part) : part_(part), before_(part ? heap() : 0) {}

@@ -10,13 +10,14 @@ namespace livetet {
 
 namespace {
 
-PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns, std::vector<PetscInt>& i,
-                             std::vector<PetscInt>& j) {
+PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns,
+                             std::vector<PetscInt>& i, std::vector<PetscInt>& j) {
     PetscHandle<Mat> A;
     LIVETET_PETSC(MatCreate(comm, A.out()));
     LIVETET_PETSC(MatSetSizes(A.get(), rows, columns, PETSC_DETERMINE, PETSC_DETERMINE));
     LIVETET_PETSC(MatSetType(A.get(), MATAIJ));
-    LIVETET_PETSC(MatSetPreallocationCOO(A.get(), static_cast<PetscCount>(i.size()), i.data(), j.data()));
+    LIVETET_PETSC(
+        MatSetPreallocationCOO(A.get(), static_cast<PetscCount>(i.size()), i.data(), j.data()));
     return A;
 }
 
@@ -25,7 +26,8 @@ PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns, std
 PressureCoupling::PressureCoupling(const ElasticLevel& level) : level_(level) {
     const PressureSpace& space = *level.pressure_space();
     const MeshShare& share = level.share();
-    // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and m^3/Pa.
+    // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and
+    // m^3/Pa.
     double sums[4] = {0, 0, 0, 0};
     for (std::size_t t = 0; t < share.tets.size(); ++t) {
         const TetElement e = level.element(t);
@@ -84,17 +86,17 @@ void PressureCoupling::assemble(Vec u) {
     const MeshShare& share = level_.share();
     const auto constrained = level_.constrained();
     std::fill(values_.begin(), values_.end(), 0.0);
-    level_.visit_volume_strain(
-        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double, const auto& derivative) {
-            const auto nodes = derivative.cols();
-            PetscScalar* value = values_.data() + e * 12 * nodes;
-            for (int q = 0; q < 4; ++q)
-                for (int i = 0; i < nodes; ++i) {
-                    const std::uint8_t held = constrained[share.node(e, i)];
-                    for (int c = 0; c < 3; ++c, ++value)
-                        if (!(held >> c & 1)) *value += scale_ * weight * L[q] * derivative(c, i);
-                }
-        });
+    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
+                                      double, const auto& derivative) {
+        const auto nodes = derivative.cols();
+        PetscScalar* value = values_.data() + e * 12 * nodes;
+        for (int q = 0; q < 4; ++q)
+            for (int i = 0; i < nodes; ++i) {
+                const std::uint8_t held = constrained[share.node(e, i)];
+                for (int c = 0; c < 3; ++c, ++value)
+                    if (!(held >> c & 1)) *value += scale_ * weight * L[q] * derivative(c, i);
+            }
+    });
     LIVETET_PETSC(MatSetValuesCOO(b_.get(), values_.data(), INSERT_VALUES));
 }
 
@@ -103,11 +105,12 @@ void PressureCoupling::residual(Vec u, Vec p, Vec g) {
     LIVETET_PETSC(VecScale(g, 1 / scale_));
     const PressureSpace& space = *level_.pressure_space();
     WriteArray values(g);
-    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double theta, const auto&) {
-        for (int q = 0; q < 4; ++q)
-            if (const std::int32_t row = space.tets[e][q]; row < space.owned)
-                values[row] += scale_ * weight * L[q] * theta;
-    });
+    level_.visit_volume_strain(
+        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double theta, const auto&) {
+            for (int q = 0; q < 4; ++q)
+                if (const std::int32_t row = space.tets[e][q]; row < space.owned)
+                    values[row] += scale_ * weight * L[q] * theta;
+        });
 }
 
 void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
@@ -115,18 +118,20 @@ void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
     const MeshShare& share = level_.share();
     const LocalValues direction(v);
     WriteArray values(g);
-    level_.visit_volume_strain(
-        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double, const auto& derivative) {
-            double increment = 0;
-            for (int i = 0; i < derivative.cols(); ++i)
-                increment += derivative.col(i).dot(
-                    Eigen::Map<const Eigen::Vector3d>(direction.data() + 3 * share.node(e, i)));
-            for (int q = 0; q < 4; ++q)
-                if (const std::int32_t row = space.tets[e][q]; row < space.owned)
-                    values[row] += scale_ * weight * L[q] * increment;
-        });
+    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
+                                      double, const auto& derivative) {
+        double increment = 0;
+        for (int i = 0; i < derivative.cols(); ++i)
+            increment += derivative.col(i).dot(
+                Eigen::Map<const Eigen::Vector3d>(direction.data() + 3 * share.node(e, i)));
+        for (int q = 0; q < 4; ++q)
+            if (const std::int32_t row = space.tets[e][q]; row < space.owned)
+                values[row] += scale_ * weight * L[q] * increment;
+    });
 }
 
-void PressureCoupling::apply_schur_inverse(Vec x, Vec y) const { LIVETET_PETSC(VecPointwiseDivide(y, x, schur_.get())); }
+void PressureCoupling::apply_schur_inverse(Vec x, Vec y) const {
+    LIVETET_PETSC(VecPointwiseDivide(y, x, schur_.get()));
+}
 
 }  // namespace livetet

@@ -6,11 +6,13 @@ namespace livetet {
 
 /// The rows and columns that pressures add to a level's operator,
 ///     [ K   B^T ]
-///     [ B  -C   ],   B = d/du of integral N_i theta,   C = integral N_i N_j / lambda (+ the stabilisation of P1),
-/// and the residual of the constraint theta = p / lambda. P2 with P1 pressures is stable by itself (Taylor and Hood
-/// 1973); P1 with P1 pressures takes the polynomial pressure projection of Dohrmann and Bochev (2004):
-/// C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is local and keeps the order.
-/// Both are kept in `scale` times their units, so that all rows are forces: the unknown of the matrices is p / scale.
+///     [ B  -C   ],   B = d/du of integral N_i theta,   C = integral N_i N_j / lambda (+ the
+///     stabilisation of P1),
+/// and the residual of the constraint theta = p / lambda. P2 with P1 pressures is stable by itself
+/// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
+/// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
+/// local and keeps the order. Both are kept in `scale` times their units, so that all rows are
+/// forces: the unknown of the matrices is p / scale.
 class PressureCoupling {
   public:
     explicit PressureCoupling(const ElasticLevel& level);
@@ -20,7 +22,8 @@ class PressureCoupling {
     /// The pressure that a unit of the scaled unknown stands for, Pa/m.
     double scale() const { return scale_; }
 
-    /// Renews B from displacement `u` and the level's rotations; columns of constrained components are zero.
+    /// Renews B from displacement `u` and the level's rotations; columns of constrained components
+    /// are zero.
     void assemble(Vec u);
 
     /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; p in Pa.
@@ -29,7 +32,8 @@ class PressureCoupling {
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(Vec u, Vec v, Vec g);
 
-    /// y = S^-1 x for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda + lumped mass / (2 mu).
+    /// y = S^-1 x for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda +
+    /// lumped mass / (2 mu).
     void apply_schur_inverse(Vec x, Vec y) const;
 
   private:

@@ -12,7 +12,8 @@ PressureSpace make_pressure_space(const MeshShare& share, std::int32_t corners) 
     space.owned = static_cast<std::int32_t>(owned_corners.size());
     const std::vector<PetscInt> number_of_corner = number_owned(share.comm, corners, owned_corners);
 
-    // Corners have the lowest numbers in the whole mesh: the owned ones are the first local nodes of the share.
+    // Corners have the lowest numbers in the whole mesh: the owned ones are the first local nodes
+    // of the share.
     std::vector<std::int32_t> ghosts;
     for (std::size_t i = share.owned; i < share.nodes.size(); ++i)
         if (share.nodes[i] < corners) ghosts.push_back(static_cast<std::int32_t>(i));
@@ -21,12 +22,14 @@ PressureSpace make_pressure_space(const MeshShare& share, std::int32_t corners) 
     });
     std::vector<std::int32_t> pressure_of(share.nodes.size(), -1);
     for (std::int32_t i = 0; i < space.owned; ++i) pressure_of[i] = i;
-    for (std::size_t k = 0; k < ghosts.size(); ++k) pressure_of[ghosts[k]] = space.owned + static_cast<std::int32_t>(k);
+    for (std::size_t k = 0; k < ghosts.size(); ++k)
+        pressure_of[ghosts[k]] = space.owned + static_cast<std::int32_t>(k);
     space.numbers.resize(space.owned + ghosts.size());
     for (std::size_t i = 0; i < share.nodes.size(); ++i)
         if (pressure_of[i] >= 0) space.numbers[pressure_of[i]] = number_of_corner[share.nodes[i]];
     for (const Tet& t : share.tets)
-        space.tets.push_back({pressure_of[t[0]], pressure_of[t[1]], pressure_of[t[2]], pressure_of[t[3]]});
+        space.tets.push_back(
+            {pressure_of[t[0]], pressure_of[t[1]], pressure_of[t[2]], pressure_of[t[3]]});
     return space;
 }
 

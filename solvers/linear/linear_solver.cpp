@@ -12,12 +12,13 @@ namespace {
 
 std::optional<MatrixLayout> layout_for(SolverKind kind, CoarseOperator coarse, bool coarsest) {
     if (kind == SolverKind::live) return std::nullopt;
-    const bool blocks = kind == SolverKind::multigrid && coarse == CoarseOperator::rediscretised && !coarsest;
+    const bool blocks =
+        kind == SolverKind::multigrid && coarse == CoarseOperator::rediscretised && !coarsest;
     return blocks ? MatrixLayout::blocks : MatrixLayout::scalars;
 }
 
-/// What hypre needs to treat elasticity as a system whose near-nullspace are the rigid motions (Baker, Kolev, Yang
-/// 2010).
+/// What hypre needs to treat elasticity as a system whose near-nullspace are the rigid motions
+/// (Baker, Kolev, Yang 2010).
 void configure_boomeramg(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCHYPRE));
     LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));
@@ -53,11 +54,12 @@ void take_options(KSP ksp) {
         if (given) found += fmt::format(" -{}{} {}", prefix ? prefix : "", name + 1, value);
     }
     if (found.empty()) found = " a type that it does not have";
-    fail("PETSc's options: found{}, expected solvers and preconditioners that this PETSc has", found);
+    fail("PETSc's options: found{}, expected solvers and preconditioners that this PETSc has",
+         found);
 }
 
-/// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where that is null, from a few
-/// steps of conjugate gradients (Lanczos).
+/// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where
+/// that is null, from a few steps of conjugate gradients (Lanczos).
 double largest_eigenvalue(Mat A, PC by = nullptr) {
     PetscHandle<KSP> ksp;
     PetscHandle<Vec> b, x;
@@ -95,7 +97,8 @@ void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> c
     for (std::int32_t i = 0; i < share.owned; ++i)
         for (PetscInt c = 0; c < 3; ++c)
             if (components[share.nodes[i]] >> c & 1)
-                LIVETET_PETSC(MatSetValue(A, 3 * share.numbers[i] + c, 3 * share.numbers[i] + c, 1.0, INSERT_VALUES));
+                LIVETET_PETSC(MatSetValue(A, 3 * share.numbers[i] + c, 3 * share.numbers[i] + c,
+                                          1.0, INSERT_VALUES));
     LIVETET_PETSC(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
 }
@@ -119,7 +122,9 @@ PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work&& work) noexcep
 
 Formulation resolved_formulation(const ElasticModel& model) {
     if (model.formulation != Formulation::automatic) return model.formulation;
-    const auto any = [&](auto&& is) { return std::any_of(model.materials.begin(), model.materials.end(), is); };
+    const auto any = [&](auto&& is) {
+        return std::any_of(model.materials.begin(), model.materials.end(), is);
+    };
     const bool locks = any([](const Material& m) { return m.poisson >= 0.49; });
     const bool cork = any([](const Material& m) { return m.poisson <= 0; });  // has no pressure
     return locks && !cork ? Formulation::mixed : Formulation::displacement;
@@ -137,10 +142,11 @@ struct ElasticOperator::Stopping {
         last = Clock::now();
     }
 
-    static PetscErrorCode test(KSP ksp, PetscInt iteration, PetscReal residual, KSPConvergedReason* reason,
-                               void* self) noexcept {
+    static PetscErrorCode test(KSP ksp, PetscInt iteration, PetscReal residual,
+                               KSPConvergedReason* reason, void* self) noexcept {
         try {
-            *reason = static_cast<Stopping*>(self)->reason(ksp, static_cast<int>(iteration), residual);
+            *reason =
+                static_cast<Stopping*>(self)->reason(ksp, static_cast<int>(iteration), residual);
             return 0;
         } catch (const std::exception&) {
             return PETSC_ERR_LIB;
@@ -154,7 +160,8 @@ struct ElasticOperator::Stopping {
         if (iteration >= effort.max_iterations) return KSP_DIVERGED_ITS;
         if (effort.deadline && iteration > 0) {
             const auto now = Clock::now();
-            const auto next = now + 3 * (now - last) / 2;  // a budget kept is worth more than half an iteration
+            const auto next =
+                now + 3 * (now - last) / 2;  // a budget kept is worth more than half an iteration
             last = now;
             if (next > *effort.deadline) return KSP_CONVERGED_ITS;
         }
@@ -198,16 +205,21 @@ struct ElasticOperator::Stopping {
 };
 
 ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                 std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
-                                 const SolverOptions& options, ThreadTeam& team)
+                                 std::span<const std::vector<std::int32_t>> parts,
+                                 const ElasticModel& model, const SolverOptions& options,
+                                 ThreadTeam& team)
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
       coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
-      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : kind_ == SolverKind::live ? 1 : 6),
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps
+                       : kind_ == SolverKind::live ? 1
+                                                   : 6),
       tet_count_(hierarchy.levels.front().tets.size()) {
     if (kind_ == SolverKind::multigrid && hierarchy.levels.size() < 2)
-        fail("solver.kind: found multigrid and a mesh of one level, expected a mesh of several or another kind (automatic)");
+        fail(
+            "solver.kind: found multigrid and a mesh of one level, expected a mesh of several or "
+            "another kind (automatic)");
     make_levels(comm, hierarchy, parts, model);
     if (fine().pressure_space()) {
         const HeapGrowth grown(&costs_.pressures);
@@ -222,36 +234,45 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
 ElasticOperator::~ElasticOperator() = default;
 
 void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                  std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model) {
+                                  std::span<const std::vector<std::int32_t>> parts,
+                                  const ElasticModel& model) {
     const bool has_levels = kind_ == SolverKind::multigrid || kind_ == SolverKind::live;
     const std::size_t count = has_levels ? hierarchy.levels.size() : 1;
     const Formulation formulation = resolved_formulation(model);
-    // What the coarse levels precondition in the mixed form holds no volumetric stiffness: lambda = 0, the same mu.
+    // What the coarse levels precondition in the mixed form holds no volumetric stiffness: lambda =
+    // 0, the same mu.
     std::vector<Material> coarse(model.materials.begin(), model.materials.end());
     if (formulation == Formulation::mixed)
         for (Material& m : coarse) {
             if (m.poisson <= 0)
-                fail("materials: poisson = {} in the mixed form, expected above 0 (formulation: displacement)", m.poisson);
+                fail(
+                    "materials: poisson = {} in the mixed form, expected above 0 (formulation: "
+                    "displacement)",
+                    m.poisson);
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
     std::vector<double> volumes;  // of a coarse level
     for (std::size_t l = 0; l < count; ++l) {
         if (l > 0)
-            volumes = carried_volumes(hierarchy.levels[l - 1], l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes,
+            volumes = carried_volumes(hierarchy.levels[l - 1],
+                                      l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes,
                                       hierarchy.transfers[l - 1], hierarchy.levels[l]);
         const auto layout = layout_for(kind_, coarse_, l + 1 == count);
         const HeapGrowth grown(l == 0 ? &costs_.elements : &costs_.coarse_levels);
         levels_.push_back(std::make_unique<ElasticLevel>(
             hierarchy.levels[l],
-            share_mesh(comm, hierarchy.levels[l], parts.empty() ? std::span<const std::int32_t>{} : parts[l],
+            share_mesh(comm, hierarchy.levels[l],
+                       parts.empty() ? std::span<const std::int32_t>{} : parts[l],
                        hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
-        if (l > 0) coarse_bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1], hierarchy.transfers[l - 1]);
+        if (l > 0)
+            coarse_bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1],
+                                        hierarchy.transfers[l - 1]);
         if (l == 0 || kind_ == SolverKind::live) continue;
-        transfers_.push_back(
-            std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
+        transfers_.push_back(std::make_unique<Transfer>(
+            levels_[l - 1]->share(), levels_[l]->share(), hierarchy.transfers[l - 1]));
         displacements_.push_back(make_vector(levels_[l]->share()));
     }
     costs_.matrix.bytes = fine().matrix_bytes();
@@ -262,27 +283,37 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
 void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticModel& model) {
     int ranks = 1;
     MPI_Comm_size(fine().share().comm, &ranks);
-    const bool strain = model.strain == StrainModel::linear || model.strain == StrainModel::corotated;
-    if (const double contrast = contrast_of(model.materials); contrast > FloatMultigrid::most_contrast)
-        fail("solver.kind = live: found Young's moduli a factor of {:.3g} apart, expected at most {:g} (kind: multigrid)", contrast, FloatMultigrid::most_contrast);
+    const bool strain =
+        model.strain == StrainModel::linear || model.strain == StrainModel::corotated;
+    if (const double contrast = contrast_of(model.materials);
+        contrast > FloatMultigrid::most_contrast)
+        fail(
+            "solver.kind = live: found Young's moduli a factor of {:.3g} apart, expected at most "
+            "{:g} (kind: multigrid)",
+            contrast, FloatMultigrid::most_contrast);
     if (ranks > 1 || !strain || coupling_ || !hierarchy.levels.front().edge_nodes.empty())
-        fail("solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; found {} rank(s), {} "
-             "nodes a tet{}{}",
-             ranks, hierarchy.levels.front().edge_nodes.empty() ? 4 : 10, coupling_ ? ", pressures" : "",
-             strain ? "" : ", another strain");
+        fail(
+            "solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; "
+            "found {} rank(s), {} "
+            "nodes a tet{}{}",
+            ranks, hierarchy.levels.front().edge_nodes.empty() ? 4 : 10,
+            coupling_ ? ", pressures" : "", strain ? "" : ", another strain");
     std::vector<ElasticLevel*> levels;
     std::vector<const BarycentricMap*> maps;
     for (const auto& level : levels_) levels.push_back(level.get());
     for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
-    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), smoothing_steps_, team_);
+    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), smoothing_steps_,
+                                             team_);
     const PetscInt n = 3 * fine().share().owned;
     LIVETET_PETSC(MatCreateShell(fine().share().comm, n, n, n, n, live_.get(), live_matrix_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_shell<FloatMultigrid>(MatShellGetContext, A, x, y,
-                                        [](FloatMultigrid& m, auto from, auto to) { m.multiply(from, to); });
+        return in_shell<FloatMultigrid>(
+            MatShellGetContext, A, x, y,
+            [](FloatMultigrid& m, auto from, auto to) { m.multiply(from, to); });
     };
-    LIVETET_PETSC(MatShellSetOperation(live_matrix_.get(), MATOP_MULT,
-                                       reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
+    LIVETET_PETSC(MatShellSetOperation(
+        live_matrix_.get(), MATOP_MULT,
+        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
 }
 
 void ElasticOperator::read_asked_tolerances() {
@@ -310,7 +341,8 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
         stopping_ = std::make_unique<Stopping>(*this);
         PetscBool other = PETSC_FALSE;
         LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, "-ksp_convergence_test", &other));
-        if (!other) LIVETET_PETSC(KSPSetConvergenceTest(ksp, Stopping::test, stopping_.get(), nullptr));
+        if (!other)
+            LIVETET_PETSC(KSPSetConvergenceTest(ksp, Stopping::test, stopping_.get(), nullptr));
     }
     LIVETET_PETSC(KSPSetOperators(ksp, displacement_matrix(), displacement_matrix()));
     PC pc = nullptr;
@@ -324,10 +356,12 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             LIVETET_PETSC(PCSetType(pc, PCSHELL));
             LIVETET_PETSC(PCShellSetName(pc, "multigrid in single precision, re-discretised"));
             LIVETET_PETSC(PCShellSetContext(pc, live_.get()));
-            LIVETET_PETSC(PCShellSetApply(pc, [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-                return in_shell<FloatMultigrid>(PCShellGetContext, shell, r, z,
-                                                [](FloatMultigrid& m, auto from, auto to) { m.cycle(from, to); });
-            }));
+            LIVETET_PETSC(
+                PCShellSetApply(pc, [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
+                    return in_shell<FloatMultigrid>(
+                        PCShellGetContext, shell, r, z,
+                        [](FloatMultigrid& m, auto from, auto to) { m.cycle(from, to); });
+                }));
             break;
         case SolverKind::boomeramg:
             configure_boomeramg(pc);
@@ -336,7 +370,8 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             LIVETET_PETSC(PCSetType(pc, PCGAMG));
             break;
         case SolverKind::direct:
-            LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));  // L D L^T: an exact tangent need not be positive
+            LIVETET_PETSC(
+                PCSetType(pc, PCCHOLESKY));  // L D L^T: an exact tangent need not be positive
             LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
             break;
         case SolverKind::petsc:
@@ -404,7 +439,8 @@ void ElasticOperator::configure_multigrid(PC pc, std::size_t l) {
     LIVETET_PETSC(PCMGGetSmoother(pc, 1, &smoother));
     set_prefix(smoother, fmt::format("mg_levels_{}_", number));
     LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
-    LIVETET_PETSC(KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
+    LIVETET_PETSC(
+        KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
     LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
     LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
     LIVETET_PETSC(PCMGGetCoarseSolve(pc, &coarse));
@@ -414,7 +450,8 @@ void ElasticOperator::configure_multigrid(PC pc, std::size_t l) {
         LIVETET_PETSC(KSPSetType(coarse, KSPCHEBYSHEV));
         LIVETET_PETSC(KSPSetNormType(coarse, KSP_NORM_NONE));
         LIVETET_PETSC(KSPSetConvergenceTest(coarse, KSPConvergedSkip, nullptr, nullptr));
-        LIVETET_PETSC(KSPSetTolerances(coarse, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, cycles_below));
+        LIVETET_PETSC(
+            KSPSetTolerances(coarse, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, cycles_below));
         configure_multigrid(below, l + 1);
     } else {
         int ranks = 1;
@@ -443,7 +480,8 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
         components_.push_back(
             coarse_components(transfers_[l]->map(), components_[l], coarse_bodies_[l]));
         lower.set_constrained(components_[l + 1]);
-        transfers_[l]->set_constrained(upper.share(), lower.share(), components_[l], components_[l + 1]);
+        transfers_[l]->set_constrained(upper.share(), lower.share(), components_[l],
+                                       components_[l + 1]);
     }
     bounds_known_ = false;
     kept_.reset();
@@ -453,7 +491,8 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
     std::vector<double> level(stiffness.begin(), stiffness.end());
     fine().set_springs(level);
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
-        std::vector<double> lower(level.empty() ? 0 : levels_[l + 1]->share().number_of_node.size(), 0.0);
+        std::vector<double> lower(level.empty() ? 0 : levels_[l + 1]->share().number_of_node.size(),
+                                  0.0);
         const BarycentricMap& map = live_ ? live_->map(l) : transfers_[l]->map();
         for (std::size_t i = 0; i < level.size(); ++i)
             for (int k = 0; k < 4; ++k)  // no node of an extrapolated place is pushed away
@@ -465,7 +504,8 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
     kept_.reset();
 }
 
-bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves) {
+bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent,
+                               bool by_halves) {
     const bool is_linear = fine().strain() == StrainModel::linear;
     if (is_linear && kept_ == std::pair(s, m)) return false;
     const PartTimer timer(costs_.matrix);
@@ -477,12 +517,15 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
         return live_->renewed_half();
     }
     if (kind_ == SolverKind::multigrid && !bounds_known_) {
-        // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for any time step.
+        // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for
+        // any time step.
         assemble_levels(at, s, 0, tangent);
         if (set_bounds()) {
             if (m == 0 && !coupling_) return false;
         } else {  // an exact tangent far from rest is not positive, and says little
-            assemble_levels(at, s, 0, fine().strain() == StrainModel::corotated ? Tangent::held_rotation : Tangent::positive);
+            assemble_levels(at, s, 0,
+                            fine().strain() == StrainModel::corotated ? Tangent::held_rotation
+                                                                      : Tangent::positive);
             (void)set_bounds();
         }
     }
@@ -506,7 +549,8 @@ void ElasticOperator::set_up_preconditioner() {
 void ElasticOperator::find_mass() {
     const HeapGrowth grown(&costs_.mass);
     for (const auto& level : levels_)
-        if (level == levels_.front() || live_ || coarse_ == CoarseOperator::rediscretised) level->find_mass();
+        if (level == levels_.front() || live_ || coarse_ == CoarseOperator::rediscretised)
+            level->find_mass();
 }
 
 void ElasticOperator::update_rotations(Vec u) {
@@ -521,7 +565,8 @@ void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
         if (coarse_ == CoarseOperator::rediscretised) {
             Vec coarse = displacements_[l].get();
-            transfers_[l]->restrict_displacement(l == 0 ? at.u : displacements_[l - 1].get(), coarse);
+            transfers_[l]->restrict_displacement(l == 0 ? at.u : displacements_[l - 1].get(),
+                                                 coarse);
             update_ghosts(coarse);
             levels_[l + 1]->update_rotations(coarse);
             levels_[l + 1]->assemble(s, m, Tangent::held_rotation, {.u = coarse});
@@ -530,8 +575,8 @@ void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m
             if (first) galerkin_.emplace_back();
             Mat A = l == 0 ? fine().matrix() : galerkin_[l - 1].get();
             Mat product = galerkin_[l].get();
-            LIVETET_PETSC(
-                MatPtAP(A, transfers_[l]->interpolation(), first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
+            LIVETET_PETSC(MatPtAP(A, transfers_[l]->interpolation(),
+                                  first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
             if (first) galerkin_[l] = PetscHandle<Mat>::adopt(product);
             add_identity(product, levels_[l + 1]->share(), components_[l + 1]);
         }
@@ -550,7 +595,8 @@ bool ElasticOperator::cycles() const {
 void ElasticOperator::set_level_operators() {
     if (!cycles()) return;
     const auto matrix = [&](std::size_t l) {
-        return l > 0 && coarse_ == CoarseOperator::galerkin ? galerkin_[l - 1].get() : levels_[l]->matrix();
+        return l > 0 && coarse_ == CoarseOperator::galerkin ? galerkin_[l - 1].get()
+                                                            : levels_[l]->matrix();
     };
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
         LIVETET_PETSC(KSPSetOperators(smoothers_[l], matrix(l), matrix(l)));
@@ -566,7 +612,8 @@ bool ElasticOperator::set_bounds() {
         Mat A = nullptr;
         LIVETET_PETSC(KSPGetOperators(chebyshev, &A, nullptr));
         double high = 1.1 * largest_eigenvalue(A, by);
-        if (!(high > 0.1 && high < 1e4)) {  // one of at least 1 and some tens at most, as it should be
+        if (!(high > 0.1 &&
+              high < 1e4)) {  // one of at least 1 and some tens at most, as it should be
             good = false;
             high = 4;
         }
@@ -583,8 +630,10 @@ bool ElasticOperator::set_bounds() {
 
 bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {
     if (!rest_)
-        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]}) *v = make_vector(fine().share());
-    // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in energy.
+        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]})
+            *v = make_vector(fine().share());
+    // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in
+    // energy.
     const std::size_t count = std::min<std::size_t>(guesses.size(), most_guesses);
     for (std::size_t i = 0; i < count; ++i)
         LIVETET_PETSC(MatMult(displacement_matrix(), guesses[i], images_[i].get()));
@@ -602,9 +651,12 @@ bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {
     const Eigen::Vector2d share = gram.inverse() * work;
     const bool of_use = share.allFinite() && work.dot(share) > 0;
     const Eigen::Vector2d c = of_use ? share : Eigen::Vector2d::Zero();
-    const auto array = [&](std::span<const Vec> vectors, std::size_t i) { return i < count ? vectors[i] : b; };
+    const auto array = [&](std::span<const Vec> vectors, std::size_t i) {
+        return i < count ? vectors[i] : b;
+    };
     const Vec images[] = {images_[0].get(), images_[1].get()};
-    const ReadArray from(b), g0(array(guesses, 0)), g1(array(guesses, 1)), i0(array(images, 0)), i1(array(images, 1));
+    const ReadArray from(b), g0(array(guesses, 0)), g1(array(guesses, 1)), i0(array(images, 0)),
+        i1(array(images, 1));
     WriteArray start(start_.get()), rest(rest_.get());
     team_.run_pieces(rest.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -638,7 +690,8 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const Li
         PetscReal size = 0;
         LIVETET_PETSC(VecNorm(b_u, NORM_2, &size));
         const bool started = !guesses.empty() && start_from(guesses, b_u);
-        stopping_->begin({tolerance, most, effort.deadline}, std::max(tolerance * size, asked_residual_));
+        stopping_->begin({tolerance, most, effort.deadline},
+                         std::max(tolerance * size, asked_residual_));
         LIVETET_PETSC(KSPSolve(ksp, started ? rest_.get() : b_u, x_u));
         if (started) LIVETET_PETSC(VecAXPY(x_u, 1, start_.get()));
         report.error = stopping_->error();
@@ -662,9 +715,11 @@ std::string ElasticOperator::name() const {
     LIVETET_PETSC(KSPGetType(coupling_ ? saddle_.get() : krylov_.get(), &krylov));
     LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
     LIVETET_PETSC(PCGetType(pc, &preconditioner));
-    std::string text = fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");
+    std::string text =
+        fmt::format("{} + {}", krylov ? krylov : "?", preconditioner ? preconditioner : "?");
     if (kind_ == SolverKind::live)
-        return fmt::format("{} + multigrid in single precision, {} levels, rediscretised", krylov ? krylov : "?", level_count());
+        return fmt::format("{} + multigrid in single precision, {} levels, rediscretised",
+                           krylov ? krylov : "?", level_count());
     if (kind_ == SolverKind::multigrid)
         text += fmt::format(", {} levels, {}", level_count(),
                             coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised");

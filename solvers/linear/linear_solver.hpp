@@ -9,18 +9,19 @@
 #include "base/thread_team.hpp"
 #include "mesh/hierarchy.hpp"
 #include "solvers/assembly/level_assembler.hpp"
-#include "solvers/linear/single_precision_multigrid.hpp"
-#include "solvers/linear/solver_options.hpp"
 #include "solvers/assembly/phase_timer.hpp"
 #include "solvers/assembly/pressure_coupling.hpp"
+#include "solvers/linear/single_precision_multigrid.hpp"
+#include "solvers/linear/solver_options.hpp"
 #include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 
 using Clock = std::chrono::steady_clock;
 
-/// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond `max_iterations`, nor, after its
-/// first iteration, past the deadline (it stops where half as much again as the last iteration took would end later).
+/// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond
+/// `max_iterations`, nor, after its first iteration, past the deadline (it stops where half as much
+/// again as the last iteration took would end later).
 struct LinearEffort {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
@@ -32,8 +33,10 @@ struct [[nodiscard]] LinearReport {
     int iterations = 0;
     double residual = 0;     ///< N, true residual's norm
     bool converged = false;  ///< the tolerance was met
-    bool cut_short = false;  ///< the deadline or the number of iterations came first; x is as far as it went
-    double error = 0;        ///< of x, m, RMS over the nodes, estimated from the iterations' steps; live only, else 0
+    bool cut_short =
+        false;  ///< the deadline or the number of iterations came first; x is as far as it went
+    double error = 0;  ///< of x, m, RMS over the nodes, estimated from the iterations' steps; live
+                       ///< only, else 0
     const char* reason = "";
 };
 
@@ -49,21 +52,26 @@ struct ElasticModel {
     Formulation formulation = Formulation::automatic;
 };
 
-/// `automatic` is mixed from a Poisson's ratio of 0.49 on: below, locking costs less than pressures do.
+/// `automatic` is mixed from a Poisson's ratio of 0.49 on: below, locking costs less than pressures
+/// do.
 Formulation resolved_formulation(const ElasticModel& model);
 
-/// The tangent operator s K + m M of a body on its finest mesh, and the preconditioned Krylov solver for it: geometric
-/// multigrid over the hierarchy (PCMG), BoomerAMG, GAMG, a factorisation, or what PETSc's options say.
+/// The tangent operator s K + m M of a body on its finest mesh, and the preconditioned Krylov
+/// solver for it: geometric multigrid over the hierarchy (PCMG), BoomerAMG, GAMG, a factorisation,
+/// or what PETSc's options say.
 ///
-/// In the mixed form the system is [K B^T; B -C] (see PressureCoupling), solved by FGMRES with a block-triangular
-/// preconditioner: one cycle of the above for K, which then holds no volumetric stiffness and stays as easy as a
-/// Poisson's ratio of zero, and the lumped pressure mass for the Schur complement. The iterations stay bounded up to
-/// nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
+/// In the mixed form the system is [K B^T; B -C] (see PressureCoupling), solved by FGMRES with a
+/// block-triangular preconditioner: one cycle of the above for K, which then holds no volumetric
+/// stiffness and stays as easy as a Poisson's ratio of zero, and the lumped pressure mass for the
+/// Schur complement. The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014,
+/// chapter 4).
 class ElasticOperator {
   public:
-    /// Collective. The hierarchy must outlive the operator. `parts[l]`: the tets' parts of level l (see share_mesh).
-    ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
-                    const ElasticModel& model, const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
+    /// Collective. The hierarchy must outlive the operator. `parts[l]`: the tets' parts of level l
+    /// (see share_mesh).
+    ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                    std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
+                    const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
     ~ElasticOperator();
 
     ElasticLevel& fine() { return *levels_.front(); }
@@ -87,13 +95,16 @@ class ElasticOperator {
     /// Takes rotations from `u` (ghosts up to date) on the finest level.
     void update_rotations(Vec u);
 
-    /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken last, coarse levels at its
-    /// mean there. `by_halves`: a live finest level may renew one half now and the other the next time; returns whether it
-    /// did. Small strain's is the same at any `at`: kept while s, m, constraints and springs are, and with it what the
-    /// preconditioner was computed to.
-    bool assemble(const ElasticState& at, double s, double m, Tangent tangent, bool by_halves = false);
+    /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken
+    /// last, coarse levels at its mean there. `by_halves`: a live finest level may renew one half
+    /// now and the other the next time; returns whether it did. Small strain's is the same at any
+    /// `at`: kept while s, m, constraints and springs are, and with it what the preconditioner was
+    /// computed to.
+    bool assemble(const ElasticState& at, double s, double m, Tangent tangent,
+                  bool by_halves = false);
 
-    /// What the preconditioner computes from the operators before it can be applied; nothing where it has done so already.
+    /// What the preconditioner computes from the operators before it can be applied; nothing where
+    /// it has done so already.
     void set_up_preconditioner();
 
     /// What the parts took on this rank so far, and how often.
@@ -103,30 +114,35 @@ class ElasticOperator {
     PressureCoupling& coupling() { return *coupling_; }
     const PressureCoupling& coupling() const { return *coupling_; }
 
-    /// A x = b. Displacement form: from the combination of `guesses` (zero at constrained components; at most
-    /// `most_guesses`, of no use to the mixed form) that is nearest to x in energy. Mixed form: b_p the constraint's residual
-    /// as PressureCoupling::residual gives it, x_p in Pa; else both null.
-    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearEffort& effort, std::span<const Vec> guesses = {});
+    /// A x = b. Displacement form: from the combination of `guesses` (zero at constrained
+    /// components; at most `most_guesses`, of no use to the mixed form) that is nearest to x in
+    /// energy. Mixed form: b_p the constraint's residual as PressureCoupling::residual gives it,
+    /// x_p in Pa; else both null.
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearEffort& effort,
+                       std::span<const Vec> guesses = {});
     static constexpr int most_guesses = 2;
 
-    /// Bytes that the live solver's operators, and a solve of so many iterations from two guesses, have to move at least;
-    /// 0 for the others.
+    /// Bytes that the live solver's operators, and a solve of so many iterations from two guesses,
+    /// have to move at least; 0 for the others.
     double bytes_of_update() const { return live_ ? live_->bytes_of_update() : 0; }
     double bytes_of_solve(double iterations) const {
-        return live_ ? (iterations + most_guesses) * live_->bytes_of_multiply() + iterations * live_->bytes_of_cycle() : 0;
+        return live_ ? (iterations + most_guesses) * live_->bytes_of_multiply() +
+                           iterations * live_->bytes_of_cycle()
+                     : 0;
     }
 
   private:
-    void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts,
-                     const ElasticModel& model);
+    void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                     std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model);
     /// What the options of the outermost KSP say about when it stops.
     void read_asked_tolerances();
     void make_krylov(MPI_Comm comm);
     void make_saddle_krylov(MPI_Comm comm);
     void make_live(const MeshHierarchy& hierarchy, const ElasticModel& model);
-    /// Level l and those below it: a cycle whose coarse equation is solved by cycles_below cycles of the next level,
-    /// accelerated by Chebyshev's polynomial, for a coarse mesh that is too soft or too stiff somewhere would have a plain
-    /// W-cycle diverge. A fixed polynomial, so that conjugate gradients stay exact.
+    /// Level l and those below it: a cycle whose coarse equation is solved by cycles_below cycles
+    /// of the next level, accelerated by Chebyshev's polynomial, for a coarse mesh that is too soft
+    /// or too stiff somewhere would have a plain W-cycle diverge. A fixed polynomial, so that
+    /// conjugate gradients stay exact.
     void configure_multigrid(PC pc, std::size_t l);
     static constexpr int cycles_below = 2;
     /// Whether multigrid is what preconditions: the user's options may have chosen another.
@@ -134,7 +150,8 @@ class ElasticOperator {
     void assemble_levels(const ElasticState& at, double s, double m, Tangent tangent);
     void apply_saddle_preconditioner(Vec r, Vec y);
     void set_level_operators();
-    /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and stands at a usual value.
+    /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and
+    /// stands at a usual value.
     bool set_bounds();
     Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
     /// start_ = the best combination x of guesses, rest_ = b - A x. True where x is not zero.
@@ -158,16 +175,17 @@ class ElasticOperator {
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
     std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     std::unique_ptr<Stopping> stopping_;
-    PetscHandle<Vec> rest_, start_;            ///< with guesses: what is left of b, and x, before Krylov
-    PetscHandle<Vec> images_[most_guesses];    ///< A times the guesses
+    PetscHandle<Vec> rest_, start_;  ///< with guesses: what is left of b, and x, before Krylov
+    PetscHandle<Vec> images_[most_guesses];       ///< A times the guesses
     std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows
     PetscHandle<Mat> b_transposed_, saddle_matrix_;
     PetscHandle<KSP> saddle_;
     PetscHandle<Vec> saddle_work_;
     std::size_t tet_count_;
     bool bounds_known_ = false;
-    std::optional<std::pair<double, double>> kept_;  ///< s and m of small strain's operator, where it still is that
-    bool is_new_ = false;                            ///< assembled since the preconditioner was set up last
+    std::optional<std::pair<double, double>>
+        kept_;             ///< s and m of small strain's operator, where it still is that
+    bool is_new_ = false;  ///< assembled since the preconditioner was set up last
     OperatorCosts costs_;
     std::optional<double> asked_tolerance_;
     std::optional<int> asked_iterations_;

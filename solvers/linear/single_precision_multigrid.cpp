@@ -27,8 +27,8 @@ void store(Four v, float* p) {
     p[2] = v[2];
 }
 
-/// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node `nodes[k]`, k from
-/// start[n] to start[n + 1].
+/// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node
+/// `nodes[k]`, k from start[n] to start[n + 1].
 struct Lent {
     std::vector<std::int32_t> start, nodes;
     std::vector<float> weights;
@@ -50,7 +50,8 @@ struct Lent {
     /// The weighted sum of the fine nodes' values around coarse node n.
     Four gather(std::size_t n, const float* fine) const {
         Four sum{};
-        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) sum += weights[k] * load(fine + 3 * nodes[k]);
+        for (std::int32_t k = start[n]; k < start[n + 1]; ++k)
+            sum += weights[k] * load(fine + 3 * nodes[k]);
         return sum;
     }
     /// Their mean, which has no use for negative weights.
@@ -71,23 +72,28 @@ constexpr std::size_t grain = 150;
 
 }  // namespace
 
-/// A level works on A / s = K + (m M + springs) / s with the nodes' values scaled as ScaledStiffness scales them: its
-/// unknowns are S x, its right-hand sides S^-1 b / s.
+/// A level works on A / s = K + (m M + springs) / s with the nodes' values scaled as
+/// ScaledStiffness scales them: its unknowns are S x, its right-hand sides S^-1 b / s.
 struct FloatMultigrid::Level {
     ElasticLevel& level;
     LiveBatches& live;
     ThreadTeam& team;
     ScaledStiffness A;
-    std::vector<float> inverse;  ///< of the diagonal blocks, column-major; zero in constrained rows and columns
+    std::vector<float>
+        inverse;  ///< of the diagonal blocks, column-major; zero in constrained rows and columns
     std::vector<float> b, x, next, r, d;
     std::vector<float> into, from;  ///< S and 1 / S of each component, 0 where it is constrained
     std::unique_ptr<Lent> lent;     ///< to the next finer level's nodes
-    std::vector<float> more;        ///< of each node: inertia and springs, as they stand in the diagonal
-    double bound = 2;               ///< largest eigenvalue of D^-1 A
+    std::vector<float> more;  ///< of each node: inertia and springs, as they stand in the diagonal
+    double bound = 2;         ///< largest eigenvalue of D^-1 A
 
     Level(ElasticLevel& l, ThreadTeam& t)
-        : level(l), live(*l.live()), team(t), A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
-        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from}) v->assign(3 * nodes() + 1, 0.0F);
+        : level(l),
+          live(*l.live()),
+          team(t),
+          A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
+        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from})
+            v->assign(3 * nodes() + 1, 0.0F);
         inverse.assign(9 * nodes() + 4, 0.0F);
         more.assign(nodes(), 0.0F);
     }
@@ -110,7 +116,8 @@ struct FloatMultigrid::Level {
             }
     }
 
-    /// A of all components, where the rotations are: what is constrained is kept out of the vectors, not of A.
+    /// A of all components, where the rotations are: what is constrained is kept out of the
+    /// vectors, not of A.
     void assemble(double m_over_s, double s, Renewal renewal) {
         const std::span<const RotationBatch<float>> rotations = live.rotations;
         const BatchRange shared = level.parts().shared;
@@ -133,11 +140,13 @@ struct FloatMultigrid::Level {
         });
     }
 
-    /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the block is new, too.
+    /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the
+    /// block is new, too.
     void add_more(std::size_t i, double m_over_s, double s, bool renewed) {
         const auto mass = level.node_mass(), springs = level.springs();
-        const auto now = static_cast<float>(((m_over_s != 0 ? m_over_s * mass[i] : 0) + (springs.empty() ? 0 : springs[i] / s)) /
-                                            (A.scale()[i] * A.scale()[i]));
+        const auto now = static_cast<float>(
+            ((m_over_s != 0 ? m_over_s * mass[i] : 0) + (springs.empty() ? 0 : springs[i] / s)) /
+            (A.scale()[i] * A.scale()[i]));
         const float change = now - more[i];
         if (!renewed && std::abs(change) <= 1e-6F * more[i]) return;
         const auto block = A.diagonal(i);
@@ -146,7 +155,8 @@ struct FloatMultigrid::Level {
         invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
     }
 
-    /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in the other rows and columns.
+    /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in
+    /// the other rows and columns.
     static void invert(const float* block, const float* free, float* to) {
         Eigen::Map<Eigen::Matrix3f> result(to);
         const Eigen::Map<const Eigen::Matrix3f> D(block);
@@ -156,7 +166,8 @@ struct FloatMultigrid::Level {
         }
         const Eigen::Vector3f keep(free[0] != 0, free[1] != 0, free[2] != 0);
         Eigen::Matrix3f kept = keep.asDiagonal() * D * keep.asDiagonal();
-        kept.diagonal() += std::max(D.diagonal().maxCoeff(), 1e-30F) * (Eigen::Vector3f::Ones() - keep);
+        kept.diagonal() +=
+            std::max(D.diagonal().maxCoeff(), 1e-30F) * (Eigen::Vector3f::Ones() - keep);
         result = keep.asDiagonal() * kept.inverse() * keep.asDiagonal();
     }
 
@@ -165,14 +176,16 @@ struct FloatMultigrid::Level {
         return load(p) * v[0] + load(p + 3) * v[1] + load(p + 6) * v[2];
     }
 
-    /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1); `from_zero`: x is 0.
+    /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1);
+    /// `from_zero`: x is 0.
     void smooth(int steps, bool from_zero) {
         const auto high = static_cast<float>(1.1 * bound), low = 0.1F * high;
         const float theta = (high + low) / 2, delta = (high - low) / 2, sigma = theta / delta;
         float rho = 1 / sigma;
         for (int step = 0; step < steps; ++step) {
             const float following = step == 0 ? rho : 1 / (2 * sigma - rho);
-            const float of_d = step == 0 ? 0 : following * rho, of_r = step == 0 ? 1 / theta : 2 * following / delta;
+            const float of_d = step == 0 ? 0 : following * rho,
+                        of_r = step == 0 ? 1 / theta : 2 * following / delta;
             if (step == 0 && from_zero)
                 over_rows([&](std::size_t begin, std::size_t end) {
                     for (std::size_t i = begin; i < end; ++i) {
@@ -184,7 +197,8 @@ struct FloatMultigrid::Level {
             else
                 over_rows([&](std::size_t begin, std::size_t end) {
                     A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
-                        const Four z = of_d * load(d.data() + 3 * i) + of_r * jacobi(i, load(b.data() + 3 * i) - Ax);
+                        const Four z = of_d * load(d.data() + 3 * i) +
+                                       of_r * jacobi(i, load(b.data() + 3 * i) - Ax);
                         store(z, d.data() + 3 * i);
                         store(load(x.data() + 3 * i) + z, next.data() + 3 * i);
                     });
@@ -204,16 +218,21 @@ struct FloatMultigrid::Level {
     }
 };
 
-FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
-                               int smoothing_steps, ThreadTeam& team)
+FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels,
+                               std::vector<const BarycentricMap*> maps, int smoothing_steps,
+                               ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
-    if (const std::size_t nodes = levels.back()->share().nodes.size(); levels.size() < 2 || nodes > most_coarsest_nodes)
-        fail("solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the coarsest of at most {} nodes",
-             levels.size(), nodes, most_coarsest_nodes);
+    if (const std::size_t nodes = levels.back()->share().nodes.size();
+        levels.size() < 2 || nodes > most_coarsest_nodes)
+        fail(
+            "solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the "
+            "coarsest of at most {} nodes",
+            levels.size(), nodes, most_coarsest_nodes);
     for (ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l)
         levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
-    dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()), static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
+    dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()),
+                  static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
 }
 
 FloatMultigrid::~FloatMultigrid() = default;
@@ -238,7 +257,9 @@ void FloatMultigrid::update(double s, double m, bool by_halves) {
     restrict_displacements();
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     by_halves = by_halves && !invert;
-    half_ = !by_halves ? Renewal::whole : half_ == Renewal::first_half ? Renewal::second_half : Renewal::first_half;
+    half_ = !by_halves                     ? Renewal::whole
+            : half_ == Renewal::first_half ? Renewal::second_half
+                                           : Renewal::first_half;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
         if (level != levels_.front()) level->level.update_live_rotations();
@@ -284,12 +305,14 @@ void FloatMultigrid::invert_coarsest() {
         for (int a = 0; a < 3; ++a)
             for (int c = 0; c < 3; ++c)
                 if (level.from[3 * i + a] != 0 && level.from[3 * j + c] != 0)
-                    dense_(static_cast<Eigen::Index>(3 * i + a), static_cast<Eigen::Index>(3 * j + c)) = block(a, c);
+                    dense_(static_cast<Eigen::Index>(3 * i + a),
+                           static_cast<Eigen::Index>(3 * j + c)) = block(a, c);
     };
     for (std::size_t i = 0; i < level.nodes(); ++i) {
         put(i, i, Eigen::Map<const Eigen::Matrix3f>(level.A.diagonal(i).data()));
         level.A.visit_row(i, [&](std::int32_t j, const std::array<std::int16_t, 9>& block) {
-            put(i, j, Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(block.data()).cast<float>());
+            put(i, j,
+                Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(block.data()).cast<float>());
         });
     }
     const float largest = std::max(dense_.diagonal().maxCoeff(), 1e-30F);
@@ -306,7 +329,8 @@ void FloatMultigrid::descend(std::size_t l) {
         const auto n = static_cast<Eigen::Index>(3 * level.nodes());
         const Eigen::Map<const Eigen::VectorXf> b(level.b.data(), n);
         level.over_rows([&](std::size_t begin, std::size_t end) {  // symmetric: rows are columns
-            for (auto i = static_cast<Eigen::Index>(3 * begin); i < static_cast<Eigen::Index>(3 * end); ++i)
+            for (auto i = static_cast<Eigen::Index>(3 * begin);
+                 i < static_cast<Eigen::Index>(3 * end); ++i)
                 level.x[i] = dense_.col(i).dot(b);
         });
         return;
@@ -316,7 +340,8 @@ void FloatMultigrid::descend(std::size_t l) {
     Level& coarse = *levels_[l + 1];
     coarse.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            store(coarse.lent->gather(n, level.r.data()) * load(coarse.from.data() + 3 * n), coarse.b.data() + 3 * n);
+            store(coarse.lent->gather(n, level.r.data()) * load(coarse.from.data() + 3 * n),
+                  coarse.b.data() + 3 * n);
     });
     descend(l + 1);
     const BarycentricMap& map = *maps_[l];
@@ -325,9 +350,11 @@ void FloatMultigrid::descend(std::size_t l) {
             Four sum{};
             for (int k = 0; k < 4; ++k) {
                 const std::int32_t n = 3 * map.nodes[i][k];
-                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) * load(coarse.from.data() + n);
+                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) *
+                       load(coarse.from.data() + n);
             }
-            store(load(level.x.data() + 3 * i) + sum * load(level.into.data() + 3 * i), level.x.data() + 3 * i);
+            store(load(level.x.data() + 3 * i) + sum * load(level.into.data() + 3 * i),
+                  level.x.data() + 3 * i);
         }
     });
     level.smooth(smoothing_steps_, false);
@@ -336,7 +363,8 @@ void FloatMultigrid::descend(std::size_t l) {
 void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     Level& fine = *levels_.front();
     team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) fine.d[i] = static_cast<float>(x[i]) * fine.into[i];
+        for (std::size_t i = begin; i < end; ++i)
+            fine.d[i] = static_cast<float>(x[i]) * fine.into[i];
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
         fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
@@ -348,7 +376,8 @@ void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
 void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
     Level& fine = *levels_.front();
     team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.from[i];
+        for (std::size_t i = begin; i < end; ++i)
+            fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.from[i];
     });
     descend(0);
     team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
@@ -361,16 +390,20 @@ double FloatMultigrid::bytes_of_update() const {
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
         const auto batches = static_cast<double>(level->live.batches.all().end);
-        const double rotations = level == levels_.front() ? 1 : 3;  // read; on coarse levels made here, too
-        bytes += batches * ((rotations > 1 ? 2 : 1) * sizeof(TetBatch<float>) + rotations * sizeof(RotationBatch<float>)) +
-                 static_cast<double>(level->A.bytes_of_update()) + (36.0 + 24) * static_cast<double>(level->nodes());
+        const double rotations =
+            level == levels_.front() ? 1 : 3;  // read; on coarse levels made here, too
+        bytes += batches * ((rotations > 1 ? 2 : 1) * sizeof(TetBatch<float>) +
+                            rotations * sizeof(RotationBatch<float>)) +
+                 static_cast<double>(level->A.bytes_of_update()) +
+                 (36.0 + 24) * static_cast<double>(level->nodes());
     }
     return bytes;
 }
 
 double FloatMultigrid::bytes_of_multiply() const {
     const Level& fine = *levels_.front();
-    return static_cast<double>(fine.A.bytes_of_product()) + (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
+    return static_cast<double>(fine.A.bytes_of_product()) +
+           (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
 }
 
 double FloatMultigrid::bytes_of_cycle() const {

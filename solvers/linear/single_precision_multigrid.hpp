@@ -14,22 +14,24 @@
 
 namespace livetet {
 
-/// A geometric multigrid cycle in single precision over the levels of a hierarchy, each re-discretised with its own
-/// rotations: what a live frame is preconditioned with, on one rank, P1, linear and corotated strain. Its finest
-/// operator is the frame's too. Chebyshev smoothing on 3x3 block Jacobi; the coarsest level by its dense inverse, made
-/// anew when constraints or coefficients change. After `set_constrained` and the first `update`, nothing allocates.
+/// A geometric multigrid cycle in single precision over the levels of a hierarchy, each
+/// re-discretised with its own rotations: what a live frame is preconditioned with, on one rank,
+/// P1, linear and corotated strain. Its finest operator is the frame's too. Chebyshev smoothing on
+/// 3x3 block Jacobi; the coarsest level by its dense inverse, made anew when constraints or
+/// coefficients change. After `set_constrained` and the first `update`, nothing allocates.
 class FloatMultigrid {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
     static constexpr std::size_t most_coarsest_nodes = 2000;
-    /// Of Young's moduli: at a contrast of 1e6 its last digits, which the soft part lives in, let bodies run away
+    /// Of Young's moduli: at a contrast of 1e6 its last digits, which the soft part lives in, let
+    /// bodies run away
     /// (`livetet bench stability`).
     static constexpr double most_contrast = 1e5;
 
-    /// `levels` (without matrices), finest first, the maps between them and the team must outlive this. Throws Error where
-    /// there is but one, or the coarsest is too large.
-    FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps, int smoothing_steps,
-                   ThreadTeam& team);
+    /// `levels` (without matrices), finest first, the maps between them and the team must outlive
+    /// this. Throws Error where there is but one, or the coarsest is too large.
+    FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
+                   int smoothing_steps, ThreadTeam& team);
     ~FloatMultigrid();
 
     const BarycentricMap& map(std::size_t level) const { return *maps_[level]; }
@@ -37,8 +39,9 @@ class FloatMultigrid {
     /// Takes up the levels' constrained components and springs.
     void set_constrained();
 
-    /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`: of the finest level
-    /// only the half that was not renewed last, unless constraints are new, or s or m by more than a twentieth.
+    /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`:
+    /// of the finest level only the half that was not renewed last, unless constraints are new, or
+    /// s or m by more than a twentieth.
     void update(double s, double m, bool by_halves = false);
     /// Whether the last update renewed a half only.
     bool renewed_half() const { return half_ != Renewal::whole; }
@@ -48,8 +51,8 @@ class FloatMultigrid {
     /// z = one symmetric V-cycle for A z = r from zero; r and z zero at constrained components.
     void cycle(std::span<const double> r, std::span<double> z);
 
-    /// What one `update`, one `multiply` and one `cycle` have to move, from and to memory, if every array is read or
-    /// written once where it is used; bytes.
+    /// What one `update`, one `multiply` and one `cycle` have to move, from and to memory, if every
+    /// array is read or written once where it is used; bytes.
     double bytes_of_update() const;
     double bytes_of_multiply() const;
     double bytes_of_cycle() const;
@@ -67,10 +70,10 @@ class FloatMultigrid {
     int smoothing_steps_;
     Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
     Eigen::LLT<Eigen::MatrixXf> factor_;
-    double s_ = 0, m_ = 0;  ///< of the coarsest inverse
-    double s_now_ = 1;      ///< of the other levels' operators
+    double s_ = 0, m_ = 0;           ///< of the coarsest inverse
+    double s_now_ = 1;               ///< of the other levels' operators
     Renewal half_ = Renewal::whole;  ///< that was written last of the finest level
-    bool fresh_ = true;     ///< constraints are new: bounds and inverse must be made
+    bool fresh_ = true;              ///< constraints are new: bounds and inverse must be made
 };
 
 }  // namespace livetet

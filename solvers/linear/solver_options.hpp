@@ -11,15 +11,18 @@ enum class TangentChoice { automatic, held_rotation, exact };
 
 /// What `automatic` means for a mesh of so many levels.
 inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
-    if (kind == SolverKind::automatic) return levels > 1 ? SolverKind::multigrid : SolverKind::boomeramg;
+    if (kind == SolverKind::automatic)
+        return levels > 1 ? SolverKind::multigrid : SolverKind::boomeramg;
     return kind;
 }
 
-/// What `automatic` means where Young's moduli are so many times apart: beyond this a re-discretised coarse mesh, which does
-/// not know which part of a tet is stiff, costs more iterations than it saves in being renewed.
+/// What `automatic` means where Young's moduli are so many times apart: beyond this a
+/// re-discretised coarse mesh, which does not know which part of a tet is stiff, costs more
+/// iterations than it saves in being renewed.
 inline CoarseOperator resolved_coarse(CoarseOperator coarse, double contrast) {
     constexpr double most_contrast = 100;
-    if (coarse == CoarseOperator::automatic) return contrast > most_contrast ? CoarseOperator::galerkin : CoarseOperator::rediscretised;
+    if (coarse == CoarseOperator::automatic)
+        return contrast > most_contrast ? CoarseOperator::galerkin : CoarseOperator::rediscretised;
     return coarse;
 }
 
@@ -40,24 +43,31 @@ struct SolverOptions {
 
 template <class Visitor>
 void visit_fields(Visitor& v, SolverOptions& s) {
-    v.choice("kind", s.kind, "conjugate gradients preconditioned by ...",
-             {{SolverKind::automatic, "automatic", "multigrid where the mesh has levels, else boomeramg; `track`: live where it can"},
-              {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
-              {SolverKind::live, "live",
-               "the same cycle in single precision on kernels of our own: one rank, P1, linear or corotated, by "
-               "displacements; what `track` takes where it can"},
-              {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
-              {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
-              {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
-              {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
+    v.choice(
+        "kind", s.kind, "conjugate gradients preconditioned by ...",
+        {{SolverKind::automatic, "automatic",
+          "multigrid where the mesh has levels, else boomeramg; `track`: live where it can"},
+         {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
+         {SolverKind::live, "live",
+          "the same cycle in single precision on kernels of our own: one rank, P1, linear or "
+          "corotated, by "
+          "displacements; what `track` takes where it can"},
+         {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
+         {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
+         {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
+         {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
     v.choice("coarse", s.coarse, "multigrid's coarse operators",
-             {{CoarseOperator::automatic, "automatic", "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
+             {{CoarseOperator::automatic, "automatic",
+               "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
               {CoarseOperator::rediscretised, "rediscretised",
                "assembled on each coarse mesh with its own rotations: cheap to renew"},
               {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
-    v.field("smoothing_steps", s.smoothing_steps, "", "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
+    v.field("smoothing_steps", s.smoothing_steps, "",
+            "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
             at_least<0, int>());
-    v.field("threads", s.threads, "", "that a live frame is worked on by; 0: one a core, 4 at most, one for each 500 nodes; the other solvers: one a rank",
+    v.field("threads", s.threads, "",
+            "that a live frame is worked on by; 0: one a core, 4 at most, one for each 500 nodes; "
+            "the other solvers: one a rank",
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side",
@@ -66,17 +76,22 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.field("newton_tolerance", s.newton_tolerance, "",
             "of `solve`: force out of balance relative to the forces at work",
             Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
-    v.field("max_newton", s.max_newton, "", "linearisations a step of `solve` may take", at_least<1, int>());
-    v.choice("tangent", s.tangent, "which derivative of the forces a linearisation takes",
-             {{TangentChoice::automatic, "automatic", "exact where `solve` goes to a tolerance, held-rotation live"},
-              {TangentChoice::held_rotation, "held-rotation",
-               "R K R^T: cheap, always positive; the other models take their positive part"},
-              {TangentChoice::exact, "exact",
-               "with the rotation's derivative; its positive part wherever the whole is not positive"}});
+    v.field("max_newton", s.max_newton, "", "linearisations a step of `solve` may take",
+            at_least<1, int>());
+    v.choice(
+        "tangent", s.tangent, "which derivative of the forces a linearisation takes",
+        {{TangentChoice::automatic, "automatic",
+          "exact where `solve` goes to a tolerance, held-rotation live"},
+         {TangentChoice::held_rotation, "held-rotation",
+          "R K R^T: cheap, always positive; the other models take their positive part"},
+         {TangentChoice::exact, "exact",
+          "with the rotation's derivative; its positive part wherever the whole is not positive"}});
     v.choice("partitioner", s.partitioner, "what gives each rank its part of the mesh",
              {{Partitioner::metis, "metis", "METIS, on one rank"},
-              {Partitioner::ptscotch, "ptscotch", "PTScotch, on all ranks: for meshes that METIS takes too long for"}});
-    v.field("petsc_options", s.petsc_options, "", "PETSc options as on its command line, which wins over them");
+              {Partitioner::ptscotch, "ptscotch",
+               "PTScotch, on all ranks: for meshes that METIS takes too long for"}});
+    v.field("petsc_options", s.petsc_options, "",
+            "PETSc options as on its command line, which wins over them");
 }
 
 }  // namespace livetet

@@ -7,7 +7,9 @@
 
 namespace livetet {
 
-CoarseBody::CoarseBody(const TetMesh& mesh, const TetMesh& fine, const BarycentricMap& fine_in_coarse) : places(mesh.nodes), piece_of(connected_pieces(mesh)) {
+CoarseBody::CoarseBody(const TetMesh& mesh, const TetMesh& fine,
+                       const BarycentricMap& fine_in_coarse)
+    : places(mesh.nodes), piece_of(connected_pieces(mesh)) {
     std::vector<Eigen::AlignedBox3d> boxes;
     for (std::size_t n = 0; n < places.size(); ++n) {
         // The lowest node of a piece comes first.
@@ -19,7 +21,11 @@ CoarseBody::CoarseBody(const TetMesh& mesh, const TetMesh& fine, const Barycentr
         }
         boxes[piece_of[n]].extend(places[n]);
     }
-    for (const Eigen::AlignedBox3d& box : boxes) pieces.push_back({box.center(), box.diagonal().norm() / 2, static_cast<std::int32_t>(pieces.size()), {}});
+    for (const Eigen::AlignedBox3d& box : boxes)
+        pieces.push_back({box.center(),
+                          box.diagonal().norm() / 2,
+                          static_cast<std::int32_t>(pieces.size()),
+                          {}});
     for (const Tet& t : mesh.tets) pieces[piece_of[t[0]]].tet = t;
     const std::vector<std::int32_t> fine_piece_of = connected_pieces(fine);
     const auto whole_of = [&](std::int32_t p) {
@@ -27,16 +33,22 @@ CoarseBody::CoarseBody(const TetMesh& mesh, const TetMesh& fine, const Barycentr
         return p;
     };
     for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
-        const std::int32_t a = whole_of(piece_of[fine_in_coarse.nodes[i][0]]), b = whole_of(piece_of[fine_in_coarse.nodes[fine_piece_of[i]][0]]);
+        const std::int32_t a = whole_of(piece_of[fine_in_coarse.nodes[i][0]]),
+                           b = whole_of(piece_of[fine_in_coarse.nodes[fine_piece_of[i]][0]]);
         pieces[std::max(a, b)].whole = std::min(a, b);
     }
     for (Piece& piece : pieces) piece.whole = whole_of(piece.whole);
 }
 
-std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse, std::span<const std::uint8_t> fine, const CoarseBody& coarse) {
+std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse,
+                                            std::span<const std::uint8_t> fine,
+                                            const CoarseBody& coarse) {
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
-    std::vector<HeldMotions> free, of_fine, of_whole;  // of each piece: nothing, what the fine nodes in it hold, in all that it is a part of
-    for (const CoarseBody::Piece& piece : coarse.pieces) free.emplace_back(piece.centre, piece.extent);
+    std::vector<HeldMotions> free, of_fine,
+        of_whole;  // of each piece: nothing, what the fine nodes in it hold, in all that it is a
+                   // part of
+    for (const CoarseBody::Piece& piece : coarse.pieces)
+        free.emplace_back(piece.centre, piece.extent);
     of_fine = of_whole = free;
     const std::size_t coarse_nodes = coarse.places.size();
     std::vector<double> total(coarse_nodes, 0);
@@ -49,7 +61,8 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
             total[n] += w;
             place += fine_in_coarse.weights[i][k] * coarse.places[n];
             for (int c = 0; c < 3; ++c)
-                if (fine[i] >> c & 1) held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
+                if (fine[i] >> c & 1)
+                    held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
         }
         if (!fine[i]) continue;
         const std::int32_t p = coarse.piece_of[fine_in_coarse.nodes[i][0]];
@@ -57,7 +70,8 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
         of_whole[coarse.pieces[p].whole].hold(place, fine[i]);
     }
     std::vector<std::uint8_t> components(coarse_nodes, 0);
-    std::vector<bool> is_held(coarse.pieces.size(), false), done = is_held;  // done: no lesser share would do more
+    std::vector<bool> is_held(coarse.pieces.size(), false),
+        done = is_held;  // done: no lesser share would do more
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
         std::vector<HeldMotions> of_coarse = free;
         for (std::size_t n = 0; n < coarse_nodes; ++n) {
@@ -101,13 +115,16 @@ std::vector<double> tet_volumes(const TetMesh& mesh) {
 std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double> fine_volumes,
                                     const BarycentricMap& fine_in_coarse, const TetMesh& coarse) {
     std::vector<double> volumes = tet_volumes(coarse);
-    const std::vector<double> given = nodal_volumes(fine, fine_volumes), own = nodal_volumes(coarse, volumes);
+    const std::vector<double> given = nodal_volumes(fine, fine_volumes),
+                              own = nodal_volumes(coarse, volumes);
     std::vector<double> carried(coarse.nodes.size(), 0);
     for (std::size_t i = 0; i < given.size(); ++i)
-        for (int k = 0; k < 4; ++k) carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * given[i];
+        for (int k = 0; k < 4; ++k)
+            carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * given[i];
     for (std::size_t e = 0; e < volumes.size(); ++e) {
         double ratio = 0;
-        for (const std::int32_t n : coarse.tets[e]) ratio += std::clamp(carried[n] / own[n], 0.1, 10.0) / 4;
+        for (const std::int32_t n : coarse.tets[e])
+            ratio += std::clamp(carried[n] / own[n], 0.1, 10.0) / 4;
         volumes[e] *= ratio;
     }
     return volumes;
@@ -115,11 +132,12 @@ std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double>
 
 namespace {
 
-/// Rows and columns of single numbers, owned as the shares' nodes are; `columns_of(row, visit)` visits the PETSc numbers of
-/// the nodes that owned row number `row` has entries for, each once; it is called once for every row, in order. `width`
-/// numbers a node.
+/// Rows and columns of single numbers, owned as the shares' nodes are; `columns_of(row, visit)`
+/// visits the PETSc numbers of the nodes that owned row number `row` has entries for, each once; it
+/// is called once for every row, in order. `width` numbers a node.
 template <class ColumnsOf>
-PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt width, ColumnsOf&& columns_of) {
+PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt width,
+                             ColumnsOf&& columns_of) {
     const PetscInt first = columns.owned ? columns.numbers.front() : 0, end = first + columns.owned;
     std::vector<PetscInt> own, others;
     for (std::int32_t i = 0; i < rows.owned; ++i) {
@@ -129,8 +147,9 @@ PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, Pe
         others.insert(others.end(), width, counts[1]);
     }
     PetscHandle<Mat> A;
-    LIVETET_PETSC(MatCreateAIJ(rows.comm, width * rows.owned, width * columns.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0,
-                               own.data(), 0, others.data(), A.out()));
+    LIVETET_PETSC(MatCreateAIJ(rows.comm, width * rows.owned, width * columns.owned,
+                               PETSC_DETERMINE, PETSC_DETERMINE, 0, own.data(), 0, others.data(),
+                               A.out()));
     LIVETET_PETSC(MatSetBlockSizes(A.get(), width, width));
     return A;
 }
@@ -142,11 +161,13 @@ void finish(Mat A) {
 
 }  // namespace
 
-Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse, const BarycentricMap& fine_in_coarse)
+Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse,
+                   const BarycentricMap& fine_in_coarse)
     : map_(fine_in_coarse) {
     interpolation_ = make_matrix(fine, coarse, 3, [&](std::int32_t i, auto&& visit) {
         for (int k = 0; k < 4; ++k)
-            if (map_.weights[fine.nodes[i]][k] != 0) visit(coarse.number_of_node[map_.nodes[fine.nodes[i]][k]]);
+            if (map_.weights[fine.nodes[i]][k] != 0)
+                visit(coarse.number_of_node[map_.nodes[fine.nodes[i]][k]]);
     });
     make_mean(fine, coarse);
 }
@@ -164,23 +185,28 @@ void Transfer::make_mean(const MeshShare& fine, const MeshShare& coarse) {
     std::vector<Lent> lent;
     for (std::size_t i = 0; i < map_.size(); ++i)
         for (int k = 0; k < 4; ++k)
-            if (const std::int32_t row = owned_row[map_.nodes[i][k]]; row >= 0 && map_.mean_weight(i, k) != 0) {
+            if (const std::int32_t row = owned_row[map_.nodes[i][k]];
+                row >= 0 && map_.mean_weight(i, k) != 0) {
                 lent.push_back({row, static_cast<std::int32_t>(i), map_.mean_weight(i, k)});
                 total[row] += lent.back().weight;
             }
-    std::stable_sort(lent.begin(), lent.end(), [](const Lent& a, const Lent& b) { return a.row < b.row; });
+    std::stable_sort(lent.begin(), lent.end(),
+                     [](const Lent& a, const Lent& b) { return a.row < b.row; });
     auto next = lent.begin();
     mean_of_one_ = make_matrix(coarse, fine, 1, [&](std::int32_t i, auto&& visit) {
         for (; next != lent.end() && next->row == i; ++next) visit(fine.number_of_node[next->node]);
     });
     for (const Lent& l : lent)
-        LIVETET_PETSC(MatSetValue(mean_of_one_.get(), coarse.numbers[l.row], fine.number_of_node[l.node],
-                                  l.weight / total[l.row], ADD_VALUES));
+        LIVETET_PETSC(MatSetValue(mean_of_one_.get(), coarse.numbers[l.row],
+                                  fine.number_of_node[l.node], l.weight / total[l.row],
+                                  ADD_VALUES));
     finish(mean_of_one_.get());
     LIVETET_PETSC(MatCreateMAIJ(mean_of_one_.get(), 3, mean_.out()));
 }
 
-void Transfer::restrict_displacement(Vec fine, Vec coarse) const { LIVETET_PETSC(MatMult(mean_.get(), fine, coarse)); }
+void Transfer::restrict_displacement(Vec fine, Vec coarse) const {
+    LIVETET_PETSC(MatMult(mean_.get(), fine, coarse));
+}
 
 void Transfer::set_constrained(const MeshShare& fine, const MeshShare& coarse,
                                std::span<const std::uint8_t> fine_components,
@@ -194,11 +220,13 @@ void Transfer::set_constrained(const MeshShare& fine, const MeshShare& coarse,
             for (int k = 0; k < 4; ++k) {
                 if (map_.weights[node][k] == 0) continue;
                 const std::int32_t n = map_.nodes[node][k];
-                const bool held = (fine_components[node] >> c & 1) || (coarse_components[n] >> c & 1);
+                const bool held =
+                    (fine_components[node] >> c & 1) || (coarse_components[n] >> c & 1);
                 columns[count] = 3 * coarse.number_of_node[n] + c;
                 values[count++] = held ? 0 : map_.weights[node][k];
             }
-            LIVETET_PETSC(MatSetValues(interpolation_.get(), 1, &row, count, columns, values, INSERT_VALUES));
+            LIVETET_PETSC(
+                MatSetValues(interpolation_.get(), 1, &row, count, columns, values, INSERT_VALUES));
         }
     }
     finish(interpolation_.get());

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "mechanics/stress.hpp"
-#include "solvers/nonlinear/deformable_body.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
 
 namespace livetet {
 
@@ -35,11 +35,13 @@ std::vector<Vector3> DeformableBody::reactions() {
         WriteArray f(force_.get());
         for (std::size_t i = 0; i < f.span().size(); ++i) {
             if (constrained[i / 3] >> (i % 3) & 1)
-                f[i] += (v ? mass[i / 3] * ((*a)[i] + time_.rayleigh_alpha * (*v)[i]) : 0) - external[i];
+                f[i] += (v ? mass[i / 3] * ((*a)[i] + time_.rayleigh_alpha * (*v)[i]) : 0) -
+                        external[i];
             else
                 f[i] = springs.empty()
                            ? 0
-                           : springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+                           : springs[i / 3] *
+                                 (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
         }
     }
     return gather(fine.share(), force_.get());
@@ -60,7 +62,8 @@ std::vector<TetFields> DeformableBody::local_tet_fields() {
 
 double DeformableBody::largest_von_mises() {
     double largest = 0;
-    for (const TetFields& f : local_tet_fields()) largest = std::max(largest, von_mises(f.cauchy_stress_Pa));
+    for (const TetFields& f : local_tet_fields())
+        largest = std::max(largest, von_mises(f.cauchy_stress_Pa));
     MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
     return largest;
 }
@@ -70,7 +73,8 @@ std::size_t DeformableBody::inverted_tets() {
     const MeshShare& share = operator_.fine().share();
     std::uint64_t count = 0;
     operator_.fine().visit_volume_ratio(state(), [&](std::size_t e, double ratio) {
-        count += share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
+        count +=
+            share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
     });
     MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_UINT64_T, MPI_SUM, share.comm);
     return count;
@@ -89,7 +93,8 @@ std::vector<TetFields> DeformableBody::tet_fields() {
         at[9] = local[e].volume_change;
         at[10] = local[e].strain_energy_J_per_m3;
     }
-    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
+                  share.comm);
     std::vector<TetFields> fields;
     fields.reserve(operator_.tet_count());
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
@@ -102,8 +107,10 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     const ElasticLevel& fine = operator_.fine();
     const MeshShare& share = fine.share();
     const bool quadratic = !share.edge_nodes.empty();
-    // The linear function through the values at the four points takes at corner i: own * value_i + other * the rest.
-    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1, other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
+    // The linear function through the values at the four points takes at corner i: own * value_i +
+    // other * the rest.
+    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1,
+                 other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
     std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());
     for (auto& tet : corners) tet.fill(Eigen::Matrix3d::Zero());
     fine.visit_stress(state(), [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
@@ -121,9 +128,11 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
         const double volume = fine.element(e).volume;
         for (int i = 0; i < 4; ++i) add(share.tets[e][i], volume, corners[e][i]);
         for (int k = 0; quadratic && k < 6; ++k)
-            add(share.edge_nodes[e][k], volume, (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
+            add(share.edge_nodes[e][k], volume,
+                (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
     }
-    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM, share.comm);
+    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
+                  share.comm);
     std::vector<Eigen::Matrix3d> stress;
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         stress.push_back(Eigen::Map<const Eigen::Matrix3d>(at) / at[9]);

@@ -30,7 +30,8 @@ const char* metis_text(int code) {
 std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts) {
     if (parts < 1) fail("partition: {} parts, expected at least 1", parts);
     if (tets.size() < static_cast<std::size_t>(parts))
-        fail("partition: {} parts of {} tets, expected no more parts than tets", parts, tets.size());
+        fail("partition: {} parts of {} tets, expected no more parts than tets", parts,
+             tets.size());
     std::vector<std::int32_t> part(tets.size(), 0);
     if (parts == 1) return part;
 
@@ -46,26 +47,30 @@ std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts) {
     }
     first.push_back(static_cast<idx_t>(corners.size()));
 
-    idx_t tet_count = static_cast<idx_t>(tets.size()), shared_nodes = 3, part_count = parts, cut = 0;
+    idx_t tet_count = static_cast<idx_t>(tets.size()), shared_nodes = 3, part_count = parts,
+          cut = 0;
     idx_t options[METIS_NOPTIONS];
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 1;
     options[METIS_OPTION_NUMBERING] = 0;
     std::vector<idx_t> tet_part(tets.size()), node_part(node_count);
-    const int code =
-        METIS_PartMeshDual(&tet_count, &node_count, first.data(), corners.data(), nullptr, nullptr, &shared_nodes,
-                           &part_count, nullptr, options, &cut, tet_part.data(), node_part.data());
+    const int code = METIS_PartMeshDual(&tet_count, &node_count, first.data(), corners.data(),
+                                        nullptr, nullptr, &shared_nodes, &part_count, nullptr,
+                                        options, &cut, tet_part.data(), node_part.data());
     if (code != METIS_OK)
-        throw std::runtime_error(fmt::format("METIS_PartMeshDual failed with code {} ({}) on {} tets, {} parts", code,
-                                             metis_text(code), tets.size(), parts));
+        throw std::runtime_error(
+            fmt::format("METIS_PartMeshDual failed with code {} ({}) on {} tets, {} parts", code,
+                        metis_text(code), tets.size(), parts));
     std::copy(tet_part.begin(), tet_part.end(), part.begin());
     return part;
 }
 
 namespace {
 
-/// Of tets [begin, end) those that share three nodes with each, row by row, in arrays that PETSc can free.
-std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::size_t begin, std::size_t end) {
+/// Of tets [begin, end) those that share three nodes with each, row by row, in arrays that PETSc
+/// can free.
+std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::size_t begin,
+                                              std::size_t end) {
     std::int32_t nodes = 0;
     for (const Tet& t : tets) nodes = std::max(nodes, *std::max_element(t.begin(), t.end()) + 1);
     std::vector<bool> mine(nodes, false);
@@ -84,11 +89,13 @@ std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::si
     std::vector<std::int32_t> around;
     for (std::size_t e = begin; e < end; ++e) {
         around.clear();
-        for (const std::int32_t n : tets[e]) around.insert(around.end(), at_nodes[n].begin(), at_nodes[n].end());
+        for (const std::int32_t n : tets[e])
+            around.insert(around.end(), at_nodes[n].begin(), at_nodes[n].end());
         std::sort(around.begin(), around.end());
         PetscInt& last = rows[e - begin + 1] = rows[e - begin];
         for (std::size_t i = 0; i + 2 < around.size(); ++i)
-            if (around[i] == around[i + 2] && around[i] != static_cast<std::int32_t>(e) && last < rows[e - begin] + 4)
+            if (around[i] == around[i + 2] && around[i] != static_cast<std::int32_t>(e) &&
+                last < rows[e - begin] + 4)
                 columns[last++] = around[i];
     }
     return {rows, columns};
@@ -96,15 +103,19 @@ std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::si
 
 }  // namespace
 
-std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets, int parts) {
+std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
+                                                     int parts) {
     int rank = 0, ranks = 1;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
-    const auto share = [&](int r) { return tets.size() * static_cast<std::size_t>(r) / static_cast<std::size_t>(ranks); };
+    const auto share = [&](int r) {
+        return tets.size() * static_cast<std::size_t>(r) / static_cast<std::size_t>(ranks);
+    };
     const auto [rows, columns] = neighbours_of(tets, share(rank), share(rank + 1));
     PetscHandle<Mat> graph;
-    LIVETET_PETSC(MatCreateMPIAdj(comm, static_cast<PetscInt>(share(rank + 1) - share(rank)), static_cast<PetscInt>(tets.size()),
-                                  rows, columns, nullptr, graph.out()));
+    LIVETET_PETSC(MatCreateMPIAdj(comm, static_cast<PetscInt>(share(rank + 1) - share(rank)),
+                                  static_cast<PetscInt>(tets.size()), rows, columns, nullptr,
+                                  graph.out()));
     PetscHandle<MatPartitioning> partitioning;
     LIVETET_PETSC(MatPartitioningCreate(comm, partitioning.out()));
     LIVETET_PETSC(MatPartitioningSetAdjacency(partitioning.get(), graph.get()));
@@ -121,23 +132,28 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
     std::vector<std::int32_t> all(tets.size());
     const PetscInt* mine = nullptr;
     LIVETET_PETSC(ISGetIndices(of_mine.get(), &mine));
-    MPI_Allgatherv(mine, counts[rank], MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT, comm);
+    MPI_Allgatherv(mine, counts[rank], MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT,
+                   comm);
     LIVETET_PETSC(ISRestoreIndices(of_mine.get(), &mine));
     return all;
 }
 
-std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, Partitioner partitioner) {
+std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
+                                                        const MeshHierarchy& hierarchy,
+                                                        Partitioner partitioner) {
     int rank = 0, ranks = 1;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
     std::vector<std::vector<std::int32_t>> parts(hierarchy.levels.size());
     const auto worthwhile = [&](std::size_t l) {
-        return static_cast<int>(std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / least_tets_a_rank, 1, ranks));
+        return static_cast<int>(
+            std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / least_tets_a_rank, 1, ranks));
     };
     for (std::size_t l = hierarchy.levels.size(); l-- > 0;) {
         if (hierarchy.is_cut(l) && worthwhile(l) == worthwhile(l + 1)) {
             parts[l].reserve(hierarchy.parents[l].size());
-            for (const std::int32_t parent : hierarchy.parents[l]) parts[l].push_back(parts[l + 1][parent]);
+            for (const std::int32_t parent : hierarchy.parents[l])
+                parts[l].push_back(parts[l + 1][parent]);
         } else if (partitioner == Partitioner::ptscotch) {
             parts[l] = partition_tets_in_parallel(comm, hierarchy.levels[l].tets, worthwhile(l));
         } else {  // by one rank: what METIS needs is a multiple of the mesh

@@ -11,21 +11,26 @@ namespace livetet {
 
 enum class Partitioner { metis, ptscotch };
 
-/// For each tet the number of its part, 0 to parts - 1: parts of about equal size that share few faces (G. Karypis and
-/// V. Kumar, A fast and high quality multilevel scheme, 1998, as METIS has it: the dual graph, neighbours share three
-/// nodes). The same answer every time. Throws Error if parts < 1 or there are fewer tets than parts; std::runtime_error
-/// where METIS fails.
+/// For each tet the number of its part, 0 to parts - 1: parts of about equal size that share few
+/// faces (G. Karypis and V. Kumar, A fast and high quality multilevel scheme, 1998, as METIS has
+/// it: the dual graph, neighbours share three nodes). The same answer every time. Throws Error if
+/// parts < 1 or there are fewer tets than parts; std::runtime_error where METIS fails.
 std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts);
 
-/// The same by PTScotch (C. Chevalier and F. Pellegrini, PT-Scotch, 2008), each rank working on a share of the tets, which
-/// all of them hold. On another number of ranks the answer may be another. Collective.
-std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets, int parts);
+/// The same by PTScotch (C. Chevalier and F. Pellegrini, PT-Scotch, 2008), each rank working on a
+/// share of the tets, which all of them hold. On another number of ranks the answer may be another.
+/// Collective.
+std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
+                                                     int parts);
 
-/// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth every rank's messages.
+/// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth
+/// every rank's messages.
 constexpr std::size_t least_tets_a_rank = 200;
 
-/// A part of every tet of every level. A level that was cut from the next coarser one takes its parts, if they are as many.
-/// Collective.
-std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm, const MeshHierarchy& hierarchy, Partitioner partitioner);
+/// A part of every tet of every level. A level that was cut from the next coarser one takes its
+/// parts, if they are as many. Collective.
+std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
+                                                        const MeshHierarchy& hierarchy,
+                                                        Partitioner partitioner);
 
 }  // namespace livetet

@@ -30,8 +30,8 @@ PetscHandle<DM> whole_plex(MPI_Comm comm, const TetMesh& mesh, int rank) {
     PetscHandle<DM> dm;
     const auto n_cells = static_cast<PetscInt>(cells.size() / 4),
                n_nodes = static_cast<PetscInt>(coordinates.size() / 3);
-    LIVETET_PETSC(DMPlexCreateFromCellListPetsc(comm, 3, n_cells, n_nodes, 4, PETSC_FALSE, cells.data(), 3,
-                                                coordinates.data(), dm.out()));
+    LIVETET_PETSC(DMPlexCreateFromCellListPetsc(comm, 3, n_cells, n_nodes, 4, PETSC_FALSE,
+                                                cells.data(), 3, coordinates.data(), dm.out()));
     LIVETET_PETSC(DMSetBasicAdjacency(dm.get(), PETSC_FALSE, PETSC_TRUE));
     return dm;
 }
@@ -41,16 +41,19 @@ void set_partition(DM dm, std::span<const std::int32_t> parts, int rank, int ran
     if (rank == 0) {
         points.resize(parts.size());
         std::iota(points.begin(), points.end(), PetscInt{0});
-        std::stable_sort(points.begin(), points.end(), [&](PetscInt a, PetscInt b) { return parts[a] < parts[b]; });
+        std::stable_sort(points.begin(), points.end(),
+                         [&](PetscInt a, PetscInt b) { return parts[a] < parts[b]; });
         for (const std::int32_t p : parts) ++sizes[p];
     }
     PetscPartitioner partitioner = nullptr;
     LIVETET_PETSC(DMPlexGetPartitioner(dm, &partitioner));
     LIVETET_PETSC(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
-    LIVETET_PETSC(PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), points.data()));
+    LIVETET_PETSC(
+        PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), points.data()));
 }
 
-Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, int rank, int ranks) {
+Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
+                       int rank, int ranks) {
     const PetscHandle<DM> whole = whole_plex(comm, mesh, rank);
     set_partition(whole.get(), parts, rank, ranks);
     PetscHandle<PetscSF> migration;
@@ -66,7 +69,8 @@ Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::
     std::vector<PetscInt> origin(nodes_end, -1);
     LIVETET_PETSC(PetscSFGetGraph(migration.get(), nullptr, &leaves, &local, &remote));
     for (PetscInt i = 0; i < leaves; ++i)
-        if (const PetscInt point = local ? local[i] : i; point < nodes_end) origin[point] = remote[i].index;
+        if (const PetscInt point = local ? local[i] : i; point < nodes_end)
+            origin[point] = remote[i].index;
     // Points that another rank owns.
     std::vector<bool> ghost(nodes_end, false);
     PetscSF shared = nullptr;
@@ -77,7 +81,8 @@ Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::
 
     Distributed d;
     const auto first_node = static_cast<PetscInt>(mesh.tets.size());
-    for (PetscInt c = 0; c < cells_end; ++c) d.tet_ids.push_back(static_cast<std::int32_t>(origin[c]));
+    for (PetscInt c = 0; c < cells_end; ++c)
+        d.tet_ids.push_back(static_cast<std::int32_t>(origin[c]));
     for (PetscInt n = nodes_begin; n < nodes_end; ++n)
         if (!ghost[n]) d.owned_nodes.push_back(static_cast<std::int32_t>(origin[n] - first_node));
     std::sort(d.tet_ids.begin(), d.tet_ids.end());
@@ -95,7 +100,8 @@ Distributed find_share(const TetMesh& mesh, std::span<const std::int32_t> parts,
     for (std::size_t n = 0; n < owner.size(); ++n)
         if (owner[n] == rank) d.owned_nodes.push_back(static_cast<std::int32_t>(n));
     for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        if (std::any_of(mesh.tets[e].begin(), mesh.tets[e].end(), [&](std::int32_t n) { return owner[n] == rank; }))
+        if (std::any_of(mesh.tets[e].begin(), mesh.tets[e].end(),
+                        [&](std::int32_t n) { return owner[n] == rank; }))
             d.tet_ids.push_back(static_cast<std::int32_t>(e));
     return d;
 }
@@ -115,16 +121,19 @@ std::vector<std::int32_t> with_edge_nodes(const TetMesh& mesh, std::vector<std::
 
 }  // namespace
 
-std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<const std::int32_t> owned) {
+std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
+                                   std::span<const std::int32_t> owned) {
     PetscInt here = static_cast<PetscInt>(owned.size()), end = 0;
     MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, comm);
     std::vector<PetscInt> numbers(count, -1);
-    for (std::size_t i = 0; i < owned.size(); ++i) numbers[owned[i]] = end - here + static_cast<PetscInt>(i);
+    for (std::size_t i = 0; i < owned.size(); ++i)
+        numbers[owned[i]] = end - here + static_cast<PetscInt>(i);
     MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPIU_INT, MPI_MAX, comm);
     return numbers;
 }
 
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, bool cut) {
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
+                     bool cut) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
     MeshShare share;
@@ -142,7 +151,8 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
-    const Distributed d = cut ? find_share(mesh, parts, rank) : distribute(comm, mesh, parts, rank, share.ranks);
+    const Distributed d =
+        cut ? find_share(mesh, parts, rank) : distribute(comm, mesh, parts, rank, share.ranks);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
     share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);
@@ -152,8 +162,9 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
     std::vector<std::int32_t> ghosts;
     for (const std::int32_t e : d.tet_ids) {
         const Tet& t = mesh.tets[e];
-        if (std::none_of(t.begin(), t.end(),
-                         [&](std::int32_t n) { return local_of[n] >= 0 && local_of[n] < share.owned; }))
+        if (std::none_of(t.begin(), t.end(), [&](std::int32_t n) {
+                return local_of[n] >= 0 && local_of[n] < share.owned;
+            }))
             continue;
         share.tet_ids.push_back(e);
         const auto mark = [&](std::int32_t n) {
@@ -165,8 +176,9 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
         if (!mesh.edge_nodes.empty())
             for (const std::int32_t n : mesh.edge_nodes[e]) mark(n);
     }
-    std::sort(ghosts.begin(), ghosts.end(),
-              [&](std::int32_t a, std::int32_t b) { return share.number_of_node[a] < share.number_of_node[b]; });
+    std::sort(ghosts.begin(), ghosts.end(), [&](std::int32_t a, std::int32_t b) {
+        return share.number_of_node[a] < share.number_of_node[b];
+    });
     for (const std::int32_t n : ghosts) {
         local_of[n] = static_cast<std::int32_t>(share.nodes.size());
         share.nodes.push_back(n);
@@ -185,8 +197,8 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
 PetscHandle<Vec> make_vector(const MeshShare& share) {
     PetscHandle<Vec> v;
     LIVETET_PETSC(VecCreateGhostBlock(share.comm, 3, 3 * share.owned, PETSC_DETERMINE,
-                                      static_cast<PetscInt>(share.ghosts()), share.numbers.data() + share.owned,
-                                      v.out()));
+                                      static_cast<PetscInt>(share.ghosts()),
+                                      share.numbers.data() + share.owned, v.out()));
     return v;
 }
 
@@ -206,13 +218,14 @@ std::vector<Vector3> gather(const MeshShare& share, Vec v) {
 
 void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values) {
     values.resize(share.number_of_node.size());
-    if (share.owned < static_cast<std::int32_t>(values.size())) std::fill(values.begin(), values.end(), Vector3::Zero());
+    if (share.owned < static_cast<std::int32_t>(values.size()))
+        std::fill(values.begin(), values.end(), Vector3::Zero());
     const ReadArray mine(v);
     for (std::int32_t i = 0; i < share.owned; ++i)
         values[share.nodes[i]] = Eigen::Map<const Vector3>(mine.span().data() + 3 * i);
     if (share.ranks > 1)
-        MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(3 * values.size()), MPI_DOUBLE, MPI_SUM,
-                      share.comm);
+        MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(3 * values.size()), MPI_DOUBLE,
+                      MPI_SUM, share.comm);
 }
 
 void fill(const MeshShare& share, std::span<const Vector3> values, Vec v) {

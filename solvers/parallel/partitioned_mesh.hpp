@@ -9,35 +9,41 @@
 
 namespace livetet {
 
-/// One rank's share of a mesh. Local nodes: the owned ones first, by rising number in the whole mesh, then ghosts by
-/// rising PETSc number. Local tets: every tet that touches an owned node, so that the owned rows of an operator can be
-/// assembled without a message.
+/// One rank's share of a mesh. Local nodes: the owned ones first, by rising number in the whole
+/// mesh, then ghosts by rising PETSc number. Local tets: every tet that touches an owned node, so
+/// that the owned rows of an operator can be assembled without a message.
 struct MeshShare {
     MPI_Comm comm = MPI_COMM_SELF;
     int ranks = 1;
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
     std::int32_t owned = 0;
-    std::vector<PetscInt> numbers;         ///< local node -> PETSc's number
-    std::vector<PetscInt> number_of_node;  ///< node of the whole mesh -> PETSc's number, on every rank
-    std::vector<Tet> tets;                 ///< in local nodes
+    std::vector<PetscInt> numbers;  ///< local node -> PETSc's number
+    std::vector<PetscInt>
+        number_of_node;     ///< node of the whole mesh -> PETSc's number, on every rank
+    std::vector<Tet> tets;  ///< in local nodes
     std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
     std::vector<std::int32_t> tet_ids;                    ///< local tet -> tet of the whole mesh
 
     std::size_t ghosts() const { return nodes.size() - owned; }
     int nodes_per_tet() const { return edge_nodes.empty() ? 4 : 10; }
     /// Local node i of local tet e: corners, then edge nodes.
-    std::int32_t node(std::size_t e, int i) const { return i < 4 ? tets[e][i] : edge_nodes[e][i - 4]; }
+    std::int32_t node(std::size_t e, int i) const {
+        return i < 4 ? tets[e][i] : edge_nodes[e][i - 4];
+    }
 };
 
-/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels): by DMPlex; or, where the mesh
-/// was `cut` from a coarser one on every rank alike, without it, for DMPlex would move all of it through the first rank. With
-/// one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its
-/// two corners.
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts, bool cut = false);
+/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels): by
+/// DMPlex; or, where the mesh was `cut` from a coarser one on every rank alike, without it, for
+/// DMPlex would move all of it through the first rank. With one rank, nothing is distributed and
+/// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
+/// corners.
+MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
+                     bool cut = false);
 
-/// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`: consecutive on each rank,
-/// -1 for things that nobody owns.
-std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count, std::span<const std::int32_t> owned);
+/// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`:
+/// consecutive on each rank, -1 for things that nobody owns.
+std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
+                                   std::span<const std::int32_t> owned);
 
 /// A vector of three components a node, with room for the ghosts' values behind the owned ones.
 PetscHandle<Vec> make_vector(const MeshShare& share);

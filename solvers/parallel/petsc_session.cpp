@@ -15,7 +15,9 @@ namespace livetet {
 
 namespace {
 
-constexpr const char* asked_at_the_end[] = {"-options_", "-log_", "-malloc_", "-memory_", "-objects_dump", "-mpidump", "-info", "-on_error", "-citations", "-get_total_flops"};
+constexpr const char* asked_at_the_end[] = {
+    "-options_", "-log_", "-malloc_",  "-memory_",   "-objects_dump",
+    "-mpidump",  "-info", "-on_error", "-citations", "-get_total_flops"};
 
 bool options_were_given = false;
 
@@ -42,7 +44,8 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
 }
 
 PetscSession::~PetscSession() {
-    // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for ranks that do not come.
+    // A failure under mpirun leaves MPI alive for whoever catches it: finalising would wait for
+    // ranks that do not come.
     if (ranks_ > 1 && std::uncaught_exceptions() > exceptions_) return;
     PetscFinalize();
 }
@@ -59,9 +62,14 @@ void PetscSession::tell_unused_options() const {
     for (PetscInt k = 0; k < count; ++k) {
         const std::string name = std::string("-") + names[k];
         // Others are set by our own code, or asked for when PETSc ends.
-        const bool of_the_end = std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end), [&](const char* begin) { return name.starts_with(begin); });
+        const bool of_the_end =
+            std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end),
+                        [&](const char* begin) { return name.starts_with(begin); });
         if (given.contains(name) && !of_the_end)
-            std::fprintf(stderr, "livetet: nothing asked PETSc for its option %s: is it spelt right, and of a solver that the scene has?\n", name.c_str());
+            std::fprintf(stderr,
+                         "livetet: nothing asked PETSc for its option %s: is it spelt right, and "
+                         "of a solver that the scene has?\n",
+                         name.c_str());
     }
     PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
@@ -70,13 +78,20 @@ void PetscSession::add_options(const std::string& options) {
     bool takes_value = false;  // the word before: an option's name
     std::istringstream words(options);
     for (std::string word; words >> word;) {
-        const bool is_name = word[0] == '-' && !(word.size() > 1 && (std::isdigit(static_cast<unsigned char>(word[1])) || word[1] == '.'));
+        const bool is_name =
+            word[0] == '-' &&
+            !(word.size() > 1 &&
+              (std::isdigit(static_cast<unsigned char>(word[1])) || word[1] == '.'));
         if (!is_name && !takes_value && options.find_first_of("\"'{}") == options.npos)
-            fail("solver.petsc_options = \"{}\": found '{}' where an option's name should be, expected -name value ...", options, word);
+            fail(
+                "solver.petsc_options = \"{}\": found '{}' where an option's name should be, "
+                "expected -name value ...",
+                options, word);
         takes_value = is_name;
     }
     if (PetscOptionsInsertString(nullptr, options.c_str()))
-        fail("solver.petsc_options = \"{}\" cannot be read by PETSc, expected -name value ...", options);
+        fail("solver.petsc_options = \"{}\" cannot be read by PETSc, expected -name value ...",
+             options);
     std::string line;
     for (std::size_t i = 1; i < arguments_.size(); ++i) line += arguments_[i] + " ";
     LIVETET_PETSC(PetscOptionsInsertString(nullptr, line.c_str()));

@@ -6,7 +6,8 @@
 
 namespace livetet {
 
-/// MPI and PETSc for the life of a program. PETSc's own error text is kept off the screen: it comes as an exception.
+/// MPI and PETSc for the life of a program. PETSc's own error text is kept off the screen: it comes
+/// as an exception.
 class PetscSession {
   public:
     /// `petsc_arguments`: what of the command line is PETSc's ("-ksp_view", "-ksp_rtol", "1e-4").
@@ -17,13 +18,15 @@ class PetscSession {
 
     int rank() const { return rank_; }
     int ranks() const { return ranks_; }
-    /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc cannot read them, or
-    /// would pass over a word.
+    /// A scene's options: as if given before the command line, which wins. Throws Error where PETSc
+    /// cannot read them, or would pass over a word.
     void add_options(const std::string& options);
 
-    /// Whether any session of this program was given options: what PETSc refuses then is mostly one of them.
+    /// Whether any session of this program was given options: what PETSc refuses then is mostly one
+    /// of them.
     static bool any_options();
-    /// At a run's end: a line on stderr for each option, of the command line's and the scene's, that no object of PETSc looked up.
+    /// At a run's end: a line on stderr for each option, of the command line's and the scene's,
+    /// that no object of PETSc looked up.
     void tell_unused_options() const;
 
   private:

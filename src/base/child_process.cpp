@@ -33,24 +33,30 @@ using Clock = std::chrono::steady_clock;
 constexpr int failed_by_exception = 125;
 constexpr off_t most_log_bytes = 1 << 16;
 
-/// A file without a name in the system's temporary folder: gone when closed, even if this process is killed.
+/// A file without a name in the system's temporary folder: gone when closed, even if this process
+/// is killed.
 File temporary_file() {
     std::FILE* file = std::tmpfile();
-    if (!file) throw std::system_error(errno, std::generic_category(), "no temporary file for a child process");
+    if (!file)
+        throw std::system_error(errno, std::generic_category(),
+                                "no temporary file for a child process");
     return {file, &std::fclose};
 }
 
 /// At most the last `most` bytes of a file.
 std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off_t>::max()) {
     const int descriptor = fileno(file);
-    const off_t size = std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0), from = size - std::min(size, most);
+    const off_t size = std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0),
+                from = size - std::min(size, most);
     std::vector<char> bytes(static_cast<std::size_t>(size - from));
     std::size_t done = 0;
     while (done < bytes.size()) {
-        const ssize_t n =
-            ::pread(descriptor, bytes.data() + done, bytes.size() - done, from + static_cast<off_t>(done));
+        const ssize_t n = ::pread(descriptor, bytes.data() + done, bytes.size() - done,
+                                  from + static_cast<off_t>(done));
         if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) throw std::system_error(errno, std::generic_category(), "reading a child process's result");
+        if (n <= 0)
+            throw std::system_error(errno, std::generic_category(),
+                                    "reading a child process's result");
         done += static_cast<std::size_t>(n);
     }
     return bytes;
@@ -58,7 +64,8 @@ std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off
 
 void restore_default_signals() {
     for (int s = 1; s < NSIG; ++s)
-        if (s != SIGXFSZ) ::signal(s, SIG_DFL);  // a file over the user's limit stays an error in writing
+        if (s != SIGXFSZ)
+            ::signal(s, SIG_DFL);  // a file over the user's limit stays an error in writing
     sigset_t none;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -69,7 +76,8 @@ void restore_default_signals() {
 [[noreturn]] void be_child(const std::function<int(int)>& work, pid_t parent, int result, int log) {
     restore_default_signals();
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) ::_exit(failed_by_exception);  // it died before it could be asked to take us along
+    if (::getppid() != parent)
+        ::_exit(failed_by_exception);  // it died before it could be asked to take us along
     ::dup2(::open("/dev/null", O_RDONLY), STDIN_FILENO);
     ::dup2(log, STDOUT_FILENO);
     ::dup2(log, STDERR_FILENO);
@@ -88,12 +96,14 @@ void restore_default_signals() {
 
 /// Waits for the child, kills it at the deadline; true if it had to be killed.
 bool wait_or_kill(pid_t child, Clock::time_point deadline, int& status) {
-    const int handle = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));  // none before Linux 5.3: looks again and again
+    const int handle = static_cast<int>(
+        ::syscall(SYS_pidfd_open, child, 0));  // none before Linux 5.3: looks again and again
     pollfd end{handle, POLLIN, 0};
     bool ended = false;
     while (!ended) {
         const pid_t answer = ::waitpid(child, &status, WNOHANG);
-        if (answer < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+        if (answer < 0 && errno != EINTR)
+            throw std::system_error(errno, std::generic_category(), "waitpid");
         ended = answer == child;
         if (ended || Clock::now() >= deadline) break;
         ::poll(&end, 1, handle < 0 ? 1 : 100);
@@ -123,7 +133,9 @@ void limit_memory(std::uint64_t bytes) {
     lower_limit(RLIMIT_FSIZE, bytes);
 }
 
-void limit_processor_time(double seconds) { lower_limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(seconds))); }
+void limit_processor_time(double seconds) {
+    lower_limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(seconds)));
+}
 
 bool write_all(int descriptor, const void* data, std::size_t bytes) {
     const char* at = static_cast<const char*>(data);
@@ -139,7 +151,8 @@ bool write_all(int descriptor, const void* data, std::size_t bytes) {
 
 ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_s) {
     const File result = temporary_file(), log = temporary_file();
-    std::fflush(nullptr);  // else the child would print what this process has not printed yet, a second time
+    std::fflush(nullptr);  // else the child would print what this process has not printed yet, a
+                           // second time
     const pid_t parent = ::getpid();
     const auto start = Clock::now();
     const pid_t child = ::fork();
@@ -147,8 +160,8 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     if (child == 0) be_child(work, parent, fileno(result.get()), fileno(log.get()));
 
     constexpr double for_ever_s = 1e9;  // more would not fit into the clock's ticks
-    const auto limit =
-        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(time_limit_s, for_ever_s)));
+    const auto limit = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(std::min(time_limit_s, for_ever_s)));
     int status = 0;
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);
@@ -175,7 +188,8 @@ std::string last_words(const std::string& log) {
         const std::size_t to = std::min(log.find('\n', from), log.size());
         const std::string line = log.substr(from, to - from);
         if (!line.empty()) lines.push_back(line);
-        if (line.find("Error") != std::string::npos) errors.push_back(line.substr(line.find("Error")));
+        if (line.find("Error") != std::string::npos)
+            errors.push_back(line.substr(line.find("Error")));
         from = to + 1;
     }
     const std::vector<std::string>& from = errors.empty() ? lines : errors;
@@ -190,7 +204,8 @@ std::string end_text(const ChildResult& child, double time_limit_s) {
         case ChildResult::End::timed_out:
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
         case ChildResult::End::crashed:
-            return child.detail == SIGXCPU ? "took more processor time than it may" : fmt::format("crashed (signal {})", child.detail);
+            return child.detail == SIGXCPU ? "took more processor time than it may"
+                                           : fmt::format("crashed (signal {})", child.detail);
         case ChildResult::End::failed:
         case ChildResult::End::returned:
             break;

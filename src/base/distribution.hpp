@@ -12,8 +12,9 @@ struct Distribution {
     double mean = 0, rms = 0, median = 0, p95 = 0, p99 = 0, worst = 0;  ///< `worst`: the largest
 };
 
-/// The value below which the fraction `p` in [0, 1] of `sorted` (ascending, not empty) lies, linear between order
-/// statistics: value number p (n - 1), counted from 0 (Hyndman and Fan 1996, definition 7).
+/// The value below which the fraction `p` in [0, 1] of `sorted` (ascending, not empty) lies, linear
+/// between order statistics: value number p (n - 1), counted from 0 (Hyndman and Fan 1996,
+/// definition 7).
 double percentile(std::span<const double> sorted, double p);
 
 Distribution distribution(std::vector<double> values);

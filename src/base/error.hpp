@@ -9,8 +9,9 @@
 
 namespace livetet {
 
-/// Bad input: a scene, a file, a message from the wire. The message is one line that says what was wrong, where (file,
-/// line or key), what was found and what was expected; the program prints it and exits with status 2.
+/// Bad input: a scene, a file, a message from the wire. The message is one line that says what was
+/// wrong, where (file, line or key), what was found and what was expected; the program prints it
+/// and exits with status 2.
 class Error : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;

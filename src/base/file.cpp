@@ -34,21 +34,28 @@ std::string digest(std::string_view contents) {
 
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     if (a.empty() || b.empty()) return false;
-    std::error_code error;  // a name may be longer than the system takes, or in a folder that may not be looked into
-    const fs::path of_a = fs::weakly_canonical(a, error), of_b = error ? fs::path() : fs::weakly_canonical(b, error);
+    std::error_code error;  // a name may be longer than the system takes, or in a folder that may
+                            // not be looked into
+    const fs::path of_a = fs::weakly_canonical(a, error),
+                   of_b = error ? fs::path() : fs::weakly_canonical(b, error);
     return error ? a.lexically_normal() == b.lexically_normal() : of_a == of_b;
 }
 
 namespace {
 
-fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+fs::path folder_of(const fs::path& path) {
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
 
-/// What was written to a file, or renamed in a folder, is on the disk after this. Returns the error's number where the
-/// disk could not take it; 0 also where its file system makes no such promise.
+/// What was written to a file, or renamed in a folder, is on the disk after this. Returns the
+/// error's number where the disk could not take it; 0 also where its file system makes no such
+/// promise.
 int reach_the_disk(const fs::path& path) {
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) return errno;
-    const int error = ::fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP ? 0 : errno;
+    const int error =
+        ::fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP ? 0
+                                                                                          : errno;
     ::close(descriptor);
     return error;
 }
@@ -63,9 +70,10 @@ PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
     if (!fs::is_directory(folder, error))
         fail("{}: cannot be written, there is no folder {}", target_.string(), folder.string());
     if (::access(folder.c_str(), W_OK) != 0)
-        fail("{}: cannot be written, the folder {} is not writable", target_.string(), folder.string());
-    temporary_ =
-        folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(), target_.extension().string());
+        fail("{}: cannot be written, the folder {} is not writable", target_.string(),
+             folder.string());
+    temporary_ = folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(),
+                                      target_.extension().string());
     leftover_.emplace(temporary_);
 }
 
@@ -78,7 +86,8 @@ void PendingFile::commit() {
     std::error_code error;
     // Before its name does: a machine that goes down leaves the old file or the new one.
     if (const int reason = reach_the_disk(temporary_); reason != 0)
-        fail("{}: cannot be written: {} (is the disk full?)", target_.string(), std::generic_category().message(reason));
+        fail("{}: cannot be written: {} (is the disk full?)", target_.string(),
+             std::generic_category().message(reason));
     fs::rename(temporary_, target_, error);
     if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
     committed_ = true;

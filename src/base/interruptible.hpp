@@ -8,12 +8,14 @@
 
 namespace livetet {
 
-/// Set by the first Ctrl-C (or SIGTERM, or SIGHUP: the terminal is gone) while something is Interruptible.
+/// Set by the first Ctrl-C (or SIGTERM, or SIGHUP: the terminal is gone) while something is
+/// Interruptible.
 inline std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// While it lives, what asks a program to end goes to `handler` instead. SIGHUP that was ignored before (nohup) still is; Ctrl-C
-/// that was (a shell's background job) is not: it is how a run is ended.
+/// While it lives, what asks a program to end goes to `handler` instead. SIGHUP that was ignored
+/// before (nohup) still is; Ctrl-C that was (a shell's background job) is not: it is how a run is
+/// ended.
 class EndSignals {
   public:
     explicit EndSignals(void (*handler)(int)) {
@@ -38,12 +40,14 @@ class EndSignals {
     bool kept_ = false;
 };
 
-/// While it lives, these signals end the run as its end would; one more, a second later, ends the program (a shell
-/// or a wrapper may send the first one twice). Who read the run's messages may go: that ends nothing. It is to live until what
-/// the run leaves is written.
+/// While it lives, these signals end the run as its end would; one more, a second later, ends the
+/// program (a shell or a wrapper may send the first one twice). Who read the run's messages may go:
+/// that ends nothing. It is to live until what the run leaves is written.
 class Interruptible {
   public:
-    Interruptible() : signals_(stop), before_of_pipe_(std::signal(SIGPIPE, SIG_IGN)) { stop_asked = false; }
+    Interruptible() : signals_(stop), before_of_pipe_(std::signal(SIGPIPE, SIG_IGN)) {
+        stop_asked = false;
+    }
     /// Once a stop was asked for, the program ends: a doubled signal still does no harm.
     ~Interruptible() {
         std::signal(SIGPIPE, before_of_pipe_);

@@ -18,8 +18,8 @@ struct Lists {
     }
 };
 
-/// `count` lists. `visit(add)` calls `add(list, item)` for every item, each list's in order; it is called twice, to count
-/// and to fill.
+/// `count` lists. `visit(add)` calls `add(list, item)` for every item, each list's in order; it is
+/// called twice, to count and to fill.
 template <class Visit>
 Lists make_lists(std::size_t count, Visit&& visit) {
     Lists lists;

@@ -10,7 +10,8 @@
 
 namespace livetet {
 
-/// Gathers arrays of plain values as bytes, each behind its length: what a child process hands to its parent.
+/// Gathers arrays of plain values as bytes, each behind its length: what a child process hands to
+/// its parent.
 class Packer {
   public:
     template <class T>
@@ -34,7 +35,8 @@ class Packer {
     std::vector<char> bytes_;
 };
 
-/// Takes what a Packer gathered, in the same order. Throws Error, naming `who` made it, where the bytes are too few.
+/// Takes what a Packer gathered, in the same order. Throws Error, naming `who` made it, where the
+/// bytes are too few.
 class Unpacker {
   public:
     Unpacker(std::span<const char> bytes, std::string who) : left_(bytes), who_(std::move(who)) {}
@@ -44,7 +46,8 @@ class Unpacker {
         const std::uint64_t count = take_count();
         need(count, sizeof(T));
         std::vector<T> values(count);
-        if (count > 0) std::memcpy(static_cast<void*>(values.data()), left_.data(), count * sizeof(T));
+        if (count > 0)
+            std::memcpy(static_cast<void*>(values.data()), left_.data(), count * sizeof(T));
         left_ = left_.subspan(count * sizeof(T));
         return values;
     }
@@ -67,7 +70,8 @@ class Unpacker {
   private:
     void need(std::uint64_t count, std::size_t size) const {
         if (count > left_.size() / size)
-            fail("{}: its result ends after {} bytes, expected {} values of {}", who_, left_.size(), count, size);
+            fail("{}: its result ends after {} bytes, expected {} values of {}", who_, left_.size(),
+                 count, size);
     }
 
     std::span<const char> left_;

@@ -13,28 +13,48 @@
 
 namespace livetet {
 
-/// PETSc said no: the call, its place, and PETSc's own words. Not the user's fault, unless a message says so.
+/// PETSc said no: the call, its place, and PETSc's own words. Not the user's fault, unless a
+/// message says so.
 class PetscFailure : public std::runtime_error {
   public:
-    PetscFailure(PetscErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
-    /// Whether it is what PETSc says of options that it does not have, or of values that these do not take.
+    PetscFailure(PetscErrorCode code, const std::string& message)
+        : std::runtime_error(message), code_(code) {}
+    /// Whether it is what PETSc says of options that it does not have, or of values that these do
+    /// not take.
     bool may_be_an_option() const {
-        constexpr int of_options[] = {PETSC_ERR_SUP,          PETSC_ERR_ARG_WRONG,        PETSC_ERR_ARG_OUTOFRANGE, PETSC_ERR_ARG_INCOMP,  PETSC_ERR_ARG_WRONGSTATE,
-                                      PETSC_ERR_ARG_SIZ,      PETSC_ERR_ARG_UNKNOWN_TYPE, PETSC_ERR_FILE_OPEN,      PETSC_ERR_FILE_WRITE,  PETSC_ERR_FILE_READ,
-                                      PETSC_ERR_USER_INPUT,   PETSC_ERR_USER,             PETSC_ERR_MISSING_FACTOR, PETSC_ERR_CONV_FAILED, PETSC_ERR_NOT_CONVERGED};
-        return std::find(std::begin(of_options), std::end(of_options), static_cast<int>(code_)) != std::end(of_options);
+        constexpr int of_options[] = {PETSC_ERR_SUP,
+                                      PETSC_ERR_ARG_WRONG,
+                                      PETSC_ERR_ARG_OUTOFRANGE,
+                                      PETSC_ERR_ARG_INCOMP,
+                                      PETSC_ERR_ARG_WRONGSTATE,
+                                      PETSC_ERR_ARG_SIZ,
+                                      PETSC_ERR_ARG_UNKNOWN_TYPE,
+                                      PETSC_ERR_FILE_OPEN,
+                                      PETSC_ERR_FILE_WRITE,
+                                      PETSC_ERR_FILE_READ,
+                                      PETSC_ERR_USER_INPUT,
+                                      PETSC_ERR_USER,
+                                      PETSC_ERR_MISSING_FACTOR,
+                                      PETSC_ERR_CONV_FAILED,
+                                      PETSC_ERR_NOT_CONVERGED};
+        return std::find(std::begin(of_options), std::end(of_options), static_cast<int>(code_)) !=
+               std::end(of_options);
     }
 
   private:
     PetscErrorCode code_;
 };
 
-[[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call, const char* file, int line) {
+[[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call,
+                                             const char* file, int line) {
     const char* kind = nullptr;
-    char* words = nullptr;  // of the place in PETSc that found the fault; of an earlier one where this has none
+    char* words = nullptr;  // of the place in PETSc that found the fault; of an earlier one where
+                            // this has none
     PetscErrorMessage(code, &kind, &words);
-    throw PetscFailure(code, fmt::format("PETSc: {}{}{} ({} failed with code {} at {}:{})", kind ? kind : "", kind && words && *words ? ": " : "",
-                                         words ? words : "", call, static_cast<int>(code), file, line));
+    throw PetscFailure(
+        code, fmt::format("PETSc: {}{}{} ({} failed with code {} at {}:{})", kind ? kind : "",
+                          kind && words && *words ? ": " : "", words ? words : "", call,
+                          static_cast<int>(code), file, line));
 }
 
 /// Calls PETSc and throws PetscFailure where it returns an error.

@@ -15,7 +15,8 @@ void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
 
-ProgressLine::ProgressLine(std::string title) : title_(std::move(title)), terminal_(::isatty(STDERR_FILENO) != 0) {}
+ProgressLine::ProgressLine(std::string title)
+    : title_(std::move(title)), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 ProgressLine::~ProgressLine() {
     if (terminal_ && width_ > 0) std::fputc('\n', stderr);
@@ -28,7 +29,8 @@ void ProgressLine::update(double fraction, std::string_view what) {
     if (terminal_) {
         if (!last_update && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
-        rewrite(fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'), 100 * fraction, what));
+        rewrite(fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'),
+                            100 * fraction, what));
     } else if (tenth != tenth_) {
         print(fmt::format("{} {:3.0f} % {}\n", title_, 100 * fraction, what));
         tenth_ = tenth;
@@ -37,7 +39,8 @@ void ProgressLine::update(double fraction, std::string_view what) {
 
 void ProgressLine::say(std::string_view what) {
     const auto now = Clock::now();
-    if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5))) return;
+    if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5)))
+        return;
     last_ = now;
     if (terminal_)
         rewrite(fmt::format("{}: {}", title_, what));

@@ -7,11 +7,12 @@
 
 namespace livetet {
 
-/// Where a long computation says how far it is: a fraction in [0, 1] and a few words. Empty means nobody listens.
+/// Where a long computation says how far it is: a fraction in [0, 1] and a few words. Empty means
+/// nobody listens.
 using ProgressCallback = std::function<void(double fraction, std::string_view what)>;
 
-/// A line on a terminal's stderr that is rewritten at most ten times a second; where stderr is not a terminal, a line
-/// every ten per cent. Ends its line when destroyed.
+/// A line on a terminal's stderr that is rewritten at most ten times a second; where stderr is not
+/// a terminal, a line every ten per cent. Ends its line when destroyed.
 class ProgressLine {
   public:
     explicit ProgressLine(std::string title);
@@ -20,7 +21,8 @@ class ProgressLine {
     ProgressLine& operator=(const ProgressLine&) = delete;
 
     void update(double fraction, std::string_view what);
-    /// Where nobody knows how long it takes: a few words, and where stderr is not a terminal a line every five seconds.
+    /// Where nobody knows how long it takes: a few words, and where stderr is not a terminal a line
+    /// every five seconds.
     void say(std::string_view what);
     ProgressCallback callback() {
         return [this](double fraction, std::string_view what) { update(fraction, what); };

@@ -11,8 +11,8 @@
 #include <csignal>
 #include <thread>
 
-#include "base/interruptible.hpp"
 #include "base/error.hpp"
+#include "base/interruptible.hpp"
 #include "base/stopwatch.hpp"
 
 extern char** environ;
@@ -45,7 +45,8 @@ pid_t start(const std::string& command, const std::filesystem::path& log) {
     const int failure = posix_spawnp(&child, "sh", &files, &attributes, words, environ);
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
-    if (failure != 0) fail("{}: cannot be started: {}", command, std::generic_category().message(failure));
+    if (failure != 0)
+        fail("{}: cannot be started: {}", command, std::generic_category().message(failure));
     return child;
 }
 
@@ -56,7 +57,8 @@ int run_program(const std::string& command, const std::filesystem::path& log) {
     constexpr double doubled_s = 1;  // a shell or a wrapper may send a signal twice
     asked = 0;
     const EndSignals noted([](int which) { asked = which; });
-    ::prctl(PR_SET_CHILD_SUBREAPER, 1);  // the shell may end before what it started does, whose parent this then is
+    ::prctl(PR_SET_CHILD_SUBREAPER,
+            1);  // the shell may end before what it started does, whose parent this then is
     const pid_t child = start(command, log);
     int status = 0, first = 0;
     std::chrono::steady_clock::time_point since;

@@ -25,7 +25,8 @@ std::array<Place, 64> places;
 static_assert(std::atomic<int>::is_always_lock_free);  // what a signal handler may look at
 volatile sig_atomic_t owner = 0;  ///< the process that is to clean up; a forked one is not
 
-/// Only what a signal handler may call (POSIX 2.4.3): files by itself, folders by a process that is waited for.
+/// Only what a signal handler may call (POSIX 2.4.3): files by itself, folders by a process that is
+/// waited for.
 void clean_up_and_end(int which) {
     std::signal(which, SIG_DFL);
     if (::getpid() == owner) {
@@ -33,9 +34,12 @@ void clean_up_and_end(int which) {
         std::array<char*, places.size() + 4> words{remove, options, end};
         std::size_t count = 3;
         for (Place& place : places)
-            if (place.use == ready && ::unlink(place.path) != 0 && (errno == EISDIR || errno == EPERM)) words[count++] = place.path;
+            if (place.use == ready && ::unlink(place.path) != 0 &&
+                (errno == EISDIR || errno == EPERM))
+                words[count++] = place.path;
         if (count > 3) {
-            const pid_t child = ::_Fork();  // fork waits for malloc, whose lock may be held where the signal came
+            const pid_t child =
+                ::_Fork();  // fork waits for malloc, whose lock may be held where the signal came
             if (child == 0) {
                 ::execv("/bin/rm", words.data());
                 ::_exit(1);
@@ -74,7 +78,8 @@ void remove_leftovers_at_signals() {
     owner = ::getpid();
     for (const int which : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
         struct sigaction now;
-        if (::sigaction(which, nullptr, &now) == 0 && now.sa_handler == SIG_DFL) std::signal(which, clean_up_and_end);
+        if (::sigaction(which, nullptr, &now) == 0 && now.sa_handler == SIG_DFL)
+            std::signal(which, clean_up_and_end);
     }
 }
 

@@ -4,8 +4,8 @@
 
 namespace livetet {
 
-/// While it lives, a signal that ends the program removes this file or folder first, with all that is in it. Not more than
-/// 64 at a time, those that come later stay.
+/// While it lives, a signal that ends the program removes this file or folder first, with all that
+/// is in it. Not more than 64 at a time, those that come later stay.
 class Leftover {
   public:
     explicit Leftover(const std::filesystem::path& path);
@@ -17,8 +17,8 @@ class Leftover {
     int place_;
 };
 
-/// From now on Ctrl-C, SIGTERM, SIGHUP and SIGPIPE remove what is left over before they end the program, wherever nothing else was
-/// asked to handle them. To be called once, before any thread.
+/// From now on Ctrl-C, SIGTERM, SIGHUP and SIGPIPE remove what is left over before they end the
+/// program, wherever nothing else was asked to handle them. To be called once, before any thread.
 void remove_leftovers_at_signals();
 
 }  // namespace livetet

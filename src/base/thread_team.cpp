@@ -16,9 +16,10 @@ void pause() {
 #endif
 }
 
-/// The k-th turn of waiting: a pause of some cycles; after a tenth of a millisecond somebody else has this core
-/// or the other, and is let have it. Sooner, a window's threads take a core whenever one worker has less to do (a frame takes
-/// 6 ms longer); later, the two of us wait for each other where another program has a core (23 ms instead of 15 after 0.35 ms).
+/// The k-th turn of waiting: a pause of some cycles; after a tenth of a millisecond somebody else
+/// has this core or the other, and is let have it. Sooner, a window's threads take a core whenever
+/// one worker has less to do (a frame takes 6 ms longer); later, the two of us wait for each other
+/// where another program has a core (23 ms instead of 15 after 0.35 ms).
 void spin(int k) {
     if (k < 2000)
         pause();
@@ -42,7 +43,8 @@ void ThreadTeam::start(Call call, void* work) {
     call_ = call;
     work_ = work;
     at_work_.store(static_cast<int>(workers_.size()), std::memory_order_relaxed);
-    // Sequentially consistent, as a worker's last look before it sleeps: one of the two sees the other.
+    // Sequentially consistent, as a worker's last look before it sleeps: one of the two sees the
+    // other.
     round_.fetch_add(1, std::memory_order_seq_cst);
     if (asleep_.load(std::memory_order_seq_cst) > 0) round_.notify_all();
 }

@@ -10,9 +10,10 @@
 
 namespace livetet {
 
-/// Threads that work together on pieces of one loop: for loops of microseconds, many times a frame. The caller is the
-/// first of them. Waiting is spinning; a worker that has had nothing to do for some milliseconds sleeps until it is
-/// called again. `run` allocates nothing, takes no lock and makes no call that can block.
+/// Threads that work together on pieces of one loop: for loops of microseconds, many times a frame.
+/// The caller is the first of them. Waiting is spinning; a worker that has had nothing to do for
+/// some milliseconds sleeps until it is called again. `run` allocates nothing, takes no lock and
+/// makes no call that can block.
 class ThreadTeam {
   public:
     /// `threads` at least 1; 1: no thread is started and `run` is a plain call.
@@ -29,22 +30,23 @@ class ThreadTeam {
 
     int size() const { return static_cast<int>(workers_.size()) + 1; }
 
-    /// work(thread) on each thread, 0 to size() - 1; returns when all have come back. `work` must not throw and must not
-    /// call `run`.
+    /// work(thread) on each thread, 0 to size() - 1; returns when all have come back. `work` must
+    /// not throw and must not call `run`.
     template <class Work>
     void run(Work&& work) {
         if (workers_.empty()) {
             work(0);
             return;
         }
-        start([](void* w, int thread) { (*static_cast<std::remove_reference_t<Work>*>(w))(thread); },
-              const_cast<void*>(static_cast<const void*>(std::addressof(work))));
+        start(
+            [](void* w, int thread) { (*static_cast<std::remove_reference_t<Work>*>(w))(thread); },
+            const_cast<void*>(static_cast<const void*>(std::addressof(work))));
         work(0);
         finish();
     }
 
-    /// work(begin, end) on pieces of [0, count), one a thread; on one thread alone where a piece would be smaller than
-    /// `grain`, not worth the handing over.
+    /// work(begin, end) on pieces of [0, count), one a thread; on one thread alone where a piece
+    /// would be smaller than `grain`, not worth the handing over.
     template <class Work>
     void run_pieces(std::size_t count, std::size_t grain, Work&& work) {
         const auto pieces = static_cast<std::size_t>(size());

@@ -13,13 +13,16 @@
 
 namespace livetet {
 
-/// A folder for what is written on the way: kept where the user names one, else one of its own that is gone with the guard.
+/// A folder for what is written on the way: kept where the user names one, else one of its own that
+/// is gone with the guard.
 class WorkFolder {
   public:
-    explicit WorkFolder(const std::filesystem::path& asked = {}) : path_(asked), kept_(!asked.empty()) {
+    explicit WorkFolder(const std::filesystem::path& asked = {})
+        : path_(asked), kept_(!asked.empty()) {
         if (!kept_) {
             std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
-            if (!::mkdtemp(name.data())) fail("{}: cannot be made: {}", name, std::generic_category().message(errno));
+            if (!::mkdtemp(name.data()))
+                fail("{}: cannot be made: {}", name, std::generic_category().message(errno));
             path_ = name;
             leftover_.emplace(path_);
         }

@@ -40,15 +40,18 @@ void YamlReader::check_all_known() const {
     if (!node_ || !node_.IsMap()) return;
     std::vector<std::string> seen;
     for (const auto& entry : node_) {
-        if (!entry.first.IsScalar()) fail("{}: a key is no word, expected a name ({})", prefix_, place(entry.first));
+        if (!entry.first.IsScalar())
+            fail("{}: a key is no word, expected a name ({})", prefix_, place(entry.first));
         const auto key = entry.first.as<std::string>();
         if (std::find(seen.begin(), seen.end(), key) != seen.end())
             fail("{}{} is given twice ({})", prefix_, key, place(entry.first));
         seen.push_back(key);
         if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
         if (const std::string nearest = nearest_name(key, known_); !nearest.empty())
-            fail("unknown key {}{}, did you mean {}{}? ({})", prefix_, key, prefix_, nearest, place(entry.first));
-        fail("unknown key {}{}, expected one of {} ({})", prefix_, key, fmt::join(known_, ", "), place(entry.first));
+            fail("unknown key {}{}, did you mean {}{}? ({})", prefix_, key, prefix_, nearest,
+                 place(entry.first));
+        fail("unknown key {}{}, expected one of {} ({})", prefix_, key, fmt::join(known_, ", "),
+             place(entry.first));
     }
 }
 
@@ -65,10 +68,12 @@ void ReferencePrinter::heading(std::string_view key, std::string_view text) {
     text_ += fmt::format("{:{}}{}:\n{:{}}  # {}\n", "", indent_, key, "", indent_, text);
 }
 
-void ReferencePrinter::row(std::string_view key, const std::string& value, std::string_view unit, std::string_view text,
-                           std::string_view check) {
-    const std::string pair = fmt::format("{:{}}{}: {}", "", indent_, key, value.empty() ? "\"\"" : value);
-    text_ += fmt::format("{:<{}} # {}{}{}{}{}\n", pair, 34, unit.empty() ? "" : fmt::format("[{}] ", unit), text,
+void ReferencePrinter::row(std::string_view key, const std::string& value, std::string_view unit,
+                           std::string_view text, std::string_view check) {
+    const std::string pair =
+        fmt::format("{:{}}{}: {}", "", indent_, key, value.empty() ? "\"\"" : value);
+    text_ += fmt::format("{:<{}} # {}{}{}{}{}\n", pair, 34,
+                         unit.empty() ? "" : fmt::format("[{}] ", unit), text,
                          check.empty() ? "" : "; must be ", check, "");
 }
 

@@ -14,10 +14,12 @@
 
 namespace livetet {
 
-/// The candidate with the smallest edit distance to `word`; empty where none is near (more than half its length off).
+/// The candidate with the smallest edit distance to `word`; empty where none is near (more than
+/// half its length off).
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
-/// Turns a YAML scalar or sequence into a value of the type. Throws YAML::Exception where it is not one.
+/// Turns a YAML scalar or sequence into a value of the type. Throws YAML::Exception where it is not
+/// one.
 template <class T>
 T yaml_value(const YAML::Node& node) {
     if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
@@ -66,34 +68,39 @@ bool is_finite(const T& value) {
     return true;
 }
 
-/// Reads a table from a YAML mapping. Every message names the key, what was found, what must be, and file:line.
+/// Reads a table from a YAML mapping. Every message names the key, what was found, what must be,
+/// and file:line.
 class YamlReader {
   public:
     YamlReader(YAML::Node node, std::string file, std::string prefix = "")
         : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {
         if (node_ && !node_.IsNull() && !node_.IsMap())
-            fail("{} must be a table of keys ({})", prefix_.empty() ? "the file" : prefix_, place(node_));
+            fail("{} must be a table of keys ({})", prefix_.empty() ? "the file" : prefix_,
+                 place(node_));
     }
 
     template <class T>
-    void field(std::string_view key, T& value, std::string_view unit, std::string_view, Check<T> check = {}) {
+    void field(std::string_view key, T& value, std::string_view unit, std::string_view,
+               Check<T> check = {}) {
         const YAML::Node node = find(key);
         if (!node) return;
         value = convert<T>(key, node);
         if (!is_finite(value) || (check.holds && !check.holds(value)))
-            fail("{}{} = {}{}{} must be {} ({})", prefix_, key, text_of(node), unit.empty() ? "" : " ", unit,
+            fail("{}{} = {}{}{} must be {} ({})", prefix_, key, text_of(node),
+                 unit.empty() ? "" : " ", unit,
                  check.text.empty() ? std::string_view("finite") : check.text, place(node));
     }
     template <class T>
-    void field(std::string_view key, std::optional<T>& value, std::string_view unit, std::string_view text,
-               Check<T> check = {}) {
+    void field(std::string_view key, std::optional<T>& value, std::string_view unit,
+               std::string_view text, Check<T> check = {}) {
         if (!find(key)) return;
         T given{};
         field(key, given, unit, text, check);
         value = given;
     }
     template <class E>
-    void choice(std::string_view key, E& value, std::string_view, std::initializer_list<Choice<E>> choices) {
+    void choice(std::string_view key, E& value, std::string_view,
+                std::initializer_list<Choice<E>> choices) {
         const YAML::Node node = find(key);
         if (!node) return;
         const auto given = convert<std::string>(key, node);
@@ -109,7 +116,8 @@ class YamlReader {
     }
     template <class S>
     void group(std::string_view key, S& value, std::string_view) {
-        if (const YAML::Node node = find(key)) read(node, fmt::format("{}{}.", prefix_, key), value);
+        if (const YAML::Node node = find(key))
+            read(node, fmt::format("{}{}.", prefix_, key), value);
     }
     template <class S>
     void group(std::string_view key, std::optional<S>& value, std::string_view text) {
@@ -121,7 +129,8 @@ class YamlReader {
     void list(std::string_view key, std::vector<S>& values, std::string_view) {
         const YAML::Node node = find(key);
         if (!node || node.IsNull()) return;
-        if (!node.IsSequence()) fail("{}{} must be a list, each entry behind a dash ({})", prefix_, key, place(node));
+        if (!node.IsSequence())
+            fail("{}{} must be a list, each entry behind a dash ({})", prefix_, key, place(node));
         values.clear();
         for (std::size_t i = 0; i < node.size(); ++i)
             read(node[i], fmt::format("{}{}[{}].", prefix_, key, i), values.emplace_back());
@@ -148,7 +157,8 @@ class YamlReader {
         try {
             return yaml_value<T>(node);
         } catch (const YAML::Exception&) {
-            fail("{}{} = {} must be {} ({})", prefix_, key, text_of(node), type_text<T>(), place(node));
+            fail("{}{} = {} must be {} ({})", prefix_, key, text_of(node), type_text<T>(),
+                 place(node));
         }
     }
     std::string place(const YAML::Node& node) const {
@@ -190,19 +200,22 @@ class YamlWriter {
     explicit YamlWriter(YAML::Emitter& out) : out_(out) {}
 
     template <class T>
-    void field(std::string_view key, const T& value, std::string_view, std::string_view, Check<T> = {}) {
+    void field(std::string_view key, const T& value, std::string_view, std::string_view,
+               Check<T> = {}) {
         out_ << YAML::Key << std::string(key) << YAML::Value;
         put(value);
     }
     template <class T>
-    void field(std::string_view key, const std::optional<T>& value, std::string_view unit, std::string_view text,
-               Check<T> = {}) {
+    void field(std::string_view key, const std::optional<T>& value, std::string_view unit,
+               std::string_view text, Check<T> = {}) {
         if (value) field(key, *value, unit, text);
     }
     template <class E>
-    void choice(std::string_view key, const E& value, std::string_view, std::initializer_list<Choice<E>> choices) {
+    void choice(std::string_view key, const E& value, std::string_view,
+                std::initializer_list<Choice<E>> choices) {
         for (const auto& c : choices)
-            if (c.value == value) out_ << YAML::Key << std::string(key) << YAML::Value << std::string(c.name);
+            if (c.value == value)
+                out_ << YAML::Key << std::string(key) << YAML::Value << std::string(c.name);
     }
     template <class S>
     void group(std::string_view key, S& value, std::string_view) {
@@ -229,7 +242,9 @@ class YamlWriter {
     }
 
   private:
-    void put(const Eigen::Vector3d& v) { out_ << YAML::Flow << std::vector<double>{v.x(), v.y(), v.z()}; }
+    void put(const Eigen::Vector3d& v) {
+        out_ << YAML::Flow << std::vector<double>{v.x(), v.y(), v.z()};
+    }
     void put(const std::filesystem::path& p) { out_ << p.string(); }
     template <class T>
     void put(const std::vector<T>& v) {
@@ -264,12 +279,13 @@ class ReferencePrinter {
         row(key, pair.substr(std::min(pair.find(':') + 2, pair.size())), unit, text, check.text);
     }
     template <class T>
-    void field(std::string_view key, const std::optional<T>&, std::string_view unit, std::string_view text,
-               Check<T> check = {}) {
+    void field(std::string_view key, const std::optional<T>&, std::string_view unit,
+               std::string_view text, Check<T> check = {}) {
         row(key, "(not given)", unit, text, check.text);
     }
     template <class E>
-    void choice(std::string_view key, const E& value, std::string_view text, std::initializer_list<Choice<E>> choices) {
+    void choice(std::string_view key, const E& value, std::string_view text,
+                std::initializer_list<Choice<E>> choices) {
         for (const auto& c : choices)
             if (c.value == value) row(key, std::string(c.name), "", text, "");
         for (const auto& c : choices)
@@ -302,8 +318,8 @@ class ReferencePrinter {
         indent_ -= 2;
     }
     void heading(std::string_view key, std::string_view text);
-    void row(std::string_view key, const std::string& value, std::string_view unit, std::string_view text,
-             std::string_view check);
+    void row(std::string_view key, const std::string& value, std::string_view unit,
+             std::string_view text, std::string_view check);
     std::string text_;
     int indent_ = 0;
 };

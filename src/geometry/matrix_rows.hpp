@@ -8,7 +8,8 @@
 namespace livetet {
 
 /// A rotation and a translation (metres) as files hold them: the 3 x 4 matrix by rows.
-inline std::array<double, 12> matrix_rows(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
+inline std::array<double, 12> matrix_rows(const Eigen::Matrix3d& rotation,
+                                          const Eigen::Vector3d& translation) {
     std::array<double, 12> rows;
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) rows[4 * i + k] = rotation(i, k);

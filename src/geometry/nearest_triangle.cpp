@@ -13,11 +13,14 @@ namespace {
 constexpr std::int32_t leaf_size = 4;
 
 /// part / whole in [0, 1], and 0 where a degenerate triangle leaves no whole.
-double fraction(double part, double whole) { return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0.0; }
+double fraction(double part, double whole) {
+    return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0.0;
+}
 
 }  // namespace
 
-std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const Vector3& b, const Vector3& c) {
+std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const Vector3& b,
+                                      const Vector3& c) {
     const Vector3 ab = b - a, ac = c - a;
     const double d1 = ab.dot(x - a), d2 = ac.dot(x - a);
     if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
@@ -45,7 +48,8 @@ std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const 
     return {1 - v - w, v, w};
 }
 
-NearestTriangle::NearestTriangle(std::span<const Vector3> nodes, std::span<const Triangle> triangles) {
+NearestTriangle::NearestTriangle(std::span<const Vector3> nodes,
+                                 std::span<const Triangle> triangles) {
     corners_.reserve(triangles.size());
     for (const Triangle& t : triangles) corners_.push_back({nodes[t[0]], nodes[t[1]], nodes[t[2]]});
     order_.resize(triangles.size());
@@ -57,7 +61,9 @@ NearestTriangle::NearestTriangle(std::span<const Vector3> nodes, std::span<const
 
 void NearestTriangle::build(std::int32_t box, std::int32_t first, std::int32_t count) {
     Eigen::AlignedBox3d bounds, centres;
-    const auto centre = [&](std::int32_t t) { return (corners_[t][0] + corners_[t][1] + corners_[t][2]).eval(); };
+    const auto centre = [&](std::int32_t t) {
+        return (corners_[t][0] + corners_[t][1] + corners_[t][2]).eval();
+    };
     for (std::int32_t i = first; i < first + count; ++i) {
         for (const Vector3& corner : corners_[order_[i]]) bounds.extend(corner);
         centres.extend(centre(order_[i]));
@@ -67,8 +73,8 @@ void NearestTriangle::build(std::int32_t box, std::int32_t first, std::int32_t c
     int axis = 0;
     centres.sizes().maxCoeff(&axis);
     const std::int32_t half = count / 2;
-    std::nth_element(order_.begin() + first, order_.begin() + first + half, order_.begin() + first + count,
-                     [&](std::int32_t s, std::int32_t t) {
+    std::nth_element(order_.begin() + first, order_.begin() + first + half,
+                     order_.begin() + first + count, [&](std::int32_t s, std::int32_t t) {
                          const double cs = centre(s)[axis], ct = centre(t)[axis];
                          return cs != ct ? cs < ct : s < t;
                      });
@@ -84,7 +90,8 @@ void NearestTriangle::build(std::int32_t box, std::int32_t first, std::int32_t c
 NearestTriangle::Hit NearestTriangle::find(const Vector3& x) const {
     Hit hit;
     double best = std::numeric_limits<double>::infinity();
-    std::array<std::pair<std::int32_t, double>, 128> stack;  // a median split of 2^31 triangles is 31 deep
+    std::array<std::pair<std::int32_t, double>, 128>
+        stack;  // a median split of 2^31 triangles is 31 deep
     std::size_t depth = 0;
     stack[depth++] = {0, 0.0};
     while (depth > 0) {
@@ -92,8 +99,10 @@ NearestTriangle::Hit NearestTriangle::find(const Vector3& x) const {
         if (squared_bound >= best) continue;
         const Box& box = boxes_[index];
         if (box.count == 0) {
-            std::pair<std::int32_t, double> near{box.first, boxes_[box.first].box.squaredExteriorDistance(x)};
-            std::pair<std::int32_t, double> far{box.first + 1, boxes_[box.first + 1].box.squaredExteriorDistance(x)};
+            std::pair<std::int32_t, double> near{box.first,
+                                                 boxes_[box.first].box.squaredExteriorDistance(x)};
+            std::pair<std::int32_t, double> far{
+                box.first + 1, boxes_[box.first + 1].box.squaredExteriorDistance(x)};
             if (far.second < near.second) std::swap(near, far);
             stack[depth++] = far;
             stack[depth++] = near;

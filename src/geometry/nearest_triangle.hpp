@@ -11,12 +11,14 @@
 
 namespace livetet {
 
-/// The point of triangle (a, b, c) that is nearest to x, as weights of a, b and c: all in [0, 1], sum one. From the
-/// region (vertex, edge or face) that x projects to: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
-std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const Vector3& b, const Vector3& c);
+/// The point of triangle (a, b, c) that is nearest to x, as weights of a, b and c: all in [0, 1],
+/// sum one. From the region (vertex, edge or face) that x projects to: C. Ericson, Real-Time
+/// Collision Detection, 2005, section 5.1.5.
+std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const Vector3& b,
+                                      const Vector3& c);
 
-/// A tree of bounding boxes over triangles, to ask for the nearest of them: O(log n) for a point near the surface.
-/// Holds a copy of the corners. Results do not depend on the order of questions.
+/// A tree of bounding boxes over triangles, to ask for the nearest of them: O(log n) for a point
+/// near the surface. Holds a copy of the corners. Results do not depend on the order of questions.
 class NearestTriangle {
   public:
     struct Hit {
@@ -31,8 +33,8 @@ class NearestTriangle {
     Hit find(const Vector3& x) const;
 
   private:
-    /// A leaf holds order_[first] .. order_[first + count]; an inner box has count 0, its children at `first` and
-    /// `first + 1`.
+    /// A leaf holds order_[first] .. order_[first + count]; an inner box has count 0, its children
+    /// at `first` and `first + 1`.
     struct Box {
         Eigen::AlignedBox3d box;
         std::int32_t first = 0, count = 0;

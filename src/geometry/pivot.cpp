@@ -19,30 +19,35 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr int max_rounds = 20;
 constexpr std::size_t max_compared = 1500;  // poses compared in pairs for their spread
 
-// The largest angle between two poses: tr(R_i^T R_j) = 1 + 2 cos(angle). Of very many poses every n-th is compared.
+// The largest angle between two poses: tr(R_i^T R_j) = 1 + 2 cos(angle). Of very many poses every
+// n-th is compared.
 double angular_spread_deg(const std::vector<Pose>& poses) {
     const std::size_t stride = 1 + poses.size() / max_compared;
     double least_trace = 3;
     for (std::size_t i = 0; i < poses.size(); i += stride)
         for (std::size_t j = i + stride; j < poses.size(); j += stride)
-            least_trace = std::min(least_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
+            least_trace =
+                std::min(least_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
     return std::acos(std::clamp((least_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
     if (poses.size() < options.min_poses)
-        fail("pivot calibration: {} poses to use, expected at least {}", poses.size(), options.min_poses);
+        fail("pivot calibration: {} poses to use, expected at least {}", poses.size(),
+             options.min_poses);
     for (std::size_t i = 0; i < poses.size(); ++i)
         if (!poses[i].rotation.allFinite() || !poses[i].translation.allFinite())
             fail("pivot calibration: pose {} of {} is not finite", i + 1, poses.size());
     const double spread = angular_spread_deg(poses);
     if (spread < options.min_spread_deg)
-        fail("pivot calibration: the poses turn by {:.1f} degrees at most, expected at least {:.1f}", spread,
-             options.min_spread_deg);
+        fail(
+            "pivot calibration: the poses turn by {:.1f} degrees at most, expected at least {:.1f}",
+            spread, options.min_spread_deg);
 }
 
 PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& options) {
-    // Least squares of R tip - pivot = -t by their normal equations: a fit that these would spoil is refused below.
+    // Least squares of R tip - pivot = -t by their normal equations: a fit that these would spoil
+    // is refused below.
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6d right = Vector6d::Zero();
     for (const Pose& pose : poses) {
@@ -52,16 +57,21 @@ PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& optio
         right -= rows.transpose() * pose.translation;
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(normal);
-    const Vector6d values = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();  // singular values of the rows
+    const Vector6d values =
+        eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();  // singular values of the rows
     PivotCalibration result;
-    result.rank = static_cast<int>((values.array() > options.min_singular_ratio * values[0]).count());
+    result.rank =
+        static_cast<int>((values.array() > options.min_singular_ratio * values[0]).count());
     result.condition = values[0] / values[5];
     if (result.rank < 6)
         fail(
-            "pivot calibration: the poses determine {} of 6 unknowns (smallest singular value {:.2g} of the largest, "
+            "pivot calibration: the poses determine {} of 6 unknowns (smallest singular value "
+            "{:.2g} of the largest, "
             "expected at least {}): turn the tool about more than one axis",
             result.rank, values[5] / values[0], options.min_singular_ratio);
-    const Vector6d x = eigen.eigenvectors() * (eigen.eigenvectors().transpose() * right).cwiseQuotient(eigen.eigenvalues());
+    const Vector6d x =
+        eigen.eigenvectors() *
+        (eigen.eigenvectors().transpose() * right).cwiseQuotient(eigen.eigenvalues());
     result.tool_from_tip.translation = x.head<3>();
     result.pivot_in_tracker = x.tail<3>();
     return result;
@@ -75,11 +85,13 @@ double median(std::vector<double> values) {
 
 std::vector<double> distances(const std::vector<Pose>& poses, const PivotCalibration& fit) {
     std::vector<double> d;
-    for (const Pose& pose : poses) d.push_back((pose * fit.tool_from_tip.translation - fit.pivot_in_tracker).norm());
+    for (const Pose& pose : poses)
+        d.push_back((pose * fit.tool_from_tip.translation - fit.pivot_in_tracker).norm());
     return d;
 }
 
-// Median and median absolute deviation, so that many outliers do not hide each other; a nanometre for exact data.
+// Median and median absolute deviation, so that many outliers do not hide each other; a nanometre
+// for exact data.
 double limit_of(const std::vector<double>& d, double sigmas) {
     const double centre = median(d);
     std::vector<double> deviation;
@@ -89,7 +101,8 @@ double limit_of(const std::vector<double>& d, double sigmas) {
 
 }  // namespace
 
-PivotCalibration calibrate_pivot(std::span<const Pose> tracker_from_tool, const PivotOptions& options) {
+PivotCalibration calibrate_pivot(std::span<const Pose> tracker_from_tool,
+                                 const PivotOptions& options) {
     std::vector<Pose> poses(tracker_from_tool.begin(), tracker_from_tool.end());
     check_poses(poses, options);
     PivotCalibration result = solve(poses, options);

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
 constexpr double min_spread = 1e-6;  // metres: closer together than this, points coincide
-constexpr double min_ratio = 0.01;   // second to first singular value: below this, points lie on a line
+constexpr double min_ratio =
+    0.01;  // second to first singular value: below this, points lie on a line
 
 Vector3d mean_of(Points points, std::span<const double> weights) {
     Vector3d sum = Vector3d::Zero();
@@ -30,15 +31,16 @@ Vector3d principal_spread(Points points, std::span<const double> weights) {
     Matrix3d scatter = Matrix3d::Zero();
     for (std::size_t i = 0; i < points.size(); ++i)
         scatter += weight_of(weights, i) * (points[i] - mean) * (points[i] - mean).transpose();
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scatter / total_weight(weights, points.size()),
-                                                        Eigen::EigenvaluesOnly);
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(
+        scatter / total_weight(weights, points.size()), Eigen::EigenvaluesOnly);
     return eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
 }
 
 }  // namespace
 
 double total_weight(std::span<const double> weights, std::size_t count) {
-    return weights.empty() ? static_cast<double>(count) : std::accumulate(weights.begin(), weights.end(), 0.0);
+    return weights.empty() ? static_cast<double>(count)
+                           : std::accumulate(weights.begin(), weights.end(), 0.0);
 }
 
 std::size_t used_points(std::span<const double> weights, std::size_t count) {
@@ -49,19 +51,23 @@ std::size_t used_points(std::span<const double> weights, std::size_t count) {
 
 void check_points(Points from, Points to, std::span<const double> weights) {
     if (from.size() != to.size())
-        fail("registration: {} points to move and {} to move them to, expected as many", from.size(), to.size());
+        fail("registration: {} points to move and {} to move them to, expected as many",
+             from.size(), to.size());
     if (!weights.empty() && weights.size() != from.size())
-        fail("registration: {} weights for {} points, expected one each", weights.size(), from.size());
+        fail("registration: {} weights for {} points, expected one each", weights.size(),
+             from.size());
     for (std::size_t i = 0; i < from.size(); ++i) {
         if (!from[i].allFinite() || !to[i].allFinite())
             fail("registration: point {} of {} is not at a finite place", i + 1, from.size());
         const double w = weight_of(weights, i);
         if (!std::isfinite(w) || w < 0)
-            fail("registration: weight {} is {}, expected a finite number that is not negative", i + 1, w);
+            fail("registration: weight {} is {}, expected a finite number that is not negative",
+                 i + 1, w);
     }
     const std::size_t used = used_points(weights, from.size());
     if (used < 3)
-        fail("registration: {} points{}, expected at least 3", used, weights.empty() ? "" : " of some weight");
+        fail("registration: {} points{}, expected at least 3", used,
+             weights.empty() ? "" : " of some weight");
 }
 
 PointMoments moments_of(Points from, Points to, std::span<const double> weights) {
@@ -87,11 +93,13 @@ double width_ratio(Points points, std::span<const double> weights) {
 std::string degeneracy(Points points, std::span<const double> weights) {
     const Vector3d spread = principal_spread(points, weights);
     if (spread[2] < min_spread)
-        return fmt::format("coincide (RMS spread {:.3g} mm, expected at least {} mm)", 1e3 * spread[2],
-                           1e3 * min_spread);
+        return fmt::format("coincide (RMS spread {:.3g} mm, expected at least {} mm)",
+                           1e3 * spread[2], 1e3 * min_spread);
     if (spread[1] < min_ratio * spread[2])
-        return fmt::format("lie on a line (singular values {:.4g} and {:.4g} mm, ratio {:.2g}, expected at least {})",
-                           1e3 * spread[2], 1e3 * spread[1], spread[1] / spread[2], min_ratio);
+        return fmt::format(
+            "lie on a line (singular values {:.4g} and {:.4g} mm, ratio {:.2g}, expected at least "
+            "{})",
+            1e3 * spread[2], 1e3 * spread[1], spread[1] / spread[2], min_ratio);
     return {};
 }
 

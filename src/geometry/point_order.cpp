@@ -29,7 +29,8 @@ struct PairSums {
     }
     // The sum of squares that the best rigid fit leaves.
     double residual() const {
-        const double squares = from_squares + to_squares - (from.squaredNorm() + to.squaredNorm()) / count;
+        const double squares =
+            from_squares + to_squares - (from.squaredNorm() + to.squaredNorm()) / count;
         return std::max(0.0, squares - 2 * best_trace(to_from - to * from.transpose() / count));
     }
 };
@@ -41,9 +42,11 @@ std::vector<std::size_t> far_apart_first(Points points) {
     std::vector<double> distance(points.size(), std::numeric_limits<double>::infinity());
     for (std::size_t k = 0; k + 1 < order.size(); ++k) {
         for (std::size_t l = k + 1; l < order.size(); ++l)
-            distance[order[l]] = std::min(distance[order[l]], (points[order[l]] - points[order[k]]).norm());
-        const auto next = std::max_element(order.begin() + static_cast<std::ptrdiff_t>(k) + 1, order.end(),
-                                           [&](std::size_t a, std::size_t b) { return distance[a] < distance[b]; });
+            distance[order[l]] =
+                std::min(distance[order[l]], (points[order[l]] - points[order[k]]).norm());
+        const auto next = std::max_element(
+            order.begin() + static_cast<std::ptrdiff_t>(k) + 1, order.end(),
+            [&](std::size_t a, std::size_t b) { return distance[a] < distance[b]; });
         std::swap(order[k + 1], *next);
     }
     return order;
@@ -51,10 +54,12 @@ std::vector<std::size_t> far_apart_first(Points points) {
 
 class Search {
   public:
-    Search(Points from, Points to) : sequence_(far_apart_first(to)), assigned_(to.size()), taken_(from.size()) {
+    Search(Points from, Points to)
+        : sequence_(far_apart_first(to)), assigned_(to.size()), taken_(from.size()) {
         const auto about_mean = [](Points points) {
-            const Vector3d mean = std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero())) /
-                                  static_cast<double>(points.size());
+            const Vector3d mean =
+                std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero())) /
+                static_cast<double>(points.size());
             std::vector<Vector3d> moved;
             for (const Vector3d& p : points) moved.push_back(p - mean);
             return moved;
@@ -113,7 +118,8 @@ class Search {
             rival_ = std::exchange(best_, std::move(found));
         else
             rival_ = std::move(found);
-        if (!rival_.order.empty()) limit_ = rival_.fre * rival_.fre * static_cast<double>(to_.size());
+        if (!rival_.order.empty())
+            limit_ = rival_.fre * rival_.fre * static_cast<double>(to_.size());
     }
 
     std::vector<Vector3d> from_, to_;
@@ -128,7 +134,8 @@ class Search {
 OrderSearch find_order(Points from, Points to) {
     checked_moments(from, to, {});
     if (from.size() > max_ordered_points)
-        fail("order of the points: {} of them, expected at most {}", from.size(), max_ordered_points);
+        fail("order of the points: {} of them, expected at most {}", from.size(),
+             max_ordered_points);
     return Search(from, to).result();
 }
 
@@ -138,8 +145,8 @@ bool is_ambiguous(const OrderSearch& search, double noise) {
 
 std::optional<BetterOrder> better_order(Points from, Points to, double bad_fre) {
     const PointMoments m = checked_moments(from, to, {});
-    const double given =
-        std::sqrt(std::max(0.0, m.variance_from + m.variance_to - 2 * best_trace(m.to_from_covariance)));
+    const double given = std::sqrt(
+        std::max(0.0, m.variance_from + m.variance_to - 2 * best_trace(m.to_from_covariance)));
     if (from.size() > max_ordered_points || given <= bad_fre) return std::nullopt;
     const PointOrder best = find_order(from, to).best;
     if (best.fre >= given / 2) return std::nullopt;

@@ -28,7 +28,8 @@ std::vector<double> without(std::size_t i, std::span<const double> weights, std:
 }
 
 // The fit of the others; nothing where they do not determine one.
-std::optional<PointFit> fit_without(Points from, Points to, Scaling scaling, std::span<const double> others) {
+std::optional<PointFit> fit_without(Points from, Points to, Scaling scaling,
+                                    std::span<const double> others) {
     if (used_points(others, from.size()) < 3) return std::nullopt;
     if (!degeneracy(from, others).empty() || !degeneracy(to, others).empty()) return std::nullopt;
     return fit_points(from, to, scaling, others);
@@ -36,10 +37,12 @@ std::optional<PointFit> fit_without(Points from, Points to, Scaling scaling, std
 
 }  // namespace
 
-double fle_from_fre(double fre, std::size_t fiducials, Scaling scaling, std::span<const double> weights) {
+double fle_from_fre(double fre, std::size_t fiducials, Scaling scaling,
+                    std::span<const double> weights) {
     const std::size_t used = used_points(weights, fiducials);
     if (used < 3) fail("localisation error from FRE: {} fiducials, expected at least 3", used);
-    return fre * std::sqrt(total_weight(weights, fiducials) / (static_cast<double>(used) - unknowns(scaling) / 3));
+    return fre * std::sqrt(total_weight(weights, fiducials) /
+                           (static_cast<double>(used) - unknowns(scaling) / 3));
 }
 
 double expected_tre(Points points, double fle, const Vector3d& target, Scaling scaling,
@@ -67,7 +70,8 @@ std::vector<std::optional<double>> leave_one_out(Points from, Points to, Scaling
     return errors;
 }
 
-std::optional<Outlier> find_outlier(Points from, Points to, Scaling scaling, std::span<const double> weights) {
+std::optional<Outlier> find_outlier(Points from, Points to, Scaling scaling,
+                                    std::span<const double> weights) {
     const PointFit all = fit_points(from, to, scaling, weights);
     const double squares = all.fre * all.fre * total_weight(weights, from.size());
     const auto used = static_cast<double>(used_points(weights, from.size()));
@@ -84,17 +88,20 @@ std::optional<Outlier> find_outlier(Points from, Points to, Scaling scaling, std
         if (!worst || probability < worst->probability)
             worst = {i, fit->residuals[i].norm(), probability, *fit, others};
     }
-    if (!worst || worst->probability > outlier_probability || worst->leave_one_out < min_outlier) return std::nullopt;
+    if (!worst || worst->probability > outlier_probability || worst->leave_one_out < min_outlier)
+        return std::nullopt;
     return worst;
 }
 
-// P(F > f) = I_x(n/2, m/2) with x = n / (n + m f). With x = sin^2 t the incomplete beta integral is smooth: Simpson's
-// rule.
+// P(F > f) = I_x(n/2, m/2) with x = n / (n + m f). With x = sin^2 t the incomplete beta integral is
+// smooth: Simpson's rule.
 double f_survival(double f, double m, double n) {
     if (!(f > 0)) return 1;
     constexpr int steps = 400;
     const double end = std::asin(std::sqrt(n / (n + m * f)));
-    const auto density = [&](double t) { return std::pow(std::sin(t), n - 1) * std::pow(std::cos(t), m - 1); };
+    const auto density = [&](double t) {
+        return std::pow(std::sin(t), n - 1) * std::pow(std::cos(t), m - 1);
+    };
     double sum = density(0) + density(end);
     for (int i = 1; i < steps; ++i) sum += (i % 2 ? 4 : 2) * density(end * i / steps);
     return std::min(1.0, 2 * sum * end / (3 * steps) / std::beta(n / 2, m / 2));

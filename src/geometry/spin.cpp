@@ -15,7 +15,8 @@ using Poses = std::span<const RigidTransform<Tracker, Tool>>;
 
 constexpr double degrees = 180 / std::numbers::pi;
 
-// How much of the circle round the shaft the poses cover: all but the largest gap between two neighbours.
+// How much of the circle round the shaft the poses cover: all but the largest gap between two
+// neighbours.
 double covered_deg(Poses poses, const SpinCalibration& spin) {
     const Vector3d across = spin.shaft_in_tool.unitOrthogonal();
     const Vector3d x = spin.shaft_in_tracker.unitOrthogonal(), y = spin.shaft_in_tracker.cross(x);
@@ -34,7 +35,8 @@ double tilt_deg(Poses poses, const SpinCalibration& spin) {
     double squares = 0;
     for (const auto& pose : poses) {
         const Vector3d shaft = pose.rotation * spin.shaft_in_tool;
-        const double angle = std::atan2(shaft.cross(spin.shaft_in_tracker).norm(), shaft.dot(spin.shaft_in_tracker));
+        const double angle =
+            std::atan2(shaft.cross(spin.shaft_in_tracker).norm(), shaft.dot(spin.shaft_in_tracker));
         squares += angle * angle;
     }
     return std::sqrt(squares / static_cast<double>(poses.size())) * degrees;
@@ -49,12 +51,15 @@ bool points_back(const Vector3d& shaft, const std::optional<Vector3d>& tip) {
 
 }  // namespace
 
-SpinCalibration calibrate_spin(Poses poses, const std::optional<Vector3d>& tip, const SpinOptions& options) {
+SpinCalibration calibrate_spin(Poses poses, const std::optional<Vector3d>& tip,
+                               const SpinOptions& options) {
     if (poses.size() < options.min_poses)
-        fail("spin calibration: {} poses to use, expected at least {}", poses.size(), options.min_poses);
+        fail("spin calibration: {} poses to use, expected at least {}", poses.size(),
+             options.min_poses);
     Matrix3d mean = Matrix3d::Zero();
     for (std::size_t i = 0; i < poses.size(); ++i) {
-        if (!poses[i].rotation.allFinite()) fail("spin calibration: pose {} of {} is not finite", i + 1, poses.size());
+        if (!poses[i].rotation.allFinite())
+            fail("spin calibration: pose {} of {} is not finite", i + 1, poses.size());
         mean += poses[i].rotation / static_cast<double>(poses.size());
     }
     const Eigen::JacobiSVD<Matrix3d> svd(mean, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -68,13 +73,16 @@ SpinCalibration calibrate_spin(Poses poses, const std::optional<Vector3d>& tip, 
     spin.tilt_deg = tilt_deg(poses, spin);
     if (spin.tilt_deg > options.max_tilt_deg)
         fail(
-            "spin calibration: the shaft tilts by {:.1f} degrees (RMS), expected at most {}: turn the tool about its "
+            "spin calibration: the shaft tilts by {:.1f} degrees (RMS), expected at most {}: turn "
+            "the tool about its "
             "own "
             "shaft only",
             spin.tilt_deg, options.max_tilt_deg);
     if (spin.turn_deg < options.min_turn_deg)
-        fail("spin calibration: the poses cover {:.1f} degrees round the shaft, expected at least {}", spin.turn_deg,
-             options.min_turn_deg);
+        fail(
+            "spin calibration: the poses cover {:.1f} degrees round the shaft, expected at least "
+            "{}",
+            spin.turn_deg, options.min_turn_deg);
     return spin;
 }
 

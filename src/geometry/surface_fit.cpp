@@ -20,21 +20,27 @@ using Motion = RigidTransform<ImageFrame, ImageFrame>;
 constexpr std::size_t min_points = 10;
 constexpr int max_halvings = 10;
 
-void check(std::span<const Vector3d> points, const TriangleMesh& surface, const SurfaceFitOptions& options) {
+void check(std::span<const Vector3d> points, const TriangleMesh& surface,
+           const SurfaceFitOptions& options) {
     if (points.size() < min_points)
         fail("surface registration: {} points, expected at least {}", points.size(), min_points);
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!points[i].allFinite())
-            fail("surface registration: point {} of {} is not at a finite place", i + 1, points.size());
-    if (surface.triangles.empty()) fail("surface registration: the surface has no triangle, expected some");
+            fail("surface registration: point {} of {} is not at a finite place", i + 1,
+                 points.size());
+    if (surface.triangles.empty())
+        fail("surface registration: the surface has no triangle, expected some");
     if (!(options.left_out >= 0 && options.left_out < 0.5))
-        fail("surface registration: the share of points left out is {}, expected at least 0 and below 0.5",
-             options.left_out);
+        fail(
+            "surface registration: the share of points left out is {}, expected at least 0 and "
+            "below 0.5",
+            options.left_out);
 }
 
 /// The points that count, where they are, and the nearest places on the surface.
 struct Pairs {
-    std::vector<Vector3d> place, normal;  // normal: towards the point; of the triangle where it lies on it
+    std::vector<Vector3d> place,
+        normal;  // normal: towards the point; of the triangle where it lies on it
     std::vector<double> distance;
     double squares = 0;  // mean, of those that count
     double squares_of_all = 0;
@@ -42,13 +48,16 @@ struct Pairs {
 
 class Fit {
   public:
-    Fit(std::span<const Vector3d> points, const TriangleMesh& surface, const SurfaceFitOptions& options)
+    Fit(std::span<const Vector3d> points, const TriangleMesh& surface,
+        const SurfaceFitOptions& options)
         : points_(points),
           surface_(surface),
           options_(options),
           tree_(surface.nodes, surface.triangles),
-          count_(points.size() - static_cast<std::size_t>(options.left_out * static_cast<double>(points.size()))) {
-        const Vector3d sum = std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero()));
+          count_(points.size() -
+                 static_cast<std::size_t>(options.left_out * static_cast<double>(points.size()))) {
+        const Vector3d sum =
+            std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero()));
         const Vector3d mean = sum / static_cast<double>(points.size());
         double squares = 0;
         for (const Vector3d& p : points) squares += (p - mean).squaredNorm();
@@ -64,7 +73,8 @@ class Fit {
             const Motion before = motion;
             if (!step(motion, pairs)) fit.converged = true;
             double farthest = 0;
-            for (const Vector3d& p : points_) farthest = std::max(farthest, (motion * p - before * p).norm());
+            for (const Vector3d& p : points_)
+                farthest = std::max(farthest, (motion * p - before * p).norm());
             fit.converged |= farthest <= options_.tolerance;
         }
         fit.image_from_start = {nearest_rotation(motion.rotation), motion.translation};
@@ -75,7 +85,8 @@ class Fit {
         const Normal normal = normal_equations(pairs);
         for (int k = 0; k < 6; ++k) {
             const Vector6d v = normal.eigen.eigenvectors().col(k);
-            fit.motions.push_back({v.head<3>(), v.tail<3>(), std::max(0.0, normal.eigen.eigenvalues()[k])});
+            fit.motions.push_back(
+                {v.head<3>(), v.tail<3>(), std::max(0.0, normal.eigen.eigenvalues()[k])});
             fit.free_motions += fit.motions.back().constraint < options_.min_constraint;
         }
         return fit;
@@ -98,10 +109,12 @@ class Fit {
             const Vector3d moved = motion * p;
             const auto hit = tree_.find(moved);
             const auto& [a, b, c] = surface_.triangles[hit.triangle];
-            const Vector3d flat =
-                (surface_.nodes[b] - surface_.nodes[a]).cross(surface_.nodes[c] - surface_.nodes[a]).normalized();
+            const Vector3d flat = (surface_.nodes[b] - surface_.nodes[a])
+                                      .cross(surface_.nodes[c] - surface_.nodes[a])
+                                      .normalized();
             const bool off = hit.distance > 1e-9;
-            all.push_back({hit.place, off ? Vector3d((moved - hit.place) / hit.distance) : flat, hit.distance});
+            all.push_back({hit.place, off ? Vector3d((moved - hit.place) / hit.distance) : flat,
+                           hit.distance});
         }
         const auto end = all.begin() + static_cast<std::ptrdiff_t>(count_);
         const auto nearer = [](const Pair& a, const Pair& b) { return a.distance < b.distance; };
@@ -137,7 +150,8 @@ class Fit {
         return normal;
     }
 
-    // The motion that brings the distances down, in the directions that the points hold; false where none does.
+    // The motion that brings the distances down, in the directions that the points hold; false
+    // where none does.
     bool step(Motion& motion, Pairs& pairs) const {
         const Normal normal = normal_equations(pairs);
         Vector6d move = Vector6d::Zero();
@@ -148,7 +162,8 @@ class Fit {
         }
         for (int halving = 0; halving < max_halvings; ++halving, move /= 2) {
             const Eigen::Matrix3d turn = rotation_of_vector(move.head<3>() / size_);
-            const Motion tried = Motion{turn, normal.centre - turn * normal.centre + move.tail<3>()} * motion;
+            const Motion tried =
+                Motion{turn, normal.centre - turn * normal.centre + move.tail<3>()} * motion;
             Pairs there = pairs_at(tried);
             if (there.squares > pairs.squares) continue;
             motion = tried;
@@ -163,7 +178,8 @@ class Fit {
     SurfaceFitOptions options_;
     NearestTriangle tree_;
     std::size_t count_;
-    double size_ = 0;  // RMS distance of the points from their mean: turns and slides are measured alike
+    double size_ =
+        0;  // RMS distance of the points from their mean: turns and slides are measured alike
 };
 
 }  // namespace

@@ -10,9 +10,10 @@
 
 namespace livetet {
 
-/// Frames of reference. `Tracker` is the field generator's, `Image` the world of the image (RAS), `Reference` the
-/// reference sensor's, `Base` the one that a registration is made in (`Reference` where there is one, else `Tracker`),
-/// `Sensor` the deformation sensor's, `Tool` the tracked tool's sensor, `Tip` the tool's tip.
+/// Frames of reference. `Tracker` is the field generator's, `Image` the world of the image (RAS),
+/// `Reference` the reference sensor's, `Base` the one that a registration is made in (`Reference`
+/// where there is one, else `Tracker`), `Sensor` the deformation sensor's, `Tool` the tracked
+/// tool's sensor, `Tip` the tool's tip.
 struct Tracker {};
 struct ImageFrame {};
 struct Reference {};
@@ -21,8 +22,8 @@ struct Sensor {};
 struct Tool {};
 struct Tip {};
 
-/// x_to = rotation * x_from + translation (metres); named `to_from_from`, as `image_from_tracker`, so that
-/// `a_from_b * b_from_c` reads itself and a wrong product does not compile.
+/// x_to = rotation * x_from + translation (metres); named `to_from_from`, as `image_from_tracker`,
+/// so that `a_from_b * b_from_c` reads itself and a wrong product does not compile.
 template <class To, class From>
 struct RigidTransform {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -33,7 +34,9 @@ struct RigidTransform {
     RigidTransform<To, Other> operator*(const RigidTransform<From, Other>& other) const {
         return {rotation * other.rotation, rotation * other.translation + translation};
     }
-    RigidTransform<From, To> inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+    RigidTransform<From, To> inverse() const {
+        return {rotation.transpose(), -(rotation.transpose() * translation)};
+    }
 };
 
 /// x_to = scale * rotation * x_from + translation.
@@ -43,7 +46,9 @@ struct SimilarityTransform {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-    Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
+    Eigen::Vector3d operator*(const Eigen::Vector3d& x) const {
+        return scale * (rotation * x) + translation;
+    }
     SimilarityTransform<From, To> inverse() const {
         return {1 / scale, rotation.transpose(), -(rotation.transpose() * translation) / scale};
     }
@@ -56,8 +61,8 @@ inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
     return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
 }
 
-/// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for trackers whose rotations
-/// are not quite orthonormal.
+/// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for
+/// trackers whose rotations are not quite orthonormal.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 
 }  // namespace livetet

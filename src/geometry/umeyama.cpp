@@ -18,8 +18,8 @@ using Points = std::span<const Vector3d>;
 constexpr double rounding = 1e-8;  // of the points' spread: what two exact methods may differ by
 
 // The fit that has this rotation: scale, translation, residuals.
-PointFit complete(const PointMoments& m, const Matrix3d& rotation, Scaling scaling, Points from, Points to,
-                  std::span<const double> weights) {
+PointFit complete(const PointMoments& m, const Matrix3d& rotation, Scaling scaling, Points from,
+                  Points to, std::span<const double> weights) {
     PointFit fit;
     fit.rotation = rotation;
     if (scaling == Scaling::similarity)
@@ -50,8 +50,10 @@ PointFit fit_points_horn(Points from, Points to, Scaling scaling, std::span<cons
     N.block<3, 1>(1, 0) = z;
     N.block<1, 3>(0, 1) = z.transpose();
     N.block<3, 3>(1, 1) = S + S.transpose() - S.trace() * Matrix3d::Identity();
-    const Eigen::Vector4d q = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(N).eigenvectors().col(3);
-    const Matrix3d rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+    const Eigen::Vector4d q =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(N).eigenvectors().col(3);
+    const Matrix3d rotation =
+        Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
     return complete(m, rotation, scaling, from, to, weights);
 }
 
@@ -62,18 +64,21 @@ void check_agreement(const PointFit& a, const PointFit& b, Points from, Points t
     if (apart <= rounding * spread) return;
     if (std::abs(a.fre - b.fre) <= rounding * spread)
         fail(
-            "registration: two rotations fit equally well, FRE {:.3f} mm, and put a point {:.3g} mm apart: expected "
+            "registration: two rotations fit equally well, FRE {:.3f} mm, and put a point {:.3g} "
+            "mm apart: expected "
             "points "
             "that have one best rotation (are they in the right order, and not mirrored?)",
             1e3 * a.fre, 1e3 * apart);
     fail(
-        "registration: Umeyama's fit and Horn's put a point {:.3g} mm apart (FRE {:.6f} and {:.6f} mm), expected at "
+        "registration: Umeyama's fit and Horn's put a point {:.3g} mm apart (FRE {:.6f} and {:.6f} "
+        "mm), expected at "
         "most "
         "{:.1g} mm",
         1e3 * apart, 1e3 * a.fre, 1e3 * b.fre, 1e3 * rounding * spread);
 }
 
-PointFit fit_points_cross_checked(Points from, Points to, Scaling scaling, std::span<const double> weights) {
+PointFit fit_points_cross_checked(Points from, Points to, Scaling scaling,
+                                  std::span<const double> weights) {
     PointFit fit = fit_points(from, to, scaling, weights);
     check_agreement(fit, fit_points_horn(from, to, scaling, weights), from, to);
     return fit;

@@ -10,8 +10,9 @@
 
 namespace livetet {
 
-/// A three-dimensional image: voxel (i, j, k) is values[i + size[0] * (j + size[1] * k)], and its centre lies at
-/// ras_from_voxel * (i, j, k, 1), in metres, RAS (NIfTI's world, converted from mm at the file's door).
+/// A three-dimensional image: voxel (i, j, k) is values[i + size[0] * (j + size[1] * k)], and its
+/// centre lies at ras_from_voxel * (i, j, k, 1), in metres, RAS (NIfTI's world, converted from mm
+/// at the file's door).
 template <class T>
 struct Image {
     std::array<int, 3> size{0, 0, 0};
@@ -34,7 +35,9 @@ struct ImageGrid {
     Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();  ///< metres
 
     /// The lengths of a voxel along its axes, metres.
-    Eigen::Vector3d spacing() const { return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose(); }
+    Eigen::Vector3d spacing() const {
+        return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose();
+    }
 };
 
 template <class T>
@@ -56,9 +59,11 @@ inline Eigen::AlignedBox3d box_of(const ImageGrid& grid) {
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;
 
-/// Whether a voxel of this label is picked by `chosen`: one of them; where they are empty, all but 0.
+/// Whether a voxel of this label is picked by `chosen`: one of them; where they are empty, all but
+/// 0.
 inline bool is_picked(std::int32_t label, std::span<const std::int32_t> chosen) {
-    return label != 0 && (chosen.empty() || std::find(chosen.begin(), chosen.end(), label) != chosen.end());
+    return label != 0 &&
+           (chosen.empty() || std::find(chosen.begin(), chosen.end(), label) != chosen.end());
 }
 
 }  // namespace livetet

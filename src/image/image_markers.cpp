@@ -16,22 +16,29 @@ namespace {
 
 constexpr double inner_sigma = 0.45, outer_sigma = 0.72;  // radii
 constexpr std::size_t max_candidates = 300;
-constexpr double window_beyond = 0.2, window_voxels = 0.8;  // past the ball's edge: radii, or voxels if that is more
+constexpr double window_beyond = 0.2,
+                 window_voxels = 0.8;  // past the ball's edge: radii, or voxels if that is more
 constexpr int windows = 6, iterations = 20;
 
-Vector3 spacing_of(const GreyImage& image) { return image.ras_from_voxel.topLeftCorner<3, 3>().colwise().norm(); }
+Vector3 spacing_of(const GreyImage& image) {
+    return image.ras_from_voxel.topLeftCorner<3, 3>().colwise().norm();
+}
 
 void check(const GreyImage& image, const MarkerOptions& options) {
     const Vector3 spacing = spacing_of(image);
     const double d = options.diameter;
     if (!(d >= 2 * spacing.maxCoeff()))
-        fail("markers: a diameter of {:.3g} mm, expected at least two voxels of {:.3g} x {:.3g} x {:.3g} mm", 1e3 * d,
-             1e3 * spacing[0], 1e3 * spacing[1], 1e3 * spacing[2]);
+        fail(
+            "markers: a diameter of {:.3g} mm, expected at least two voxels of {:.3g} x {:.3g} x "
+            "{:.3g} mm",
+            1e3 * d, 1e3 * spacing[0], 1e3 * spacing[1], 1e3 * spacing[2]);
     double extent = 1e30;
     for (int k = 0; k < 3; ++k) extent = std::min(extent, spacing[k] * image.size[k]);
     if (!(d <= extent / 2))
-        fail("markers: a diameter of {:.3g} mm, expected at most half of the image's least extent, {:.3g} mm", 1e3 * d,
-             1e3 * extent);
+        fail(
+            "markers: a diameter of {:.3g} mm, expected at most half of the image's least extent, "
+            "{:.3g} mm",
+            1e3 * d, 1e3 * extent);
 }
 
 std::vector<float> smoothed(const GreyImage& image, double sigma) {
@@ -45,7 +52,8 @@ std::vector<float> smoothed(const GreyImage& image, double sigma) {
 
 /// Maxima of the difference of Gaussians among their 26 neighbours, the highest first.
 std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerOptions& options) {
-    GreyImage response{image.size, image.ras_from_voxel, smoothed(image, inner_sigma * options.diameter / 2)};
+    GreyImage response{image.size, image.ras_from_voxel,
+                       smoothed(image, inner_sigma * options.diameter / 2)};
     const std::vector<float> background = smoothed(image, outer_sigma * options.diameter / 2);
     const float sign = options.shade == MarkerShade::bright ? 1 : -1;
     for (std::size_t n = 0; n < background.size(); ++n)
@@ -59,8 +67,10 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
                 for (int di = -1; di <= 1; ++di) {
                     if (!response.contains(i + di, j + dj, k + dk)) continue;
                     const float other = response.at(i + di, j + dj, k + dk);
-                    const bool later = di + 3 * dj + 9 * dk > 0;  // of equal neighbours the first one
-                    if (other > value || (other == value && !later && (di || dj || dk))) return false;
+                    const bool later =
+                        di + 3 * dj + 9 * dk > 0;  // of equal neighbours the first one
+                    if (other > value || (other == value && !later && (di || dj || dk)))
+                        return false;
                 }
         return true;
     };
@@ -76,7 +86,8 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
     return peaks;
 }
 
-/// The x of least |A x - b|, by the normal equations: the columns here are of one size and far from parallel.
+/// The x of least |A x - b|, by the normal equations: the columns here are of one size and far from
+/// parallel.
 template <class Matrix>
 auto least_squares(const Matrix& A, const Eigen::VectorXd& b) {
     const auto normal = A.transpose().lazyProduct(A).eval();
@@ -96,7 +107,8 @@ class BallFit {
         : image_(image),
           options_(options),
           radius_(options.diameter / 2),
-          reach_(radius_ + std::max(window_beyond * radius_, window_voxels * spacing_of(image).maxCoeff())),
+          reach_(radius_ +
+                 std::max(window_beyond * radius_, window_voxels * spacing_of(image).maxCoeff())),
           axes_(image.ras_from_voxel.topLeftCorner<3, 3>()),
           voxel_from_ras_(image.ras_from_voxel.inverse()) {}
 
@@ -118,13 +130,15 @@ class BallFit {
     }
 
   private:
-    using Unknowns = Eigen::Matrix<double, 8, 1>;  // centre (radii), contrast, background, its slope
+    using Unknowns =
+        Eigen::Matrix<double, 8, 1>;  // centre (radii), contrast, background, its slope
 
     Window window_about(const Vector3& centre) const {
         Window window;
         const Vector3 middle = (voxel_from_ras_ * centre.homogeneous()).head<3>();
         std::array<int, 3> low, high;
-        for (int k = 0; k < 3; ++k) {  // the ball's extent along voxel index k: reach times the row's length
+        for (int k = 0; k < 3;
+             ++k) {  // the ball's extent along voxel index k: reach times the row's length
             const double half = reach_ * voxel_from_ras_.block<1, 3>(k, 0).norm();
             low[k] = std::max(0, static_cast<int>(std::ceil(middle[k] - half)));
             high[k] = std::min(image_.size[k] - 1, static_cast<int>(std::floor(middle[k] + half)));
@@ -132,12 +146,14 @@ class BallFit {
         for (int k = low[2]; k <= high[2]; ++k)
             for (int j = low[1]; j <= high[1]; ++j)
                 for (int i = low[0]; i <= high[0]; ++i) {
-                    const Vector3 x = (image_.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>();
+                    const Vector3 x =
+                        (image_.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>();
                     if ((x - centre).norm() > reach_) continue;
                     window.place.push_back(x);
                     window.value.push_back(image_.at(i, j, k));
                 }
-        const double whole = 4.0 / 3 * M_PI * reach_ * reach_ * reach_ / std::abs(axes_.determinant());
+        const double whole =
+            4.0 / 3 * M_PI * reach_ * reach_ * reach_ / std::abs(axes_.determinant());
         window.share_inside = static_cast<double>(window.place.size()) / whole;
         return window;
     }
@@ -147,7 +163,8 @@ class BallFit {
         const Vector3 away = x - c;
         const double distance = away.norm();
         const Vector3 normal = distance > 0 ? Vector3(away / distance) : Vector3::UnitX();
-        const double sigma = std::sqrt((axes_.transpose() * normal).squaredNorm() / 12);  // of a box across the edge
+        const double sigma =
+            std::sqrt((axes_.transpose() * normal).squaredNorm() / 12);  // of a box across the edge
         const double depth = (radius_ - distance) / sigma;
         const double density = std::exp(-depth * depth / 2) / std::sqrt(2 * M_PI) / sigma;
         return {0.5 * std::erfc(-depth / std::sqrt(2.0)), density * normal};
@@ -165,13 +182,16 @@ class BallFit {
         const double without = (value - J.rightCols<4>().lazyProduct(flat)).squaredNorm();
 
         Vector3 centre = start;
-        Eigen::Matrix<double, 5, 1> linear;  // contrast, background, slope: the best for each centre
+        Eigen::Matrix<double, 5, 1>
+            linear;  // contrast, background, slope: the best for each centre
         for (int i = 0; i < iterations; ++i) {
-            for (Eigen::Index n = 0; n < count; ++n) J(n, 3) = coverage(window.place[n], centre).first;
+            for (Eigen::Index n = 0; n < count; ++n)
+                J(n, 3) = coverage(window.place[n], centre).first;
             linear = least_squares(J.rightCols<5>(), value);
             residual = value - J.rightCols<5>().lazyProduct(linear);
             for (Eigen::Index n = 0; n < count; ++n)
-                J.row(n).head<3>() = linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
+                J.row(n).head<3>() =
+                    linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
             const Unknowns move = least_squares(J, residual);
             const double step = move.head<3>().norm(), most = 0.2;
             centre += radius_ * move.head<3>() * (step > most ? most / step : 1);
@@ -202,10 +222,12 @@ std::vector<ImageMarker> find_markers(const GreyImage& image, const MarkerOption
     const BallFit fit(image, options);
     std::vector<ImageMarker> found;
     for (const auto& [i, j, k] : candidates(image, options))
-        if (const auto marker = fit.at((image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()))
+        if (const auto marker =
+                fit.at((image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()))
             found.push_back(*marker);
-    std::stable_sort(found.begin(), found.end(),
-                     [](const ImageMarker& a, const ImageMarker& b) { return a.score() > b.score(); });
+    std::stable_sort(found.begin(), found.end(), [](const ImageMarker& a, const ImageMarker& b) {
+        return a.score() > b.score();
+    });
     std::vector<ImageMarker> apart;
     for (const ImageMarker& marker : found) {
         const bool taken = std::any_of(apart.begin(), apart.end(), [&](const ImageMarker& other) {

@@ -7,12 +7,13 @@
 
 namespace livetet {
 
-/// How a value between voxels' centres comes about: that of the nearest voxel (halves upwards), linear between eight, or
-/// cubic convolution over 64 (R. Keys, 1981, a = -1/2: it meets the voxels' values, is exact to the second order, and can
-/// overshoot at edges).
+/// How a value between voxels' centres comes about: that of the nearest voxel (halves upwards),
+/// linear between eight, or cubic convolution over 64 (R. Keys, 1981, a = -1/2: it meets the
+/// voxels' values, is exact to the second order, and can overshoot at edges).
 enum class Interpolation { nearest, linear, cubic };
 
-/// Whether a place, in voxels, lies in an image: its outermost voxels reach half a voxel beyond their centres.
+/// Whether a place, in voxels, lies in an image: its outermost voxels reach half a voxel beyond
+/// their centres.
 template <class T>
 bool is_inside(const Image<T>& image, const Eigen::Vector3d& place) {
     for (int d = 0; d < 3; ++d)
@@ -42,8 +43,8 @@ inline Axis<4> cubic_axis(double x) {
     const double low = std::floor(x);
     const auto f = static_cast<float>(x - low);
     return {static_cast<int>(low) - 1,
-            {f * (-0.5F + f * (1 - 0.5F * f)), 1 + f * f * (-2.5F + 1.5F * f), f * (0.5F + f * (2 - 1.5F * f)),
-             f * f * (-0.5F + 0.5F * f)}};
+            {f * (-0.5F + f * (1 - 0.5F * f)), 1 + f * f * (-2.5F + 1.5F * f),
+             f * (0.5F + f * (2 - 1.5F * f)), f * f * (-0.5F + 0.5F * f)}};
 }
 
 template <int Taps, class T>
@@ -54,9 +55,11 @@ float weighted_sum(const Image<T>& image, const Axis<Taps> (&axes)[3]) {
     float sum = 0;
     for (int k = 0; k < Taps; ++k)
         for (int j = 0; j < Taps; ++j) {
-            const T* row = image.values.data() + image.size[0] * (offset[1][j] + image.size[1] * offset[2][k]);
+            const T* row =
+                image.values.data() + image.size[0] * (offset[1][j] + image.size[1] * offset[2][k]);
             float in_row = 0;
-            for (int i = 0; i < Taps; ++i) in_row += axes[0].weights[i] * static_cast<float>(row[offset[0][i]]);
+            for (int i = 0; i < Taps; ++i)
+                in_row += axes[0].weights[i] * static_cast<float>(row[offset[0][i]]);
             sum += axes[1].weights[j] * axes[2].weights[k] * in_row;
         }
     return sum;
@@ -68,14 +71,18 @@ float weighted_sum(const Image<T>& image, const Axis<Taps> (&axes)[3]) {
 template <Interpolation how, class T>
 T sample(const Image<T>& image, const Eigen::Vector3d& place) {
     if constexpr (how == Interpolation::nearest) {
-        const auto at = [&](int d) { return sampling::clamped(static_cast<int>(std::floor(place[d] + 0.5)), image.size[d]); };
+        const auto at = [&](int d) {
+            return sampling::clamped(static_cast<int>(std::floor(place[d] + 0.5)), image.size[d]);
+        };
         return image.at(at(0), at(1), at(2));
     } else if constexpr (how == Interpolation::linear) {
         return static_cast<T>(sampling::weighted_sum<2>(
-            image, {sampling::linear_axis(place[0]), sampling::linear_axis(place[1]), sampling::linear_axis(place[2])}));
+            image, {sampling::linear_axis(place[0]), sampling::linear_axis(place[1]),
+                    sampling::linear_axis(place[2])}));
     } else {
         return static_cast<T>(sampling::weighted_sum<4>(
-            image, {sampling::cubic_axis(place[0]), sampling::cubic_axis(place[1]), sampling::cubic_axis(place[2])}));
+            image, {sampling::cubic_axis(place[0]), sampling::cubic_axis(place[1]),
+                    sampling::cubic_axis(place[2])}));
     }
 }
 

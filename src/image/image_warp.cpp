@@ -16,7 +16,8 @@ struct Canvas {
 
 template <class T, class Sample>
 void warp_slab(const Image<T>& image, bool same_grid, const Eigen::Affine3d& source_from_voxel,
-               const Eigen::Matrix3d& source_from_metres, const Sample& sample_at, T empty, Canvas& canvas, Image<T>& out) {
+               const Eigen::Matrix3d& source_from_metres, const Sample& sample_at, T empty,
+               Canvas& canvas, Image<T>& out) {
     std::size_t n = 0;
     for (int k = canvas.deformed.first; k < canvas.deformed.last; ++k)
         for (int j = 0; j < out.size[1]; ++j) {
@@ -36,7 +37,9 @@ void warp_slab(const Image<T>& image, bool same_grid, const Eigen::Affine3d& sou
                     continue;
                 }
                 Eigen::Vector3d source = source_from_voxel * Eigen::Vector3d(i, j, k);
-                if (carried) source += source_from_metres * canvas.deformed.values[n].template cast<double>();
+                if (carried)
+                    source +=
+                        source_from_metres * canvas.deformed.values[n].template cast<double>();
                 const bool inside = is_inside(image, source);
                 out.values[at] = inside ? sample_at(source) : empty;
                 canvas.counts.beyond_image += !inside;
@@ -47,15 +50,16 @@ void warp_slab(const Image<T>& image, bool same_grid, const Eigen::Affine3d& sou
 }  // namespace
 
 template <class T>
-Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMotion& motion, Interpolation how, T empty,
-                    ThreadTeam& team, WarpCounts& counts) {
+Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMotion& motion,
+                    Interpolation how, T empty, ThreadTeam& team, WarpCounts& counts) {
     const auto back = differences(motion.deformed, motion.rest);
     const TetRaster deformed(grid, motion.tets, motion.own, motion.deformed, back);
     const TetRaster rest(grid, motion.tets, motion.own, motion.rest, back);
     const bool same_grid = grid.size == image.size && grid.ras_from_voxel == image.ras_from_voxel;
     const Eigen::Matrix4d source_from_ras = image.ras_from_voxel.inverse();
-    const Eigen::Affine3d source_from_voxel(same_grid ? Eigen::Matrix4d(Eigen::Matrix4d::Identity())
-                                                      : Eigen::Matrix4d(source_from_ras * grid.ras_from_voxel));
+    const Eigen::Affine3d source_from_voxel(
+        same_grid ? Eigen::Matrix4d(Eigen::Matrix4d::Identity())
+                  : Eigen::Matrix4d(source_from_ras * grid.ras_from_voxel));
     const Eigen::Matrix3d source_from_metres = source_from_ras.topLeftCorner<3, 3>();
 
     Image<T> out{grid.size, grid.ras_from_voxel, {}};
@@ -66,7 +70,8 @@ Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMoti
             Canvas& canvas = canvases[thread];
             deformed.draw(s, canvas.deformed);
             rest.draw(s, canvas.rest);
-            warp_slab(image, same_grid, source_from_voxel, source_from_metres, sample_at, empty, canvas, out);
+            warp_slab(image, same_grid, source_from_voxel, source_from_metres, sample_at, empty,
+                      canvas, out);
         });
     };
     using Place = const Eigen::Vector3d&;
@@ -91,13 +96,13 @@ Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMoti
     return out;
 }
 
-template GreyImage warp_image(const GreyImage&, const ImageGrid&, const BodyMotion&, Interpolation, float, ThreadTeam&,
-                              WarpCounts&);
-template LabelImage warp_image(const LabelImage&, const ImageGrid&, const BodyMotion&, Interpolation, std::int32_t,
-                               ThreadTeam&, WarpCounts&);
+template GreyImage warp_image(const GreyImage&, const ImageGrid&, const BodyMotion&, Interpolation,
+                              float, ThreadTeam&, WarpCounts&);
+template LabelImage warp_image(const LabelImage&, const ImageGrid&, const BodyMotion&,
+                               Interpolation, std::int32_t, ThreadTeam&, WarpCounts&);
 
-Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotion& motion, FieldDirection direction,
-                                          ThreadTeam& team) {
+Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotion& motion,
+                                          FieldDirection direction, ThreadTeam& team) {
     const bool inverse = direction == FieldDirection::inverse;
     const auto& from = inverse ? motion.deformed : motion.rest;
     const auto values = differences(from, inverse ? motion.rest : motion.deformed);
@@ -110,7 +115,8 @@ Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotio
         raster.draw(s, slab);
         Eigen::Vector3f* out = field.values.data() + field.index(0, 0, slab.first);
         for (std::size_t n = 0; n < slab.ranks.size(); ++n)
-            out[n] = slab.ranks[n] < uncovered ? slab.values[n] : Eigen::Vector3f(Eigen::Vector3f::Zero());
+            out[n] = slab.ranks[n] < uncovered ? slab.values[n]
+                                               : Eigen::Vector3f(Eigen::Vector3f::Zero());
     });
     return field;
 }

@@ -13,7 +13,8 @@ std::string why_no_label_map(const LabelImage& image) {
         if (n > 0 && image.values[n] == image.values[n - 1]) continue;
         values.insert(image.values[n]);
         if (image.values[n] < 0) return fmt::format("a voxel is {}", image.values[n]);
-        if (values.size() > most_labels) return fmt::format("more than {} different values", most_labels);
+        if (values.size() > most_labels)
+            return fmt::format("more than {} different values", most_labels);
     }
     return {};
 }

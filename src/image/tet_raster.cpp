@@ -12,10 +12,12 @@ namespace {
 /// Slices that are drawn at a time: 2 MB of vectors and ranks at 256 x 256.
 constexpr int slab_slices = 2;
 
-/// A weight this much below zero is still inside: rounding must not leave a voxel on an inner face to neither tet.
+/// A weight this much below zero is still inside: rounding must not leave a voxel on an inner face
+/// to neither tet.
 constexpr double inside_tolerance = 1e-9;
 
-/// A vector's rank, (|v|^2 + 1e-4 m^2) times the scale of its tet: those of the next scale begin where these end.
+/// A vector's rank, (|v|^2 + 1e-4 m^2) times the scale of its tet: those of the next scale begin
+/// where these end.
 constexpr float rank_floor = 1e-4F;
 constexpr float rank_scale[2][2] = {{1, 1e8F}, {1e17F, 1e26F}};  // [inverted][second class]
 static_assert(rank_scale[1][0] * rank_floor >= inverted_rank);
@@ -69,7 +71,8 @@ TetRaster::TetRaster(const ImageGrid& grid, std::span<const Tet> tets, std::size
     list_.resize(first_.back());
     std::vector<std::int32_t> at(first_.begin(), first_.end() - 1);
     for (std::size_t t = 0; t < tets_.size(); ++t)
-        for (int s = slabs_of[t].first; s < slabs_of[t].second; ++s) list_[at[s]++] = static_cast<std::int32_t>(t);
+        for (int s = slabs_of[t].first; s < slabs_of[t].second; ++s)
+            list_[at[s]++] = static_cast<std::int32_t>(t);
 }
 
 RasterSlab TetRaster::make_slab() const {
@@ -83,15 +86,16 @@ void TetRaster::draw(int s, RasterSlab& slab) const {
     for (std::int32_t at = first_[s]; at < first_[s + 1]; ++at) draw_tet(list_[at], slab);
 }
 
-/// Within a tet weights and value are affine in the voxel's (i, j, k): along a row both grow by a step, and the row's ends
-/// follow from the weights, w_c(i) = w_c(0) + i d_c >= 0.
+/// Within a tet weights and value are affine in the voxel's (i, j, k): along a row both grow by a
+/// step, and the row's ends follow from the weights, w_c(i) = w_c(0) + i d_c >= 0.
 void TetRaster::draw_tet(std::size_t t, RasterSlab& slab) const {
     const Corners c(places_, tets_[t]);
     Eigen::Matrix3d edges;
     for (int e = 0; e < 3; ++e) edges.col(e) = c.x.col(e + 1) - c.x.col(0);
     const double volume = edges.determinant();
     if (!(std::abs(volume) > 1e-12 * edges.colwise().norm().prod())) return;
-    const bool inverted = (volume < 0) != (grid_.ras_from_voxel.topLeftCorner<3, 3>().determinant() < 0);
+    const bool inverted =
+        (volume < 0) != (grid_.ras_from_voxel.topLeftCorner<3, 3>().determinant() < 0);
     const float scale = rank_scale[inverted][t >= first_class_];
 
     Eigen::Matrix<double, 4, 3> slope;  // of the weights
@@ -120,8 +124,9 @@ void TetRaster::draw_tet(std::size_t t, RasterSlab& slab) const {
             const auto [i_begin, i_end] = whole_numbers(low, high, grid_.size[0]);
             if (i_begin >= i_end) continue;
             const Eigen::Vector3f begin = (nodal * (at_row + slope.col(0) * i_begin)).cast<float>();
-            const std::size_t row = static_cast<std::size_t>(grid_.size[0]) *
-                                    (j + static_cast<std::size_t>(grid_.size[1]) * (k - slab.first));
+            const std::size_t row =
+                static_cast<std::size_t>(grid_.size[0]) *
+                (j + static_cast<std::size_t>(grid_.size[1]) * (k - slab.first));
             for (int i = i_begin; i < i_end; ++i) {
                 const Eigen::Vector3f value = begin + static_cast<float>(i - i_begin) * value_step;
                 const float rank = scale * (rank_floor + value.squaredNorm());

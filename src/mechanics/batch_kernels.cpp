@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cstring>
 
-#include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/rotation.hpp"
+#include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/tet_kernels.hpp"
 
-// Vectors wider than the machine's are passed between functions of this file only, which are all inlined.
+// Vectors wider than the machine's are passed between functions of this file only, which are all
+// inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace livetet {
@@ -130,7 +131,8 @@ void scatter_add(const Vec3<Real>& a, const std::int32_t (&offset)[batch_width<R
 template <class Real>
 Mat3<Real> gradient_of(const TetBatch<Real>& b, const Real* u) {
     const Vec3<Real> u0 = gather(u, b.offset[0]);
-    const Mat3<Real> d{gather(u, b.offset[1]) - u0, gather(u, b.offset[2]) - u0, gather(u, b.offset[3]) - u0};
+    const Mat3<Real> d{gather(u, b.offset[1]) - u0, gather(u, b.offset[2]) - u0,
+                       gather(u, b.offset[3]) - u0};
     const Mat3<Real> g = load_matrix<Real>(b.gradients);
     return {d * Vec3<Real>{g.x.x, g.y.x, g.z.x}, d * Vec3<Real>{g.x.y, g.y.y, g.z.y},
             d * Vec3<Real>{g.x.z, g.y.z, g.z.z}};
@@ -145,11 +147,14 @@ Mat3<Real> plus_identity(const Mat3<Real>& m) {
 template <class Real>
 Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>& A, Real shift) {
     const Lanes<Real> mu = load<Real>(b.mu);
-    const Lanes<Real> xx = dot(R.x, A.x) - shift, yy = dot(R.y, A.y) - shift, zz = dot(R.z, A.z) - shift;
+    const Lanes<Real> xx = dot(R.x, A.x) - shift, yy = dot(R.y, A.y) - shift,
+                      zz = dot(R.z, A.z) - shift;
     const Lanes<Real> pressure = load<Real>(b.lambda) * (xx + yy + zz);
-    const Lanes<Real> xy = mu * (dot(R.x, A.y) + dot(R.y, A.x)), yz = mu * (dot(R.y, A.z) + dot(R.z, A.y)),
+    const Lanes<Real> xy = mu * (dot(R.x, A.y) + dot(R.y, A.x)),
+                      yz = mu * (dot(R.y, A.z) + dot(R.z, A.y)),
                       zx = mu * (dot(R.z, A.x) + dot(R.x, A.z));
-    return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx}, R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
+    return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx},
+            R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
             R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
 }
 
@@ -187,17 +192,19 @@ Four<Real> load_four(const Real* p) {
 
 template <class Real>
 std::array<std::int32_t, 4> nodes_of_lane(const TetBatch<Real>& b, int lane) {
-    return {b.offset[0][lane] / 3, b.offset[1][lane] / 3, b.offset[2][lane] / 3, b.offset[3][lane] / 3};
+    return {b.offset[0][lane] / 3, b.offset[1][lane] / 3, b.offset[2][lane] / 3,
+            b.offset[3][lane] / 3};
 }
 
 /// The first eight numbers of a column-major 3x3 block take so many registers.
 template <class Real>
 inline constexpr int block_parts = 8 / batch_width<Real>;
 
-/// For p = {x, y, z, any}, rows = (x y z x y z x y) and columns = (x x x y y y z z): the first eight numbers of a b^T
-/// are rows of a times columns of b.
+/// For p = {x, y, z, any}, rows = (x y z x y z x y) and columns = (x x x y y y z z): the first
+/// eight numbers of a b^T are rows of a times columns of b.
 template <class Real>
-void spread(const Real* p, Lanes<Real> (&rows)[block_parts<Real>], Lanes<Real> (&columns)[block_parts<Real>]) {
+void spread(const Real* p, Lanes<Real> (&rows)[block_parts<Real>],
+            Lanes<Real> (&columns)[block_parts<Real>]) {
     const Four<Real> a = load_four(p);
     if constexpr (block_parts<Real> == 1) {
         rows[0] = __builtin_shufflevector(a, a, 0, 1, 2, 0, 1, 2, 0, 1);
@@ -266,8 +273,10 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int p
     const auto count = static_cast<double>(tets.size());
     std::vector<std::int32_t> nodes_of_tets;
     for (const auto& t : tets) nodes_of_tets.insert(nodes_of_tets.end(), t.begin(), t.end());
-    const std::size_t nodes =
-        tets.empty() ? 0 : static_cast<std::size_t>(*std::max_element(nodes_of_tets.begin(), nodes_of_tets.end())) + 1;
+    const std::size_t nodes = tets.empty() ? 0
+                                           : static_cast<std::size_t>(*std::max_element(
+                                                 nodes_of_tets.begin(), nodes_of_tets.end())) +
+                                                 1;
     std::vector<std::vector<std::int32_t>> lanes;
     double shared = 0;
     // How much is shared is known only when it was cut: a second cut makes the work even.
@@ -276,7 +285,10 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int p
         const double first = (1 - shared) / parts;
         const auto part_of = [&](std::size_t e) {
             const double place = (static_cast<double>(e) + 0.5) / count;
-            return place < first ? 0 : std::min(parts - 1, 1 + static_cast<int>((place - first) / (1 - first) * (parts - 1)));
+            return place < first
+                       ? 0
+                       : std::min(parts - 1, 1 + static_cast<int>((place - first) / (1 - first) *
+                                                                  (parts - 1)));
         };
         std::vector<int> earliest(nodes, parts);
         for (std::size_t e = 0; e < tets.size(); ++e)
@@ -300,11 +312,13 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int p
 }
 
 template <class Real>
-TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets)
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
+                             std::span<const std::array<std::int32_t, 4>> tets)
     : TetBatches(elements, tets, part_batches(tets, 1, batch_width<Real>)) {}
 
 template <class Real>
-TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
+TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
+                             std::span<const std::array<std::int32_t, 4>> tets,
                              const BatchParts& parts)
     : tet_of_lane_(parts.tet_of_lane), batches_(tet_of_lane_.size() / batch_width<Real>) {
     std::int32_t last = 0;
@@ -315,7 +329,8 @@ TetBatches<Real>::TetBatches(std::span<const TetElement> elements, std::span<con
         const std::int32_t e = empty ? last : tet_of_lane_[k];
         const double volume = empty ? 0 : elements[e].volume;
         last = e;
-        for (int m = 0; m < 9; ++m) b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
+        for (int m = 0; m < 9; ++m)
+            b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
         b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
         b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
         for (int i = 0; i < 4; ++i) b.offset[i][lane] = 3 * tets[e][i];
@@ -337,8 +352,10 @@ void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::sp
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const Mat3<Real> F = plus_identity(gradient_of(batches[k], u.data()));
         const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
-        // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or underflows.
-        const auto usual = det > 0 && det * det > Real(0.01) * third * third * third && n > Real(1e-2) && n < Real(1e2);
+        // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or
+        // underflows.
+        const auto usual = det > 0 && det * det > Real(0.01) * third * third * third &&
+                           n > Real(1e-2) && n < Real(1e2);
         Mat3<Real> R = F;
         auto moving = usual;
         for (int step = 0; step < 12 && any(moving); ++step) {
@@ -369,37 +386,46 @@ void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::sp
 }
 
 template <class Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-                std::span<const Real> u, std::span<Real> f) {
+void add_forces(const TetBatches<Real>& batches, BatchRange range,
+                std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
+                std::span<Real> f) {
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(b, stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)), f.data());
+        scatter_forces(b,
+                       stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)),
+                       f.data());
     }
 }
 
 template <class Real>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f) {
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
+                         std::span<Real> f) {
     const Lanes<Real> s = all_lanes(factor);
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> H = gradient_of(b, v.data());
-        scatter_forces(b, stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), {s * H.x, s * H.y, s * H.z}, Real(0)), f.data());
+        scatter_forces(b,
+                       stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R),
+                              {s * H.x, s * H.y, s * H.z}, Real(0)),
+                       f.data());
     }
 }
 
-/// h, the dot products and the last number of each block are made lane by lane; then each tet's blocks are made on
-/// their own, eight numbers a register (or two), because they go to memory that way: of a 3x3 block in column-major
-/// order, h_i h_j^T is (x y z x y z x y) of h_i times (x x x y y y z z) of h_j, and its transpose the same with i and j
-/// exchanged.
+/// h, the dot products and the last number of each block are made lane by lane; then each tet's
+/// blocks are made on their own, eight numbers a register (or two), because they go to memory that
+/// way: of a 3x3 block in column-major order, h_i h_j^T is (x y z x y z x y) of h_i times (x x x y
+/// y y z z) of h_j, and its transpose the same with i and j exchanged.
 template <class Real>
-void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              Real scale, const BlockPattern& pattern, std::span<Real> values, int part) {
+void assemble(const TetBatches<Real>& batches, BatchRange range,
+              std::span<const RotationBatch<Real>> rotations, Real scale,
+              const BlockPattern& pattern, std::span<Real> values, int part) {
     constexpr int width = batch_width<Real>, parts = block_parts<Real>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> g = load_matrix<Real>(b.gradients), R = load_matrix<Real>(rotation_of_batch(rotations, k).R);
+        const Mat3<Real> g = load_matrix<Real>(b.gradients),
+                         R = load_matrix<Real>(rotation_of_batch(rotations, k).R);
         const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
         Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
@@ -433,11 +459,13 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
 #pragma GCC unroll 4
                 for (int j = 0; j < 4; ++j) {
                     if (pattern.part_of(node[j]) != part) continue;
-                    Real* value = values.data() + 9 * static_cast<std::size_t>(pattern.place(e, i, j, node[i], node[j]));
+                    Real* value = values.data() + 9 * static_cast<std::size_t>(
+                                                          pattern.place(e, i, j, node[i], node[j]));
                     const int low = std::min(i, j), high = std::max(i, j);
                     const Lanes<Real> d = dots[low][high][l] * unit_block<Real>();
                     for (int n = 0; n < parts; ++n)
-                        add_to(value + n * width, lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
+                        add_to(value + n * width,
+                               lambda_row[i][n] * column[j][n] + (mu_row[j][n] * column[i][n] + d));
                     value[8] += last[low][high][l];
                 }
             }
@@ -448,8 +476,9 @@ void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const
 namespace {
 
 /// The blocks of one tet of a batch by StrainEnergy, whatever its state; F - I = `H`.
-void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation, const Eigen::Matrix3d& H,
-                  Tangent tangent, double scale, const BlockPattern& pattern, std::size_t e, std::span<double> values, int part) {
+void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation,
+                  const Eigen::Matrix3d& H, Tangent tangent, double scale,
+                  const BlockPattern& pattern, std::size_t e, std::span<double> values, int part) {
     using Energy = StrainEnergy<StrainModel::corotated>;
     Eigen::Matrix<double, 3, 4> g;
     Eigen::Matrix3d R;
@@ -460,22 +489,27 @@ void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<doubl
     g.col(0) = -g.col(1) - g.col(2) - g.col(3);
     const double p = b.lambda[lane] * Energy::volume_strain(H, R);
     const std::array<std::int32_t, 4> node = nodes_of_lane(b, lane);
-    visit_stiffness(Energy{}, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g, [&](int i, int j, const Eigen::Matrix3d& K) {
-        if (node[i] < pattern.owned() && pattern.part_of(node[j]) == part)
-            Eigen::Map<Eigen::Matrix3d>(values.data() + 9 * static_cast<std::size_t>(pattern.place(e, i, j, node[i], node[j]))) += K;
-    });
+    visit_stiffness(Energy{}, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
+                    [&](int i, int j, const Eigen::Matrix3d& K) {
+                        if (node[i] < pattern.owned() && pattern.part_of(node[j]) == part)
+                            Eigen::Map<Eigen::Matrix3d>(values.data() +
+                                                        9 * static_cast<std::size_t>(pattern.place(
+                                                                e, i, j, node[i], node[j]))) += K;
+                    });
 }
 
 }  // namespace
 
-void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, std::span<const RotationBatch<double>> rotations,
-                         std::span<const double> u, Tangent tangent, double scale, const BlockPattern& pattern,
-                         std::span<double> values, int part) {
+void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
+                         std::span<const RotationBatch<double>> rotations,
+                         std::span<const double> u, Tangent tangent, double scale,
+                         const BlockPattern& pattern, std::span<double> values, int part) {
     using Lane = Lanes<double>;
     constexpr int width = batch_width<double>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<double>& b = batches[k];
-        const Mat3<double> g = load_matrix<double>(b.gradients), R = load_matrix<double>(rotation_of_batch(rotations, k).R);
+        const Mat3<double> g = load_matrix<double>(b.gradients),
+                           R = load_matrix<double>(rotation_of_batch(rotations, k).R);
         const Mat3<double> H = gradient_of(b, u.data()), F = plus_identity(H);
         const Lane lambda = scale * load<double>(b.lambda), mu = scale * load<double>(b.mu);
         // R G R^T = tr(S) I - F R^T, symmetric: (xx, yy, zz, xy, yz, zx)
@@ -483,27 +517,33 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, st
         const Lane xx = trace - (F.x.x * R.x.x + F.y.x * R.y.x + F.z.x * R.z.x),
                    yy = trace - (F.x.y * R.x.y + F.y.y * R.y.y + F.z.y * R.z.y),
                    zz = trace - (F.x.z * R.x.z + F.y.z * R.y.z + F.z.z * R.z.z),
-                   xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y), yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
+                   xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y),
+                   yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
                    zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
-        // Its eigenvalues, sums of two stretches, are above `least` where its leading minors less `least` are positive.
+        // Its eigenvalues, sums of two stretches, are above `least` where its leading minors less
+        // `least` are positive.
         const Lane cut = all_lanes(least_turned_stretch), zero_below = 2 - p / mu;
-        const Lane least = tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
+        const Lane least =
+            tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
         const Lane ax = xx - least, ay = yy - least, az = zz - least, minor = ax * ay - xy * xy;
-        const auto usual = ax > 0 && minor > 0 &&
-                           az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
+        const auto usual =
+            ax > 0 && minor > 0 && az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
         const Vec3<double> c0{yy * zz - yz * yz, yz * zx - xy * zz, xy * yz - yy * zx};
         const Lane factor = (p - 2 * mu) / (xx * c0.x + xy * c0.y + zx * c0.z);
-        const Lane nxx = factor * c0.x, nxy = factor * c0.y, nzx = factor * c0.z, nyy = factor * (xx * zz - zx * zx),
-                   nyz = factor * (xy * zx - xx * yz), nzz = factor * (xx * yy - xy * xy);
+        const Lane nxx = factor * c0.x, nxy = factor * c0.y, nzx = factor * c0.z,
+                   nyy = factor * (xx * zz - zx * zx), nyz = factor * (xy * zx - xx * yz),
+                   nzz = factor * (xx * yy - xy * xy);
         const Mat3<double> N{{nxx, nxy, nzx}, {nxy, nyy, nyz}, {nzx, nyz, nzz}};
         Vec3<double> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
         alignas(32) double blocks[4][4][9][width];
         for (int j = 0; j < 4; ++j) {
-            const Vec3<double> &w = h[j], wx = w.z * N.y - w.y * N.z, wy = w.x * N.z - w.z * N.x, wz = w.y * N.x - w.x * N.y;
+            const Vec3<double>&w = h[j], wx = w.z * N.y - w.y * N.z, wy = w.x * N.z - w.z * N.x,
+                  wz = w.y * N.x - w.x * N.y;
             for (int i = 0; i <= j; ++i) {
                 const Lane d = 2 * mu * dot(h[i], w);
-                Vec3<double> x = cross(wx, h[i]) + (lambda * w.x) * h[i], y = cross(wy, h[i]) + (lambda * w.y) * h[i],
+                Vec3<double> x = cross(wx, h[i]) + (lambda * w.x) * h[i],
+                             y = cross(wy, h[i]) + (lambda * w.y) * h[i],
                              z = cross(wz, h[i]) + (lambda * w.z) * h[i];
                 x.x += d, y.y += d, z.z += d;
                 store3<double>(x, blocks[i][j]);
@@ -516,28 +556,33 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, st
             if (e < 0) continue;
             if (!usual[l]) {
                 Eigen::Matrix3d of_lane;
-                of_lane << H.x.x[l], H.y.x[l], H.z.x[l], H.x.y[l], H.y.y[l], H.z.y[l], H.x.z[l], H.y.z[l], H.z.z[l];
-                assemble_one(b, l, rotation_of_batch(rotations, k), of_lane, tangent, scale, pattern, e, values, part);
+                of_lane << H.x.x[l], H.y.x[l], H.z.x[l], H.x.y[l], H.y.y[l], H.z.y[l], H.x.z[l],
+                    H.y.z[l], H.z.z[l];
+                assemble_one(b, l, rotation_of_batch(rotations, k), of_lane, tangent, scale,
+                             pattern, e, values, part);
                 continue;
             }
             const std::array<std::int32_t, 4> node = nodes_of_lane(b, l);
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
                     if (node[i] >= pattern.owned() || pattern.part_of(node[j]) != part) continue;
-                    double* value = values.data() + 9 * static_cast<std::size_t>(pattern.place(e, i, j, node[i], node[j]));
+                    double* value = values.data() + 9 * static_cast<std::size_t>(pattern.place(
+                                                            e, i, j, node[i], node[j]));
                     const auto& block = blocks[std::min(i, j)][std::max(i, j)];
-                    for (int m = 0; m < 9; ++m) value[m] += block[i <= j ? m : m % 3 * 3 + m / 3][l];
+                    for (int m = 0; m < 9; ++m)
+                        value[m] += block[i <= j ? m : m % 3 * 3 + m / 3][l];
                 }
         }
     }
 }
 
-void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::span<const RotationBatch<float>> rotations,
-                      std::span<RotatedTet> tets) {
+void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
+                      std::span<const RotationBatch<float>> rotations, std::span<RotatedTet> tets) {
     constexpr int width = batch_width<float>;
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<float>& b = batches[k];
-        const Mat3<float> g = load_matrix<float>(b.gradients), R = load_matrix<float>(rotation_of_batch(rotations, k).R);
+        const Mat3<float> g = load_matrix<float>(b.gradients),
+                          R = load_matrix<float>(rotation_of_batch(rotations, k).R);
         const Lanes<float> lambda = load<float>(b.lambda), mu = load<float>(b.mu);
         Vec3<float> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
@@ -545,20 +590,24 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::s
         for (int i = 0; i < 4; ++i) transpose(h[i], i == 0 ? lambda : mu, corners[i]);
         for (int l = 0; l < width; ++l)
             for (int i = 0; i < 4; ++i)
-                std::memcpy(tets[k * width + l].corner[i], corners[i][place<float>(l)], 4 * sizeof(float));
+                std::memcpy(tets[k * width + l].corner[i], corners[i][place<float>(l)],
+                            4 * sizeof(float));
     }
 }
 
-#define LIVETET_INSTANTIATE(Real)                                                                                      \
-    template class TetBatches<Real>;                                                                                   \
-    template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,                         \
-                                   std::span<RotationBatch<Real>>);                                                    \
-    template void add_forces(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>,                \
-                             std::span<const Real>, std::span<Real>);                                                  \
-    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, \
-                                      std::span<const Real>, std::span<Real>);                                         \
-    template void assemble(const TetBatches<Real>&, BatchRange, std::span<const RotationBatch<Real>>, Real,            \
-                           const BlockPattern&, std::span<Real>, int);
+#define LIVETET_INSTANTIATE(Real)                                                                  \
+    template class TetBatches<Real>;                                                               \
+    template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,     \
+                                   std::span<RotationBatch<Real>>);                                \
+    template void add_forces(const TetBatches<Real>&, BatchRange,                                  \
+                             std::span<const RotationBatch<Real>>, std::span<const Real>,          \
+                             std::span<Real>);                                                     \
+    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange,                   \
+                                      std::span<const RotationBatch<Real>>, std::span<const Real>, \
+                                      std::span<Real>);                                            \
+    template void assemble(const TetBatches<Real>&, BatchRange,                                    \
+                           std::span<const RotationBatch<Real>>, Real, const BlockPattern&,        \
+                           std::span<Real>, int);
 LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
 #undef LIVETET_INSTANTIATE

@@ -9,22 +9,26 @@
 #include "mechanics/material.hpp"
 #include "mechanics/tet_element.hpp"
 
-/// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector register;
-/// `Real` is float or double. All are pure, allocate nothing, and run over a range of batches: ranges whose tets share
-/// no node (add_*) or no block (assemble) may run at once. Vectors of nodes hold 3 numbers a node, x y z.
+/// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector
+/// register; `Real` is float or double. All are pure, allocate nothing, and run over a range of
+/// batches: ranges whose tets share no node (add_*) or no block (assemble) may run at once. Vectors
+/// of nodes hold 3 numbers a node, x y z.
 namespace livetet {
 
-/// Tets in a batch: one AVX register's worth, whatever the compiler's flags, so that every file sees the same layout.
+/// Tets in a batch: one AVX register's worth, whatever the compiler's flags, so that every file
+/// sees the same layout.
 template <class Real>
 inline constexpr int batch_width = 32 / sizeof(Real);
 
 /// What the kernels read of `batch_width` tets; `[..][lane]`.
 template <class Real>
 struct alignas(32) TetBatch {
-    Real gradients[9][batch_width<Real>];       ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = - g_1 - g_2 - g_3
-    Real lambda[batch_width<Real>];             ///< volume times lambda, N m
-    Real mu[batch_width<Real>];                 ///< volume times mu, N m
-    std::int32_t offset[4][batch_width<Real>];  ///< 3 * node: where corner i stands in a vector of nodes
+    Real gradients[9][batch_width<Real>];  ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = -
+                                           ///< g_1 - g_2 - g_3
+    Real lambda[batch_width<Real>];        ///< volume times lambda, N m
+    Real mu[batch_width<Real>];            ///< volume times mu, N m
+    std::int32_t
+        offset[4][batch_width<Real>];  ///< 3 * node: where corner i stands in a vector of nodes
 };
 
 /// A rotation for each tet of a batch; row 3 b + a: R(a, b).
@@ -38,33 +42,37 @@ struct BatchRange {
     std::size_t begin, end;
 };
 
-/// Batches for threads to work on at once. No two `parts` share a node; what touches the nodes of an earlier part than
-/// its own stands in `shared`, to be worked on when the parts are done.
+/// Batches for threads to work on at once. No two `parts` share a node; what touches the nodes of
+/// an earlier part than its own stands in `shared`, to be worked on when the parts are done.
 struct BatchParts {
     std::vector<std::int32_t> tet_of_lane;  ///< batch after batch; -1: none
     std::vector<BatchRange> parts;
     BatchRange shared{0, 0};
 };
 
-/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little is shared where tets
-/// that are near in space are near in number (renumber_for_locality).
+/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little
+/// is shared where tets that are near in space are near in number (renumber_for_locality).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
 
-/// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their forces and stiffness
-/// are zero.
+/// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their
+/// forces and stiffness are zero.
 template <class Real>
 class TetBatches {
   public:
     /// `tets[e]`: the corners of `elements[e]`. One after the other, or as `parts` says.
-    TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets);
-    TetBatches(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
-               const BatchParts& parts);
+    TetBatches(std::span<const TetElement> elements,
+               std::span<const std::array<std::int32_t, 4>> tets);
+    TetBatches(std::span<const TetElement> elements,
+               std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts);
 
     /// The tet in a lane, or -1.
-    std::int32_t tet_at(std::size_t batch, std::size_t lane) const { return tet_of_lane_[batch * batch_width<Real> + lane]; }
+    std::int32_t tet_at(std::size_t batch, std::size_t lane) const {
+        return tet_of_lane_[batch * batch_width<Real> + lane];
+    }
     BatchRange all() const { return {0, batches_.size()}; }
     const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
-    /// A rotation store filled with identities: one for each batch, or where no tet turns one for all.
+    /// A rotation store filled with identities: one for each batch, or where no tet turns one for
+    /// all.
     std::vector<RotationBatch<Real>> make_rotations(bool turning = true) const;
 
   private:
@@ -74,13 +82,14 @@ class TetBatches {
 
 /// That of a batch in a store as `TetBatches::make_rotations` makes it.
 template <class Real>
-const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>> rotations, std::size_t batch) {
+const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>> rotations,
+                                             std::size_t batch) {
     return rotations[rotations.size() == 1 ? 0 : batch];
 }
 
-/// R = rotation_of(F), F = I + grad u, of each tet; u in metres. By Newton's iteration in all lanes (Higham 1986, as
-/// in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of all proportion go through
-/// rotation_of one by one.
+/// R = rotation_of(F), F = I + grad u, of each tet; u in metres. By Newton's iteration in all lanes
+/// (Higham 1986, as in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of
+/// all proportion go through rotation_of one by one.
 template <class Real>
 void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
                       std::span<RotationBatch<Real>> rotations);
@@ -88,37 +97,44 @@ void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::sp
 /// f_i += V P g_i, R held: P = R (2 mu eps + lambda tr(eps) I),
 /// eps = sym(R^T F) - I. u in m, f in N.
 template <class Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-                std::span<const Real> u, std::span<Real> f);
+void add_forces(const TetBatches<Real>& batches, BatchRange range,
+                std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
+                std::span<Real> f);
 
 /// f += factor K(R) v: the same with eps = sym(R^T grad v), times `factor`.
 template <class Real>
 void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v, std::span<Real> f);
+                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
+                         std::span<Real> f);
 
 /// What a batch's lane holds.
 template <class Real>
 Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane) {
     Eigen::Matrix3d R;
-    for (int k = 0; k < 9; ++k) R.data()[k] = rotation_of_batch(rotations, lane / batch_width<Real>).R[k][lane % batch_width<Real>];
+    for (int k = 0; k < 9; ++k)
+        R.data()[k] =
+            rotation_of_batch(rotations, lane / batch_width<Real>).R[k][lane % batch_width<Real>];
     return R;
 }
 
 /// Adds `scale` times the sixteen 3x3 blocks of R K R^T of each tet,
-/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine numbers, column-major;
-/// those that stand in one part of `pattern`, which has these tets.
-/// Values in N/m for scale 1.
+/// K_ij = V (lambda h_i h_j^T + mu h_j h_i^T + mu (h_i . h_j) I) with h = R g, to blocks of nine
+/// numbers, column-major; those that stand in one part of `pattern`, which has these tets. Values
+/// in N/m for scale 1.
 template <class Real>
-void assemble(const TetBatches<Real>& batches, BatchRange range, std::span<const RotationBatch<Real>> rotations,
-              Real scale, const BlockPattern& pattern, std::span<Real> values, int part = 0);
+void assemble(const TetBatches<Real>& batches, BatchRange range,
+              std::span<const RotationBatch<Real>> rotations, Real scale,
+              const BlockPattern& pattern, std::span<Real> values, int part = 0);
 
-/// The same of the corotated energy's second derivative at `u` (m), where the rotations must have been taken, so with
-/// their own derivative: with S = R^T F, G = tr(S) I - S and p = lambda (tr(S) - 3),
-/// K_ij = V (2 mu (h_i . h_j) I + lambda h_i h_j^T + (p - 2 mu) [h_i]x^T (R G R^T)^-1 [h_j]x)
-/// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is all but singular, or K
-/// not positive as it is asked to be, go through StrainEnergy's shear_tangent one by one.
-void assemble_with_turns(const TetBatches<double>& batches, BatchRange range, std::span<const RotationBatch<double>> rotations,
-                         std::span<const double> u, Tangent tangent, double scale, const BlockPattern& pattern,
-                         std::span<double> values, int part = 0);
+/// The same of the corotated energy's second derivative at `u` (m), where the rotations must have
+/// been taken, so with their own derivative: with S = R^T F, G = tr(S) I - S and p = lambda (tr(S)
+/// - 3), K_ij = V (2 mu (h_i . h_j) I + lambda h_i h_j^T + (p - 2 mu) [h_i]x^T (R G R^T)^-1 [h_j]x)
+/// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is
+/// all but singular, or K not positive as it is asked to be, go through StrainEnergy's
+/// shear_tangent one by one.
+void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
+                         std::span<const RotationBatch<double>> rotations,
+                         std::span<const double> u, Tangent tangent, double scale,
+                         const BlockPattern& pattern, std::span<double> values, int part = 0);
 
 }  // namespace livetet

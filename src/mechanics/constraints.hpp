@@ -14,9 +14,11 @@ struct Constraints {
     std::vector<std::uint8_t> components;  ///< bit 0: x, bit 1: y, bit 2: z
     std::vector<Eigen::Vector3d> values;
 
-    explicit Constraints(std::size_t nodes) : components(nodes, 0), values(nodes, Eigen::Vector3d::Zero()) {}
+    explicit Constraints(std::size_t nodes)
+        : components(nodes, 0), values(nodes, Eigen::Vector3d::Zero()) {}
 
-    void prescribe(std::span<const std::int32_t> nodes, const Eigen::Vector3d& value, std::uint8_t which = 7) {
+    void prescribe(std::span<const std::int32_t> nodes, const Eigen::Vector3d& value,
+                   std::uint8_t which = 7) {
         for (const std::int32_t n : nodes) {
             components[n] |= which;
             for (int c = 0; c < 3; ++c)
@@ -25,8 +27,8 @@ struct Constraints {
     }
 };
 
-/// Soft constraints: a spring at each node that pulls it to a displacement. One entry for each node of the mesh, or
-/// empty: none.
+/// Soft constraints: a spring at each node that pulls it to a displacement. One entry for each node
+/// of the mesh, or empty: none.
 struct Springs {
     std::vector<double> stiffness;  ///< N/m, 0: no spring
     std::vector<Eigen::Vector3d> target;

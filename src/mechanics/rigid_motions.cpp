@@ -24,16 +24,20 @@ Vector3 tidy(Vector3 v) {
 }
 
 /// `motion`: translation and turn times `size`, about `centre`.
-std::string describe(const Vector6& motion, const Vector3& centre, double size, const std::string& where) {
+std::string describe(const Vector6& motion, const Vector3& centre, double size,
+                     const std::string& where) {
     const Vector3 along = motion.head<3>(), turn = motion.tail<3>() / size;
-    const auto text = [](const Vector3& v) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", v.x(), v.y(), v.z()); };
-    if (turn.norm() * size < 1e-6 * motion.norm()) return "translation along " + text(tidy(along)) + where;
+    const auto text = [](const Vector3& v) {
+        return fmt::format("({:.3g}, {:.3g}, {:.3g})", v.x(), v.y(), v.z());
+    };
+    if (turn.norm() * size < 1e-6 * motion.norm())
+        return "translation along " + text(tidy(along)) + where;
     // The axis passes where the turn about the centre makes up for the translation across it.
     Vector3 through = centre + turn.cross(along) / turn.squaredNorm();
     for (int c = 0; c < 3; ++c)
         if (std::abs(through[c]) < 1e-9 * size) through[c] = 0;  // no -0.0
-    return fmt::format("rotation about {} through ({:.1f}, {:.1f}, {:.1f}) mm{}", text(tidy(turn)), 1e3 * through.x(),
-                       1e3 * through.y(), 1e3 * through.z(), where);
+    return fmt::format("rotation about {} through ({:.1f}, {:.1f}, {:.1f}) mm{}", text(tidy(turn)),
+                       1e3 * through.x(), 1e3 * through.y(), 1e3 * through.z(), where);
 }
 
 }  // namespace
@@ -68,11 +72,13 @@ void HeldMotions::hold(const Vector3& x, std::uint8_t components) {
 }
 
 bool HeldMotions::all_held() const {
-    const Vector6 values = Eigen::SelfAdjointEigenSolver<Matrix6>(gram_, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector6 values =
+        Eigen::SelfAdjointEigenSolver<Matrix6>(gram_, Eigen::EigenvaluesOnly).eigenvalues();
     return values[0] > 1e-6 * std::max(1.0, values[5]);
 }
 
-std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const std::uint8_t> held) {
+std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh,
+                                           std::span<const std::uint8_t> held) {
     struct Piece {
         Vector3 centre = Vector3::Zero();
         double size = 0;
@@ -91,7 +97,8 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const 
         piece.size = std::max(piece.size, (mesh.nodes[n] - piece.centre).norm());
     }
     std::map<std::int32_t, HeldMotions> motions;
-    for (const auto& [first, piece] : all) motions.emplace(first, HeldMotions(piece.centre, piece.size));
+    for (const auto& [first, piece] : all)
+        motions.emplace(first, HeldMotions(piece.centre, piece.size));
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         if (held[n]) motions.at(piece_of[n]).hold(mesh.nodes[n], held[n]);
     std::vector<FreeMotion> free;
@@ -101,9 +108,11 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const 
         int count = 0;
         while (count < 6 && eigen.eigenvalues()[count] < limit) ++count;
         if (count == 0) continue;
-        const std::string where = all.size() == 1 ? "" : fmt::format(" of the piece with node {}", first);
-        // Pure translations first: the free motions without a turn; the others span the rest. A column that is not free is
-        // a turn by more than any: what mixes none of these in comes before it.
+        const std::string where =
+            all.size() == 1 ? "" : fmt::format(" of the piece with node {}", first);
+        // Pure translations first: the free motions without a turn; the others span the rest. A
+        // column that is not free is a turn by more than any: what mixes none of these in comes
+        // before it.
         Matrix6 space = eigen.eigenvectors();
         space.rightCols(6 - count).setZero();
         Matrix6 turns = space.bottomRows<3>().transpose() * space.bottomRows<3>();

@@ -21,9 +21,11 @@ class HeldMotions {
     HeldMotions(const Vector3& centre, double size) : centre_(centre), size_(size) {}
     /// `components`: bit 0: x, 1: y, 2: z.
     void hold(const Vector3& x, std::uint8_t components);
-    /// Sum over the held components of (motion there)^2, of motions t + w x (x - centre) / size as (t, w).
+    /// Sum over the held components of (motion there)^2, of motions t + w x (x - centre) / size as
+    /// (t, w).
     const Matrix6& gram() const { return gram_; }
-    /// Whether none is free, nor as good as: a patch of a hundredth of the body's extent still holds it.
+    /// Whether none is free, nor as good as: a patch of a hundredth of the body's extent still
+    /// holds it.
     bool all_held() const;
 
   private:
@@ -34,11 +36,12 @@ class HeldMotions {
 
 /// A rigid motion that nothing holds.
 struct FreeMotion {
-    std::string description;  ///< "translation along (0, 0, 1)", "rotation about (0, 0, 1) through (1.0, 2.0, 3.0) mm"
+    std::string description;  ///< "translation along (0, 0, 1)", "rotation about (0, 0, 1) through
+                              ///< (1.0, 2.0, 3.0) mm"
 };
 
-/// The rigid motions of each connected piece of the mesh that its held components leave free: what a static solve has
-/// no answer for. `held`: for every node, bit 0: x, 1: y, 2: z. O(tets).
+/// The rigid motions of each connected piece of the mesh that its held components leave free: what
+/// a static solve has no answer for. `held`: for every node, bit 0: x, 1: y, 2: z. O(tets).
 std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh, std::span<const std::uint8_t> held);
 
 }  // namespace livetet

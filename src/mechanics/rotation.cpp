@@ -22,7 +22,8 @@ Eigen::Matrix3d cofactor(const Eigen::Matrix3d& m) {
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F) {
     const double squared_norm = F.squaredNorm();
     if (!(squared_norm > 1e-60) || !std::isfinite(squared_norm)) return Eigen::Matrix3d::Identity();
-    // Scaled to |F|^2 = 3, the norm of a rotation, so that the threshold means the same at any size.
+    // Scaled to |F|^2 = 3, the norm of a rotation, so that the threshold means the same at any
+    // size.
     Eigen::Matrix3d R = F * std::sqrt(3 / squared_norm);
     if (R.determinant() < 0.1) return nearest_rotation(F);
     for (int iteration = 0; iteration < 12; ++iteration) {

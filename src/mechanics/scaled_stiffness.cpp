@@ -13,7 +13,7 @@ using Eight [[gnu::vector_size(32)]] = float;
 using EightInts [[gnu::vector_size(32)]] = std::int32_t;
 using EightShorts [[gnu::vector_size(16)]] = std::int16_t;
 
-constexpr float largest = 32000;       ///< that a number of Q becomes; 16 bits end at 32767
+constexpr float largest = 32000;         ///< that a number of Q becomes; 16 bits end at 32767
 constexpr std::size_t step_batches = 8;  ///< turned before the edges that they complete are written
 
 Four load(const float* p) {
@@ -28,7 +28,8 @@ Eight load_eight(const float* p) {
     return v;
 }
 
-/// Adding 3 2^22 leaves a float's nearest integer in the last bits of its mantissa, negative ones as integers have them.
+/// Adding 3 2^22 leaves a float's nearest integer in the last bits of its mantissa, negative ones
+/// as integers have them.
 constexpr float round_to_bits = 12582912;
 
 /// A 3x3 matrix by its columns; the fourth lanes mean nothing.
@@ -37,14 +38,18 @@ struct Columns {
 };
 
 Columns transposed(const Columns& m) {
-    const Four top = __builtin_shufflevector(m.a, m.b, 0, 4, 1, 5), low = __builtin_shufflevector(m.a, m.b, 2, 6, 2, 6);
-    return {__builtin_shufflevector(top, m.c, 0, 1, 4, 4), __builtin_shufflevector(top, m.c, 2, 3, 5, 5),
+    const Four top = __builtin_shufflevector(m.a, m.b, 0, 4, 1, 5),
+               low = __builtin_shufflevector(m.a, m.b, 2, 6, 2, 6);
+    return {__builtin_shufflevector(top, m.c, 0, 1, 4, 4),
+            __builtin_shufflevector(top, m.c, 2, 3, 5, 5),
             __builtin_shufflevector(low, m.c, 0, 1, 6, 6)};
 }
 
 void store(const Columns& m, float factor, std::int16_t* to, std::int16_t* ninth) {
-    const Four bc = __builtin_shufflevector(m.b, m.c, 1, 2, 4, 5), ab = __builtin_shufflevector(m.a, m.b, 0, 1, 2, 4);
-    const Eight rounded = __builtin_shufflevector(ab, bc, 0, 1, 2, 3, 4, 5, 6, 7) * factor + round_to_bits;
+    const Four bc = __builtin_shufflevector(m.b, m.c, 1, 2, 4, 5),
+               ab = __builtin_shufflevector(m.a, m.b, 0, 1, 2, 4);
+    const Eight rounded =
+        __builtin_shufflevector(ab, bc, 0, 1, 2, 3, 4, 5, 6, 7) * factor + round_to_bits;
     EightInts bits;
     std::memcpy(&bits, &rounded, sizeof bits);
     const EightShorts shorts = __builtin_convertvector(bits, EightShorts);
@@ -53,8 +58,9 @@ void store(const Columns& m, float factor, std::int16_t* to, std::int16_t* ninth
     std::memcpy(ninth, &last, sizeof *ninth);
 }
 
-/// Sum of lambda h_i h_j^T + mu h_j h_i^T + mu h_i . h_j over the tets around an edge: with A = sum lambda h_i h_j^T and
-/// B = sum mu h_i h_j^T, in the lower and upper halves of a register, A + B^T + tr(B).
+/// Sum of lambda h_i h_j^T + mu h_j h_i^T + mu h_i . h_j over the tets around an edge: with A = sum
+/// lambda h_i h_j^T and B = sum mu h_i h_j^T, in the lower and upper halves of a register, A + B^T
+/// + tr(B).
 template <class Share>
 Columns block_of(const Share* shares, int count, const RotatedTet* tets) {
     const float* numbers = tets->corner[0];
@@ -63,32 +69,40 @@ Columns block_of(const Share* shares, int count, const RotatedTet* tets) {
         const std::uint32_t i = shares[k].i, j = shares[k].j;
         const float* hj = numbers + j;
         const Four hi = load(numbers + i);
-        const Eight moduli = load_eight(numbers + i / 16 * 16);  // lambda is the fourth, mu the eighth
+        const Eight moduli =
+            load_eight(numbers + i / 16 * 16);  // lambda is the fourth, mu the eighth
         const Eight scaled = __builtin_shufflevector(hi, hi, 0, 1, 2, 3, 0, 1, 2, 3) *
                              __builtin_shufflevector(moduli, moduli, 3, 3, 3, 3, 7, 7, 7, 7);
         x += scaled * hj[0];
         y += scaled * hj[1];
         z += scaled * hj[2];
     }
-    const Columns A{__builtin_shufflevector(x, x, 0, 1, 2, 3), __builtin_shufflevector(y, y, 0, 1, 2, 3),
+    const Columns A{__builtin_shufflevector(x, x, 0, 1, 2, 3),
+                    __builtin_shufflevector(y, y, 0, 1, 2, 3),
                     __builtin_shufflevector(z, z, 0, 1, 2, 3)};
-    const Columns B = transposed({__builtin_shufflevector(x, x, 4, 5, 6, 7), __builtin_shufflevector(y, y, 4, 5, 6, 7),
+    const Columns B = transposed({__builtin_shufflevector(x, x, 4, 5, 6, 7),
+                                  __builtin_shufflevector(y, y, 4, 5, 6, 7),
                                   __builtin_shufflevector(z, z, 4, 5, 6, 7)});
     const float trace = B.a[0] + B.b[1] + B.c[2];
-    return {A.a + B.a + Four{trace, 0, 0, 0}, A.b + B.b + Four{0, trace, 0, 0}, A.c + B.c + Four{0, 0, trace, 0}};
+    return {A.a + B.a + Four{trace, 0, 0, 0}, A.b + B.b + Four{0, trace, 0, 0},
+            A.c + B.c + Four{0, 0, trace, 0}};
 }
 
 }  // namespace
 
-ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
+ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements,
+                                 std::span<const std::array<std::int32_t, 4>> tets,
                                  const BatchParts& parts, std::size_t nodes) {
-    // The size of a tet's share in the block of a node with itself is V (lambda + 2 mu) |g|^2, or V mu |g|^2.
+    // The size of a tet's share in the block of a node with itself is V (lambda + 2 mu) |g|^2, or V
+    // mu |g|^2.
     std::vector<double> size(nodes, 0.0);
     for (std::size_t e = 0; e < tets.size(); ++e)
         for (int i = 0; i < 4; ++i)
-            size[tets[e][i]] += elements[e].volume * std::max(elements[e].lambda + 2 * elements[e].mu, elements[e].mu) *
+            size[tets[e][i]] += elements[e].volume *
+                                std::max(elements[e].lambda + 2 * elements[e].mu, elements[e].mu) *
                                 elements[e].gradients.col(i).squaredNorm();
-    for (const double s : size) scale_.push_back(s > 0 ? static_cast<float>(std::sqrt(s / largest)) : 1.0F);
+    for (const double s : size)
+        scale_.push_back(s > 0 ? static_cast<float>(std::sqrt(s / largest)) : 1.0F);
     find_rows(tets, nodes);
     blocks_.assign(9 * columns_.size() + 2, 0);  // ninths are read with two numbers behind them
     diagonal_.assign(9 * nodes, 0.0F);
@@ -97,7 +111,8 @@ ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements, std::span
     find_renewed_rows();
 }
 
-void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tets, std::size_t nodes) {
+void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tets,
+                                std::size_t nodes) {
     std::vector<std::vector<std::int32_t>> neighbours(nodes);
     for (const auto& tet : tets)
         for (const std::int32_t i : tet)
@@ -112,20 +127,26 @@ void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tet
         end_.push_back(static_cast<std::int32_t>(columns_.size()));
         if (row.size() % 2) columns_.push_back(3 * static_cast<std::int32_t>(i));
         start_.push_back(static_cast<std::int32_t>(columns_.size()));
-        const auto lower = std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i)) - row.begin();
+        const auto lower =
+            std::lower_bound(row.begin(), row.end(), static_cast<std::int32_t>(i)) - row.begin();
         upper_.push_back(start_[i] + static_cast<std::int32_t>(lower));
     }
-    std::vector<std::int32_t> next = upper_;  // rows ascend: a column's blocks right of the diagonal are met in order
+    std::vector<std::int32_t> next =
+        upper_;  // rows ascend: a column's blocks right of the diagonal are met in order
     for (std::size_t i = 0; i < nodes; ++i) {
         first_mirror_.push_back(static_cast<std::int32_t>(mirror_.size()));
-        for (std::int32_t k = start_[i]; k < upper_[i]; ++k) mirror_.push_back(next[columns_[k] / 3]++);
+        for (std::int32_t k = start_[i]; k < upper_[i]; ++k)
+            mirror_.push_back(next[columns_[k] / 3]++);
     }
 }
 
-void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts) {
+void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> tets,
+                                 const BatchParts& parts) {
     const auto block = [&](std::int32_t row, std::int32_t column) {
-        return static_cast<std::int32_t>(
-            std::lower_bound(columns_.begin() + start_[row], columns_.begin() + end_[row], 3 * column) - columns_.begin());
+        return static_cast<std::int32_t>(std::lower_bound(columns_.begin() + start_[row],
+                                                          columns_.begin() + end_[row],
+                                                          3 * column) -
+                                         columns_.begin());
     };
     struct Meeting {
         std::vector<Share> shares;
@@ -151,20 +172,26 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                 meeting.factor = 1 / (scale_[tet[i]] * scale_[tet[j]]);
                 if (part == static_cast<int>(parts.parts.size())) continue;  // shared
                 meeting.part = part;
-                meeting.step = std::max(meeting.step, (batch - parts.parts[part].begin) / step_batches);
+                meeting.step =
+                    std::max(meeting.step, (batch - parts.parts[part].begin) / step_batches);
             }
     }
-    std::vector<std::vector<std::vector<std::int32_t>>> edges(parts.parts.size());  // of each step of each part
+    std::vector<std::vector<std::vector<std::int32_t>>> edges(
+        parts.parts.size());  // of each step of each part
     for (std::size_t p = 0; p < edges.size(); ++p)
-        edges[p].resize(std::max<std::size_t>(1, (parts.parts[p].end - parts.parts[p].begin + step_batches - 1) / step_batches));
+        edges[p].resize(std::max<std::size_t>(
+            1, (parts.parts[p].end - parts.parts[p].begin + step_batches - 1) / step_batches));
     std::size_t turn = 0;  // whose edges of shared tets alone go to each part in turn
     for (std::size_t i = 0; i < nodes(); ++i)
         for (std::int32_t k = upper_[i]; k < end_[i]; ++k)
-            edges[meetings[k].part >= 0 ? meetings[k].part : turn++ % edges.size()][meetings[k].step].push_back(k);
+            edges[meetings[k].part >= 0 ? meetings[k].part : turn++ % edges.size()]
+                 [meetings[k].step]
+                     .push_back(k);
     for (std::size_t p = 0; p < edges.size(); ++p) {
         const std::size_t first_half = (edges[p].size() + 1) / 2;
         for (std::size_t s = 0; s < edges[p].size(); ++s) {
-            if (s == 0 || s == first_half) halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
+            if (s == 0 || s == first_half)
+                halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
             auto& of_step = edges[p][s];
             std::stable_sort(of_step.begin(), of_step.end(), [&](std::int32_t a, std::int32_t b) {
                 return meetings[a].shares.size() < meetings[b].shares.size();
@@ -173,27 +200,33 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
             for (const std::int32_t k : of_step) {
                 const auto& shares = meetings[k].shares;
                 const auto count = static_cast<std::int32_t>(shares.size());
-                if (groups_.size() == first_group || groups_.back().tets != count) groups_.push_back({count, 0});
+                if (groups_.size() == first_group || groups_.back().tets != count)
+                    groups_.push_back({count, 0});
                 ++groups_.back().edges;
                 edges_.push_back({k, meetings[k].factor});
                 shares_.insert(shares_.end(), shares.begin(), shares.end());
             }
             const std::size_t begin = parts.parts[p].begin + s * step_batches;
-            steps_.push_back({{begin, std::min(begin + step_batches, parts.parts[p].end)}, groups_.size()});
+            steps_.push_back(
+                {{begin, std::min(begin + step_batches, parts.parts[p].end)}, groups_.size()});
         }
-        if (first_half == edges[p].size()) halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
+        if (first_half == edges[p].size())
+            halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
     }
     halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
 }
 
 void ScaledStiffness::find_renewed_rows() {
-    std::vector<std::uint8_t> halves_of(nodes(), 0);  // bit 0: the first half writes in the row; bit 1: the second
+    std::vector<std::uint8_t> halves_of(
+        nodes(), 0);  // bit 0: the first half writes in the row; bit 1: the second
     std::vector<std::int32_t> row_of(columns_.size());
     for (std::size_t i = 0; i < nodes(); ++i)
-        std::fill(row_of.begin() + start_[i], row_of.begin() + start_[i + 1], static_cast<std::int32_t>(i));
+        std::fill(row_of.begin() + start_[i], row_of.begin() + start_[i + 1],
+                  static_cast<std::int32_t>(i));
     for (std::size_t h = 0; h + 1 < halves_.size(); ++h)
         for (std::size_t e = halves_[h].first_edge; e < halves_[h + 1].first_edge; ++e)
-            for (const std::int32_t i : {row_of[edges_[e].block], columns_[edges_[e].block] / 3}) halves_of[i] |= 1 << h % 2;
+            for (const std::int32_t i : {row_of[edges_[e].block], columns_[edges_[e].block] / 3})
+                halves_of[i] |= 1 << h % 2;
     for (std::size_t i = 0; i < nodes(); ++i) {
         rows_[0].push_back(static_cast<std::int32_t>(i));
         for (int half = 0; half < 2; ++half)
@@ -210,8 +243,8 @@ template <int tets>
 void ScaledStiffness::write_group(const Group& group, const Edge*& edge, const Share*& share) {
     const int count = tets > 0 ? tets : group.tets;
     for (std::int32_t e = 0; e < group.edges; ++e, ++edge, share += count)
-        store(block_of(share, count, turned_.data()), edge->factor, blocks_.data() + eight_at(edge->block),
-              blocks_.data() + ninth_at(edge->block));
+        store(block_of(share, count, turned_.data()), edge->factor,
+              blocks_.data() + eight_at(edge->block), blocks_.data() + ninth_at(edge->block));
 }
 
 void ScaledStiffness::write_half(std::size_t half, const TetBatches<float>& batches,
@@ -223,11 +256,20 @@ void ScaledStiffness::write_half(std::size_t half, const TetBatches<float>& batc
         rotate_gradients(batches, steps_[s].batches, rotations, turned_);
         for (; g < steps_[s].end_group; ++g) {
             switch (groups_[g].tets) {  // the usual numbers unrolled
-                case 3: write_group<3>(groups_[g], edge, share); break;
-                case 4: write_group<4>(groups_[g], edge, share); break;
-                case 5: write_group<5>(groups_[g], edge, share); break;
-                case 6: write_group<6>(groups_[g], edge, share); break;
-                default: write_group<0>(groups_[g], edge, share);
+                case 3:
+                    write_group<3>(groups_[g], edge, share);
+                    break;
+                case 4:
+                    write_group<4>(groups_[g], edge, share);
+                    break;
+                case 5:
+                    write_group<5>(groups_[g], edge, share);
+                    break;
+                case 6:
+                    write_group<6>(groups_[g], edge, share);
+                    break;
+                default:
+                    write_group<0>(groups_[g], edge, share);
             }
         }
     }
@@ -258,7 +300,8 @@ void ScaledStiffness::write_rows(std::span<const std::int32_t> rows) {
             blocks[ninth_at(k)] = ninth;
             add(q, ninth, k);
         }
-        for (std::int32_t k = upper_[i]; k < end_[i]; ++k) add(load_shorts(blocks + eight_at(k)), blocks[ninth_at(k)], k);
+        for (std::int32_t k = upper_[i]; k < end_[i]; ++k)
+            add(load_shorts(blocks + eight_at(k)), blocks[ninth_at(k)], k);
         const float per = -1 / scale_[i];
         sum *= per;
         std::memcpy(diagonal_.data() + 9 * i, &sum, sizeof sum);

@@ -14,39 +14,46 @@
 
 namespace livetet {
 
-/// h_i = R g_i, 1/m, of the four corners of a tet; the fourth numbers of the first two corners are its volume times
-/// lambda and times mu, N m (of the others: none). A cache line.
+/// h_i = R g_i, 1/m, of the four corners of a tet; the fourth numbers of the first two corners are
+/// its volume times lambda and times mu, N m (of the others: none). A cache line.
 struct alignas(64) RotatedTet {
     float corner[4][4];
 };
 
 /// The tet of every lane of `range` to tets[batch * batch_width + lane].
-void rotate_gradients(const TetBatches<float>& batches, BatchRange range, std::span<const RotationBatch<float>> rotations,
-                      std::span<RotatedTet> tets);
+void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
+                      std::span<const RotationBatch<float>> rotations, std::span<RotatedTet> tets);
 
-/// What of a ScaledStiffness is written: all, or those blocks whose last tet stands in the first or the second half of its
-/// part, so that two halves make a whole. Between them, blocks differ by how far their tets turned in the meantime.
+/// What of a ScaledStiffness is written: all, or those blocks whose last tet stands in the first or
+/// the second half of its part, so that two halves make a whole. Between them, blocks differ by how
+/// far their tets turned in the meantime.
 enum class Renewal : std::uint8_t { whole, first_half, second_half };
 
-/// The stiffness sum R K R^T (as `assemble`) in 22 bytes a block rather than 40: S Q S, where S is a number for each node
-/// that does not change, and the blocks of Q off the diagonal are integers of 16 bits. A step of Q is 1/32000 of the
-/// largest that a block between two nodes can become, however its tets turn: K_ij of a positive operator is no larger than
-/// the root of K_ii K_jj, and rotations do not change the size of a tet's share in those. Blocks are column-major; the
-/// diagonal's are float, minus the sum of the others, so that translations make no force to float's last digit.
+/// The stiffness sum R K R^T (as `assemble`) in 22 bytes a block rather than 40: S Q S, where S is
+/// a number for each node that does not change, and the blocks of Q off the diagonal are integers
+/// of 16 bits. A step of Q is 1/32000 of the largest that a block between two nodes can become,
+/// however its tets turn: K_ij of a positive operator is no larger than the root of K_ii K_jj, and
+/// rotations do not change the size of a tet's share in those. Blocks are column-major; the
+/// diagonal's are float, minus the sum of the others, so that translations make no force to float's
+/// last digit.
 ///
-/// Blocks are made one by one rather than tet by tet: each is summed in registers over the tets around its edge and
-/// written once, as soon as the last of these tets was turned, while they are in the cache.
+/// Blocks are made one by one rather than tet by tet: each is summed in registers over the tets
+/// around its edge and written once, as soon as the last of these tets was turned, while they are
+/// in the cache.
 class ScaledStiffness {
   public:
     /// `tets[e]`: the corners of `elements[e]`; `parts`: where their lanes are.
-    ScaledStiffness(std::span<const TetElement> elements, std::span<const std::array<std::int32_t, 4>> tets,
-                    const BatchParts& parts, std::size_t nodes);
+    ScaledStiffness(std::span<const TetElement> elements,
+                    std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts,
+                    std::size_t nodes);
 
     std::size_t nodes() const { return start_.size() - 1; }
     /// S, the root of N/m.
     std::span<const float> scale() const { return scale_; }
     /// Q's block on the diagonal, without unit.
-    std::span<float, 9> diagonal(std::size_t node) { return std::span<float, 9>(diagonal_.data() + 9 * node, 9); }
+    std::span<float, 9> diagonal(std::size_t node) {
+        return std::span<float, 9>(diagonal_.data() + 9 * node, 9);
+    }
     /// visit(column, block's numbers) for the blocks off the diagonal of a row.
     template <class Visit>
     void visit_row(std::size_t node, Visit&& visit) const {
@@ -58,23 +65,30 @@ class ScaledStiffness {
         }
     }
 
-    /// First for the lanes that parts share (ranges of `shared`, by any threads), then for each part (one thread each), then
-    /// for rows_of(renewal): each when all of the one before is done.
-    void turn_shared(BatchRange range, const TetBatches<float>& batches, std::span<const RotationBatch<float>> rotations);
+    /// First for the lanes that parts share (ranges of `shared`, by any threads), then for each
+    /// part (one thread each), then for rows_of(renewal): each when all of the one before is done.
+    void turn_shared(BatchRange range, const TetBatches<float>& batches,
+                     std::span<const RotationBatch<float>> rotations);
     void write_part(int part, Renewal renewal, const TetBatches<float>& batches,
                     std::span<const RotationBatch<float>> rotations);
     void write_rows(std::span<const std::int32_t> rows);
     /// The rows with a block that a renewal writes, ascending.
-    std::span<const std::int32_t> rows_of(Renewal renewal) const { return rows_[static_cast<std::size_t>(renewal)]; }
+    std::span<const std::int32_t> rows_of(Renewal renewal) const {
+        return rows_[static_cast<std::size_t>(renewal)];
+    }
 
-    /// visit(row, Q x in the first three lanes of four) for rows [begin, end); x: three numbers a node and one behind.
+    /// visit(row, Q x in the first three lanes of four) for rows [begin, end); x: three numbers a
+    /// node and one behind.
     template <class Visit>
     void multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const;
 
-    std::size_t bytes_of_product() const { return blocks_.size() * 2 + (columns_.size() + diagonal_.size()) * 4; }
+    std::size_t bytes_of_product() const {
+        return blocks_.size() * 2 + (columns_.size() + diagonal_.size()) * 4;
+    }
     std::size_t bytes_of_update() const {
-        return 2 * sizeof(RotatedTet) * turned_.size() + sizeof(Share) * shares_.size() + sizeof(Edge) * edges_.size() +
-               4 * mirror_.size() + 3 * 2 * blocks_.size() + 4 * (columns_.size() + diagonal_.size());
+        return 2 * sizeof(RotatedTet) * turned_.size() + sizeof(Share) * shares_.size() +
+               sizeof(Edge) * edges_.size() + 4 * mirror_.size() + 3 * 2 * blocks_.size() +
+               4 * (columns_.size() + diagonal_.size());
     }
 
   private:
@@ -82,16 +96,19 @@ class ScaledStiffness {
     using Eight [[gnu::vector_size(32)]] = float;
     using EightShorts [[gnu::vector_size(16)]] = std::int16_t;
 
-    /// Integers of 16 bits as floats; four numbers in both halves of a register. GCC 12 takes two to four times the
-    /// instructions for what can be said without intrinsics.
+    /// Integers of 16 bits as floats; four numbers in both halves of a register. GCC 12 takes two
+    /// to four times the instructions for what can be said without intrinsics.
 #ifdef __AVX2__
     static Eight eight_floats(const EightShorts& q) {
         return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(reinterpret_cast<const __m128i&>(q)));
     }
     static Four four_floats(const std::int16_t* p) {
-        return _mm_cvtepi32_ps(_mm_cvtepi16_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
+        return _mm_cvtepi32_ps(
+            _mm_cvtepi16_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
     }
-    static Eight load_twice(const float* p) { return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)); }
+    static Eight load_twice(const float* p) {
+        return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p));
+    }
 #else
     static Eight eight_floats(const EightShorts& q) {
         Eight v;
@@ -99,9 +116,12 @@ class ScaledStiffness {
         return v;
     }
     static Four four_floats(const std::int16_t* p) {
-        return Four{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), static_cast<float>(p[3])};
+        return Four{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]),
+                    static_cast<float>(p[3])};
     }
-    static Eight load_twice(const float* p) { return Eight{p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]}; }
+    static Eight load_twice(const float* p) {
+        return Eight{p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]};
+    }
 #endif
 
     static EightShorts load_shorts(const std::int16_t* p) {
@@ -119,7 +139,8 @@ class ScaledStiffness {
         std::int32_t block;
         float factor;
     };
-    /// Edges with the same number of tets, which follow each other so that the loop over them is foreseen.
+    /// Edges with the same number of tets, which follow each other so that the loop over them is
+    /// foreseen.
     struct Group {
         std::int32_t tets, edges;
     };
@@ -137,19 +158,22 @@ class ScaledStiffness {
     void find_rows(std::span<const std::array<std::int32_t, 4>> tets, std::size_t nodes);
     void find_steps(std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts);
     void find_renewed_rows();
-    void write_half(std::size_t half, const TetBatches<float>& batches, std::span<const RotationBatch<float>> rotations);
+    void write_half(std::size_t half, const TetBatches<float>& batches,
+                    std::span<const RotationBatch<float>> rotations);
     template <int tets>
     void write_group(const Group& group, const Edge*& edge, const Share*& share);
 
-    // Rows of blocks off the diagonal, columns ascending (three times the node), padded to pairs by blocks of zeros.
+    // Rows of blocks off the diagonal, columns ascending (three times the node), padded to pairs by
+    // blocks of zeros.
     std::vector<std::int32_t> start_, end_, columns_;
-    std::vector<std::int32_t> upper_;            ///< of each row: its first block right of the diagonal
-    std::vector<std::int32_t> mirror_;           ///< of each block left of a diagonal: where its transpose stands
-    std::vector<std::int32_t> first_mirror_;     ///< of each row
+    std::vector<std::int32_t> upper_;  ///< of each row: its first block right of the diagonal
+    std::vector<std::int32_t>
+        mirror_;  ///< of each block left of a diagonal: where its transpose stands
+    std::vector<std::int32_t> first_mirror_;  ///< of each row
     std::vector<std::int16_t> blocks_;
     std::vector<float> diagonal_, scale_;
-    std::vector<RotatedTet> turned_;  ///< of each lane
-    std::vector<HalfPart> halves_;    ///< two of each part; and one behind
+    std::vector<RotatedTet> turned_;                 ///< of each lane
+    std::vector<HalfPart> halves_;                   ///< two of each part; and one behind
     std::array<std::vector<std::int32_t>, 3> rows_;  ///< of each renewal
     std::vector<Step> steps_;
     std::vector<Group> groups_;
@@ -158,7 +182,8 @@ class ScaledStiffness {
 };
 
 template <class Visit>
-void ScaledStiffness::multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const {
+void ScaledStiffness::multiply(std::size_t begin, std::size_t end, const float* x,
+                               Visit&& visit) const {
     const auto load = [](const float* p) {
         Four v;
         __builtin_memcpy(&v, p, sizeof v);

@@ -7,8 +7,9 @@ namespace {
 using Matrix3 = Eigen::Matrix3d;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-/// Second derivatives of psi_mu + p theta by the singular values: `stretch(i, j)`, and for the pair of axes other than
-/// k the eigenvalues `flip[k]` of the symmetric mode and `twist[k]` of the antisymmetric one.
+/// Second derivatives of psi_mu + p theta by the singular values: `stretch(i, j)`, and for the pair
+/// of axes other than k the eigenvalues `flip[k]` of the symmetric mode and `twist[k]` of the
+/// antisymmetric one.
 struct Modes {
     Matrix3 stretch;
     Eigen::Vector3d flip, twist;
@@ -78,7 +79,8 @@ Matrix9 StrainEnergy<model>::shear_tangent(double mu, double p, const Matrix3& H
     Matrix9 A = stretches * m.stretch * stretches.transpose();
     for (int k = 0; k < 3; ++k) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
-        const Vector9 ij = stacked(svd.U.col(i), svd.V.col(j)), ji = stacked(svd.U.col(j), svd.V.col(i));
+        const Vector9 ij = stacked(svd.U.col(i), svd.V.col(j)),
+                      ji = stacked(svd.U.col(j), svd.V.col(i));
         A += (m.flip[k] / 2) * (ij + ji) * (ij + ji).transpose() +
              (m.twist[k] / 2) * (ij - ji) * (ij - ji).transpose();
     }

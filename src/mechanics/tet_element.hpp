@@ -7,7 +7,8 @@
 namespace livetet {
 
 /// What a tetrahedron with straight edges needs to know of its rest shape and material.
-/// gradients.col(i): gradient of barycentric coordinate L_i (1/m); they sum to zero. volume in m^3; lambda, mu in Pa.
+/// gradients.col(i): gradient of barycentric coordinate L_i (1/m); they sum to zero. volume in m^3;
+/// lambda, mu in Pa.
 struct TetElement {
     Eigen::Matrix<double, 3, 4> gradients;
     double volume;

@@ -6,8 +6,9 @@
 
 namespace livetet {
 
-/// Shape functions and quadrature of a tet with `nodes` nodes: 4 (P1; one point, its gradients are constant) or 10 (P2;
-/// four points, exact to degree 2: the stiffness of a small strain, and a pressure's work).
+/// Shape functions and quadrature of a tet with `nodes` nodes: 4 (P1; one point, its gradients are
+/// constant) or 10 (P2; four points, exact to degree 2: the stiffness of a small strain, and a
+/// pressure's work).
 template <int nodes>
 struct TetShape;
 
@@ -26,7 +27,8 @@ struct TetShape<4> {
 template <>
 struct TetShape<10> {
     static constexpr int points = 4;
-    static constexpr double near = 0.58541019662496845446, far = 0.13819660112501051518;  // (5 + 3 sqrt 5) / 20, ...
+    static constexpr double near = 0.58541019662496845446,
+                            far = 0.13819660112501051518;  // (5 + 3 sqrt 5) / 20, ...
     using Gradients = Eigen::Matrix<double, 3, 10>;
     static Eigen::Vector4d coordinates(int point) {
         Eigen::Vector4d L = Eigen::Vector4d::Constant(far);
@@ -43,35 +45,40 @@ struct TetShape<10> {
         }
         return g;
     }
-    static Gradients gradients(const TetElement& e, int point) { return gradients_at(e, coordinates(point)); }
-    /// Lumped in proportion to the consistent mass matrix's diagonal (Hinton, Rock, Zienkiewicz 1976): row sums would
-    /// be negative at corners.
+    static Gradients gradients(const TetElement& e, int point) {
+        return gradients_at(e, coordinates(point));
+    }
+    /// Lumped in proportion to the consistent mass matrix's diagonal (Hinton, Rock, Zienkiewicz
+    /// 1976): row sums would be negative at corners.
     static constexpr double mass_share(int node) { return node < 4 ? 1.0 / 36 : 4.0 / 27; }
     /// The integral of N_i over the volume.
     static constexpr double force_share(int node) { return node < 4 ? -0.05 : 0.2; }
 };
 
-/// One 3x3 block of the `held_rotation` tangent of an isotropic tet, from rotated gradients h_i = R g_i, without the
-/// volume strain's part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
-inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i, const Eigen::Vector3d& h_j) {
+/// One 3x3 block of the `held_rotation` tangent of an isotropic tet, from rotated gradients h_i = R
+/// g_i, without the volume strain's part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
+inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
+                                   const Eigen::Vector3d& h_j) {
     Eigen::Matrix3d K = volume_mu * h_j * h_i.transpose();
     K.diagonal().array() += volume_mu * h_i.dot(h_j);
     return K;
 }
 
-/// The blocks of one quadrature point, visited as visit(i, j, K_ij): V times g_i . A . g_j, and lambda n_i n_j^T with
-/// n_i = (d theta / dF) g_i where `lambda` is not zero (displacement form: p = lambda theta).
-/// weight: V times the point's share, m^3; p in Pa; H = F - I.
+/// The blocks of one quadrature point, visited as visit(i, j, K_ij): V times g_i . A . g_j, and
+/// lambda n_i n_j^T with n_i = (d theta / dF) g_i where `lambda` is not zero (displacement form: p
+/// = lambda theta). weight: V times the point's share, m^3; p in Pa; H = F - I.
 template <class Energy, class Gradients, class Visit>
-void visit_stiffness(const Energy&, Tangent tangent, double weight, double mu, double lambda, double p,
-                     const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, const Gradients& g, Visit&& visit) {
+void visit_stiffness(const Energy&, Tangent tangent, double weight, double mu, double lambda,
+                     double p, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+                     const Gradients& g, Visit&& visit) {
     constexpr int nodes = Gradients::ColsAtCompileTime;
     const Gradients n = Energy::volume_strain_gradient(H, R) * g;
     if (Energy::rotates && tangent == Tangent::held_rotation) {
         for (int i = 0; i < nodes; ++i)
             for (int j = 0; j < nodes; ++j)
                 visit(i, j,
-                      shear_block(weight * mu, n.col(i), n.col(j)) + (weight * lambda) * n.col(i) * n.col(j).transpose());
+                      shear_block(weight * mu, n.col(i), n.col(j)) +
+                          (weight * lambda) * n.col(i) * n.col(j).transpose());
         return;
     }
     const Matrix9 A = Energy::shear_tangent(mu, p, H, tangent);

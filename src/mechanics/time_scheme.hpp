@@ -25,44 +25,55 @@ struct TimeOptions {
 
 template <class Visitor>
 void visit_fields(Visitor& v, TimeOptions& t) {
-    v.choice("scheme", t.scheme, "how the body moves in time",
-             {{TimeScheme::static_equilibrium, "static", "equilibrium; no mass, no velocities"},
-              {TimeScheme::implicit_euler, "euler", "implicit Euler: first order, damps"},
-              {TimeScheme::newmark, "newmark", "Newmark with beta and gamma: second order at 1/4, 1/2"},
-              {TimeScheme::generalized_alpha, "generalized_alpha",
-               "second order, damps what the step cannot resolve, by rho_inf"}});
-    v.field("step_s", t.step_s, "s", "time step of `solve`; `track` steps from sample to sample", greater_than<0>());
+    v.choice(
+        "scheme", t.scheme, "how the body moves in time",
+        {{TimeScheme::static_equilibrium, "static", "equilibrium; no mass, no velocities"},
+         {TimeScheme::implicit_euler, "euler", "implicit Euler: first order, damps"},
+         {TimeScheme::newmark, "newmark", "Newmark with beta and gamma: second order at 1/4, 1/2"},
+         {TimeScheme::generalized_alpha, "generalized_alpha",
+          "second order, damps what the step cannot resolve, by rho_inf"}});
+    v.field("step_s", t.step_s, "s", "time step of `solve`; `track` steps from sample to sample",
+            greater_than<0>());
     v.field("adaptive_tolerance_mm", t.adaptive_tolerance_mm, "mm",
-            "`solve`: steps grow and shrink (from step_s / 1000 to 100 step_s) so that each makes about this error; 0: "
+            "`solve`: steps grow and shrink (from step_s / 1000 to 100 step_s) so that each makes "
+            "about this error; 0: "
             "all are step_s",
             at_least<0>());
     v.field("duration_s", t.duration_s, "s", "how long `solve` runs", greater_than<0>());
-    v.field("beta", t.beta, "", "Newmark's beta",
-            Check<double>{"above 0 and at most 1", [](const double& x) { return x > 0 && x <= 1; }});
+    v.field(
+        "beta", t.beta, "", "Newmark's beta",
+        Check<double>{"above 0 and at most 1", [](const double& x) { return x > 0 && x <= 1; }});
     v.field("gamma", t.gamma, "", "Newmark's gamma; 1/2: no damping of its own",
             Check<double>{"from 0.5 to 1.5", [](const double& x) { return x >= 0.5 && x <= 1.5; }});
-    v.field("rho_inf", t.rho_inf, "", "generalized-alpha: what is left of the highest frequencies after a step",
+    v.field("rho_inf", t.rho_inf, "",
+            "generalized-alpha: what is left of the highest frequencies after a step",
             Check<double>{"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
-    v.field("rayleigh_alpha", t.rayleigh_alpha, "1/s", "Rayleigh damping: C = alpha M + beta K", at_least<0>());
-    v.field("rayleigh_beta", t.rayleigh_beta, "s", "Rayleigh damping: C = alpha M + beta K", at_least<0>());
-    v.field("load_steps", t.load_steps, "", "static: the loads and driven displacements are applied in this many steps",
+    v.field("rayleigh_alpha", t.rayleigh_alpha, "1/s", "Rayleigh damping: C = alpha M + beta K",
+            at_least<0>());
+    v.field("rayleigh_beta", t.rayleigh_beta, "s", "Rayleigh damping: C = alpha M + beta K",
+            at_least<0>());
+    v.field("load_steps", t.load_steps, "",
+            "static: the loads and driven displacements are applied in this many steps",
             at_least<1, int>());
 }
 
-/// Acceleration and velocity at the end of a step as affine functions of its displacement increment du = u1 - u0:
-/// a1 = a_u du - a_v v0 - a_a a0,  v1 = v_u du + v_v v0 + v_a a0;
-/// and the balance that the step solves for, with h the forces f_ext - f_int - C v:
-/// (1 - alpha_f) h1 + alpha_f h0 = M ((1 - alpha_m) a1 + alpha_m a0).
+/// Acceleration and velocity at the end of a step as affine functions of its displacement increment
+/// du = u1 - u0: a1 = a_u du - a_v v0 - a_a a0,  v1 = v_u du + v_v v0 + v_a a0; and the balance
+/// that the step solves for, with h the forces f_ext - f_int - C v: (1 - alpha_f) h1 + alpha_f h0 =
+/// M ((1 - alpha_m) a1 + alpha_m a0).
 struct TimeCoefficients {
     double a_u = 0, a_v = 0, a_a = 0;
     double v_u = 0, v_v = 0, v_a = 0;
     double alpha_m = 0, alpha_f = 0;
-    double error = 0, error_from = 1;  ///< the step's error of displacement is about error |a1 - error_from a0|
+    double error = 0,
+           error_from =
+               1;  ///< the step's error of displacement is about error |a1 - error_from a0|
 };
 
-/// Newmark 1959 in displacement form, implicit Euler as v1 = du / dt, a1 = (v1 - v0) / dt, generalized-alpha after Chung
-/// and Hulbert 1993; all zero for static. The error of a step: Zienkiewicz and Xie 1991 for Newmark's form,
-/// |beta - 1/6| dt^2 (at least dt^2 / 12, so that a lucky beta hides nothing); Euler's dt^2 / 2.
+/// Newmark 1959 in displacement form, implicit Euler as v1 = du / dt, a1 = (v1 - v0) / dt,
+/// generalized-alpha after Chung and Hulbert 1993; all zero for static. The error of a step:
+/// Zienkiewicz and Xie 1991 for Newmark's form, |beta - 1/6| dt^2 (at least dt^2 / 12, so that a
+/// lucky beta hides nothing); Euler's dt^2 / 2.
 inline TimeCoefficients time_coefficients(const TimeOptions& t, double dt) {
     double beta = t.beta, gamma = t.gamma, alpha_m = 0, alpha_f = 0;
     switch (t.scheme) {

@@ -14,8 +14,9 @@ namespace livetet {
 
 namespace {
 
-/// A weight this much below zero still counts as inside: rounding must not push a point on an inner face out of both
-/// tets that share it. It is clamped to zero, which moves the point by less than 1e-8 of an edge.
+/// A weight this much below zero still counts as inside: rounding must not push a point on an inner
+/// face out of both tets that share it. It is clamped to zero, which moves the point by less than
+/// 1e-8 of an edge.
 constexpr double inside_tolerance = 1e-8;
 
 using Weights = std::array<double, 4>;
@@ -48,7 +49,8 @@ class TetGrid {
         box_ = {box_.min() - Vector3::Constant(margin), box_.max() + Vector3::Constant(margin)};
         const Vector3 extent = box_.sizes();
         const double cell = std::cbrt(extent.prod() / static_cast<double>(mesh.tets.size()));
-        for (int d = 0; d < 3; ++d) cells_[d] = std::clamp(static_cast<int>(extent[d] / cell), 1, 1024);
+        for (int d = 0; d < 3; ++d)
+            cells_[d] = std::clamp(static_cast<int>(extent[d] / cell), 1, 1024);
         per_metre_ = cells_.cast<double>().cwiseQuotient(extent);
         build_frames(mesh);
         fill(mesh);
@@ -79,7 +81,8 @@ class TetGrid {
     }
 
     std::size_t index(const Eigen::Vector3i& c) const {
-        return c.x() + static_cast<std::size_t>(cells_.x()) * (c.y() + static_cast<std::size_t>(cells_.y()) * c.z());
+        return c.x() + static_cast<std::size_t>(cells_.x()) *
+                           (c.y() + static_cast<std::size_t>(cells_.y()) * c.z());
     }
 
     void build_frames(const TetMesh& mesh) {
@@ -101,12 +104,14 @@ class TetGrid {
 
     void fill(const TetMesh& mesh) {
         first_.assign(static_cast<std::size_t>(cells_.x()) * cells_.y() * cells_.z() + 1, 0);
-        for (const Tet& t : mesh.tets) for_each_cell(mesh, t, [&](std::size_t c) { ++first_[c + 1]; });
+        for (const Tet& t : mesh.tets)
+            for_each_cell(mesh, t, [&](std::size_t c) { ++first_[c + 1]; });
         for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
         tets_.resize(first_.back());
         std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
         for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-            for_each_cell(mesh, mesh.tets[e], [&](std::size_t c) { tets_[next[c]++] = static_cast<std::int32_t>(e); });
+            for_each_cell(mesh, mesh.tets[e],
+                          [&](std::size_t c) { tets_[next[c]++] = static_cast<std::int32_t>(e); });
     }
 
     Eigen::AlignedBox3d box_;
@@ -116,15 +121,18 @@ class TetGrid {
     std::vector<std::int32_t> first_, tets_;
 };
 
-/// For each boundary triangle the fourth node of its tet. Both come in the order of the tets, and a boundary triangle
-/// lies in one tet only: one walk along both lists finds them all.
-std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets, std::span<const Triangle> boundary) {
+/// For each boundary triangle the fourth node of its tet. Both come in the order of the tets, and a
+/// boundary triangle lies in one tet only: one walk along both lists finds them all.
+std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets,
+                                       std::span<const Triangle> boundary) {
     std::vector<std::int32_t> fourth;
     fourth.reserve(boundary.size());
     for (const Tet& t : tets)
         while (fourth.size() < boundary.size()) {
             const Triangle& f = boundary[fourth.size()];
-            const auto in_face = [&](std::int32_t n) { return n == f[0] || n == f[1] || n == f[2]; };
+            const auto in_face = [&](std::int32_t n) {
+                return n == f[0] || n == f[1] || n == f[2];
+            };
             if (std::count_if(t.begin(), t.end(), in_face) < 3) break;
             fourth.push_back(*std::find_if_not(t.begin(), t.end(), in_face));
         }
@@ -143,7 +151,8 @@ Weights clamped(Weights w) {
 Weights extrapolated(const Weights& near, const Weights& at) {
     double part = 1;
     for (int k = 0; k < 4; ++k)
-        if (at[k] < least_extrapolated) part = std::min(part, (near[k] - least_extrapolated) / (near[k] - at[k]));
+        if (at[k] < least_extrapolated)
+            part = std::min(part, (near[k] - least_extrapolated) / (near[k] - at[k]));
     Weights w;
     for (int k = 0; k < 4; ++k) w[k] = near[k] + part * (at[k] - near[k]);
     return w;
@@ -152,7 +161,8 @@ Weights extrapolated(const Weights& near, const Weights& at) {
 }  // namespace
 
 BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Outside outside) {
-    if (mesh.tets.empty()) fail("barycentric map: the mesh has no tetrahedra, expected at least one");
+    if (mesh.tets.empty())
+        fail("barycentric map: the mesh has no tetrahedra, expected at least one");
     const TetGrid grid(mesh);
     const std::vector<Triangle> boundary = boundary_triangles(mesh.tets);
     const std::vector<std::int32_t> fourth = fourth_nodes(mesh.tets, boundary);
@@ -180,7 +190,8 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Ou
             map.weights[i] = {hit.weights[0], hit.weights[1], hit.weights[2], 0.0};
             map.distance[i] = hit.distance;
             if (outside == Outside::extrapolated)
-                map.weights[i] = extrapolated(map.weights[i], frame_of(mesh, map.nodes[i]).weights(points[i]));
+                map.weights[i] =
+                    extrapolated(map.weights[i], frame_of(mesh, map.nodes[i]).weights(points[i]));
         }
     });
     return map;

@@ -11,11 +11,14 @@ namespace livetet {
 namespace {
 
 double oriented_volume(std::span<const Vector3> nodes, const Tet& t) {
-    return (nodes[t[1]] - nodes[t[0]]).cross(nodes[t[2]] - nodes[t[0]]).dot(nodes[t[3]] - nodes[t[0]]);
+    return (nodes[t[1]] - nodes[t[0]])
+        .cross(nodes[t[2]] - nodes[t[0]])
+        .dot(nodes[t[3]] - nodes[t[0]]);
 }
 
-/// Each ten-node tet as eight of four nodes: its corners, and about the diagonal between the middles of edges 0-1 and 2-3
-/// the four between it and the other middles, in the order in which they lie around it.
+/// Each ten-node tet as eight of four nodes: its corners, and about the diagonal between the
+/// middles of edges 0-1 and 2-3 the four between it and the other middles, in the order in which
+/// they lie around it.
 std::vector<Tet> linear_tets(const TetMesh& mesh) {
     if (mesh.edge_nodes.empty()) return mesh.tets;
     std::vector<Tet> tets;
@@ -23,7 +26,10 @@ std::vector<Tet> linear_tets(const TetMesh& mesh) {
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
         const Tet& t = mesh.tets[e];
         const auto& [m01, m12, m20, m03, m13, m23] = mesh.edge_nodes[e];
-        tets.insert(tets.end(), {{t[0], m01, m20, m03}, {m01, t[1], m12, m13}, {m20, m12, t[2], m23}, {m03, m13, m23, t[3]}});
+        tets.insert(tets.end(), {{t[0], m01, m20, m03},
+                                 {m01, t[1], m12, m13},
+                                 {m20, m12, t[2], m23},
+                                 {m03, m13, m23, t[3]}});
         const std::int32_t ring[] = {m12, m20, m03, m13};
         for (int i = 0; i < 4; ++i) {
             Tet inner{m01, m23, ring[i], ring[(i + 1) % 4]};
@@ -34,8 +40,8 @@ std::vector<Tet> linear_tets(const TetMesh& mesh) {
     return tets;
 }
 
-/// The prism over a triangle of inner nodes, wound outwards, as three tets; of each side the diagonal begins at the lower
-/// inner node, as it does for the neighbour.
+/// The prism over a triangle of inner nodes, wound outwards, as three tets; of each side the
+/// diagonal begins at the lower inner node, as it does for the neighbour.
 void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::int32_t>& outer_of) {
     const auto lowest = std::min_element(inner.begin(), inner.end());
     std::rotate(inner.begin(), lowest, inner.end());
@@ -51,23 +57,25 @@ void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::in
     }
 }
 
-/// Outer nodes behind the others: `thickness` from the inner ones along the surface's normals, which are the means of its
-/// triangles' by their areas.
-void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surface, std::span<const std::int32_t> inner,
-                     double thickness) {
+/// Outer nodes behind the others: `thickness` from the inner ones along the surface's normals,
+/// which are the means of its triangles' by their areas.
+void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surface,
+                     std::span<const std::int32_t> inner, double thickness) {
     std::vector<Vector3> normals(nodes.size(), Vector3::Zero());
     for (const auto& [a, b, c] : surface) {
         const Vector3 normal = (nodes[b] - nodes[a]).cross(nodes[c] - nodes[a]);
         for (const std::int32_t n : {a, b, c}) normals[n] += normal;
     }
-    for (const std::int32_t n : inner) nodes.push_back(nodes[n] + thickness * normals[n].normalized());
+    for (const std::int32_t n : inner)
+        nodes.push_back(nodes[n] + thickness * normals[n].normalized());
 }
 
 }  // namespace
 
 BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind) {
     if (displacement.size() != mesh.nodes.size())
-        fail("a motion has {} displacements, expected one for each of {} nodes", displacement.size(), mesh.nodes.size());
+        fail("a motion has {} displacements, expected one for each of {} nodes",
+             displacement.size(), mesh.nodes.size());
     BodyMotion motion{linear_tets(mesh), 0, mesh.nodes, mesh.nodes};
     motion.own = motion.tets.size();
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];

@@ -8,14 +8,14 @@
 
 namespace livetet {
 
-/// Non-nested levels of one body, the finest first, each meshed on its own. `transfers[l]` gives every node of level l
-/// its place in level l + 1: levels.size() - 1 of them.
+/// Non-nested levels of one body, the finest first, each meshed on its own. `transfers[l]` gives
+/// every node of level l its place in level l + 1: levels.size() - 1 of them.
 struct MeshHierarchy {
     std::vector<TetMesh> levels;
     std::vector<BarycentricMap> transfers;
     std::string provenance;  ///< how it was made: input, options, versions
-    /// Empty, or for each transfer: of every tet of level l the one of level l + 1 that it was cut from; empty where the two
-    /// were meshed each on its own.
+    /// Empty, or for each transfer: of every tet of level l the one of level l + 1 that it was cut
+    /// from; empty where the two were meshed each on its own.
     std::vector<std::vector<std::int32_t>> parents{};
 
     /// Whether level `l` was cut from the next one.

@@ -26,10 +26,12 @@ std::vector<std::int32_t> select(const TetMesh& mesh, NodeScope scope, const Pre
 
 }  // namespace
 
-std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& mask, NodeScope scope) {
+std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& mask,
+                                        NodeScope scope) {
     const Eigen::Matrix4d& ras_from_voxel = mask.ras_from_voxel;
     const double voxel_volume = std::abs(ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    if (!(voxel_volume > 0)) fail("mask image: its affine is singular, expected three independent axes");
+    if (!(voxel_volume > 0))
+        fail("mask image: its affine is singular, expected three independent axes");
     const Eigen::Matrix4d voxel_from_ras = ras_from_voxel.inverse();
     return select(mesh, scope, [&](const Vector3& x) {
         const Vector3 voxel = (voxel_from_ras * x.homogeneous()).head<3>();
@@ -40,7 +42,8 @@ std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& m
     });
 }
 
-std::vector<std::int32_t> nodes_in_box(const TetMesh& mesh, const Vector3& low, const Vector3& high, NodeScope scope) {
+std::vector<std::int32_t> nodes_in_box(const TetMesh& mesh, const Vector3& low, const Vector3& high,
+                                       NodeScope scope) {
     if (!(low.array() <= high.array()).all())
         fail("box: from ({}) to ({}) mm is empty, expected low <= high along each axis",
              fmt::format("{:.2f}, {:.2f}, {:.2f}", 1e3 * low.x(), 1e3 * low.y(), 1e3 * low.z()),
@@ -49,13 +52,14 @@ std::vector<std::int32_t> nodes_in_box(const TetMesh& mesh, const Vector3& low, 
     return select(mesh, scope, [&](const Vector3& x) { return box.contains(x); });
 }
 
-std::vector<std::int32_t> nodes_in_sphere(const TetMesh& mesh, const Vector3& centre, double radius, NodeScope scope) {
+std::vector<std::int32_t> nodes_in_sphere(const TetMesh& mesh, const Vector3& centre, double radius,
+                                          NodeScope scope) {
     if (!(radius >= 0)) fail("sphere: its radius of {} mm must be >= 0", 1e3 * radius);
     return select(mesh, scope, [&](const Vector3& x) { return (x - centre).norm() <= radius; });
 }
 
-std::vector<std::int32_t> nodes_in_half_space(const TetMesh& mesh, const Vector3& point, const Vector3& normal,
-                                              NodeScope scope) {
+std::vector<std::int32_t> nodes_in_half_space(const TetMesh& mesh, const Vector3& point,
+                                              const Vector3& normal, NodeScope scope) {
     if (!(normal.norm() > 0)) fail("half-space: its normal is zero, expected a direction");
     return select(mesh, scope, [&](const Vector3& x) { return (x - point).dot(normal) <= 0; });
 }

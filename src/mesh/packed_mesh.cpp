@@ -25,9 +25,11 @@ void take_sets(Unpacker& unpacker, std::map<std::string, std::vector<T>>& sets) 
     }
 }
 
-void check_node(std::int32_t node, const TetMesh& mesh, const std::string& set, const std::string& who) {
+void check_node(std::int32_t node, const TetMesh& mesh, const std::string& set,
+                const std::string& who) {
     if (node < 0 || node >= std::ssize(mesh.nodes))
-        fail("{}: '{}' names node {}, expected 0 to {}", who, set, node, std::ssize(mesh.nodes) - 1);
+        fail("{}: '{}' names node {}, expected 0 to {}", who, set, node,
+             std::ssize(mesh.nodes) - 1);
 }
 
 }  // namespace

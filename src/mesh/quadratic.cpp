@@ -8,7 +8,8 @@ namespace livetet {
 namespace {
 
 std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
-    return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | static_cast<std::uint32_t>(std::max(a, b));
+    return (static_cast<std::uint64_t>(std::min(a, b)) << 32) |
+           static_cast<std::uint32_t>(std::max(a, b));
 }
 
 }  // namespace
@@ -28,13 +29,17 @@ TetMesh quadratic_mesh(const TetMesh& linear) {
         }
     for (auto& [name, nodes] : mesh.node_sets) {
         std::vector<std::int32_t> more;
-        if (const auto triangles = mesh.triangle_sets.find(name); triangles != mesh.triangle_sets.end()) {
+        if (const auto triangles = mesh.triangle_sets.find(name);
+            triangles != mesh.triangle_sets.end()) {
             for (const Triangle& t : triangles->second)
-                for (int k = 0; k < 3; ++k) more.push_back(middles.at(edge_key(t[k], t[(k + 1) % 3])));
+                for (int k = 0; k < 3; ++k)
+                    more.push_back(middles.at(edge_key(t[k], t[(k + 1) % 3])));
         } else {
             for (const auto& [key, middle] : middles)
-                if (std::binary_search(nodes.begin(), nodes.end(), static_cast<std::int32_t>(key >> 32)) &&
-                    std::binary_search(nodes.begin(), nodes.end(), static_cast<std::int32_t>(key & 0xffffffff)))
+                if (std::binary_search(nodes.begin(), nodes.end(),
+                                       static_cast<std::int32_t>(key >> 32)) &&
+                    std::binary_search(nodes.begin(), nodes.end(),
+                                       static_cast<std::int32_t>(key & 0xffffffff)))
                     more.push_back(middle);
         }
         nodes.insert(nodes.end(), more.begin(), more.end());
@@ -82,8 +87,9 @@ EdgeNodes::EdgeNodes(const TetMesh& mesh) {
     middles_.reserve(2 * mesh.edge_nodes.size());
     for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
         for (int k = 0; k < 6; ++k)
-            middles_.try_emplace(edge_key(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]]),
-                                 mesh.edge_nodes[e][k]);
+            middles_.try_emplace(
+                edge_key(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]]),
+                mesh.edge_nodes[e][k]);
 }
 
 std::int32_t EdgeNodes::between(std::int32_t a, std::int32_t b) const {
@@ -100,7 +106,8 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
     for (int i = 0; i < 4; ++i) {
         value += L[i] * (2 * L[i] - 1) * values[nodes[i]];
         for (int j = i + 1; j < 4; ++j)
-            if (const double w = 4 * L[i] * L[j]; w != 0) value += w * values[edges.between(nodes[i], nodes[j])];
+            if (const double w = 4 * L[i] * L[j]; w != 0)
+                value += w * values[edges.between(nodes[i], nodes[j])];
     }
     return value;
 }
@@ -108,7 +115,8 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
 std::vector<Vector3> PointSampler::sample(std::span<const Vector3> values) const {
     std::vector<Vector3> at_points;
     at_points.reserve(map_.size());
-    for (std::size_t i = 0; i < map_.size(); ++i) at_points.push_back(interpolate(map_, edges_, i, values));
+    for (std::size_t i = 0; i < map_.size(); ++i)
+        at_points.push_back(interpolate(map_, edges_, i, values));
     return at_points;
 }
 
@@ -116,15 +124,19 @@ std::vector<std::int32_t> surface_nodes(const TetMesh& mesh) {
     return with_edge_nodes_between(mesh, nodes_of(boundary_triangles(mesh.tets)));
 }
 
-std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh, std::vector<std::int32_t> nodes) {
+std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,
+                                                  std::vector<std::int32_t> nodes) {
     std::sort(nodes.begin(), nodes.end());
     if (mesh.edge_nodes.empty()) return nodes;
     const EdgeNodes edges(mesh);
     const std::size_t given = nodes.size();
-    const auto has = [&](std::int32_t n) { return std::binary_search(nodes.begin(), nodes.begin() + given, n); };
+    const auto has = [&](std::int32_t n) {
+        return std::binary_search(nodes.begin(), nodes.begin() + given, n);
+    };
     for (const Triangle& t : boundary_triangles(mesh.tets))
         for (int k = 0; k < 3; ++k)
-            if (const std::int32_t a = t[k], b = t[(k + 1) % 3]; has(a) && has(b)) nodes.push_back(edges.between(a, b));
+            if (const std::int32_t a = t[k], b = t[(k + 1) % 3]; has(a) && has(b))
+                nodes.push_back(edges.between(a, b));
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     return nodes;

@@ -8,15 +8,17 @@
 
 namespace livetet {
 
-/// The same body with ten-node tetrahedra: a node more in the middle of each edge, behind the corners. Edges stay
-/// straight. Node sets take in the middles of edges of their own triangles, where a triangle set of the same name says
-/// which, else of all edges between two of their nodes.
+/// The same body with ten-node tetrahedra: a node more in the middle of each edge, behind the
+/// corners. Edges stay straight. Node sets take in the middles of edges of their own triangles,
+/// where a triangle set of the same name says which, else of all edges between two of their nodes.
 TetMesh quadratic_mesh(const TetMesh& linear);
 
-/// The nodes of a quadratic mesh in the linear mesh that it was made from: itself a corner, halfway between two a middle.
+/// The nodes of a quadratic mesh in the linear mesh that it was made from: itself a corner, halfway
+/// between two a middle.
 BarycentricMap map_into_linear(const TetMesh& quadratic);
 
-/// `hierarchy` with its finest level in quadratic form in front: the P1 mesh becomes the next level.
+/// `hierarchy` with its finest level in quadratic form in front: the P1 mesh becomes the next
+/// level.
 MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy);
 
 /// The middle nodes of a P2 mesh by the two corners of their edge.
@@ -39,7 +41,8 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
 /// Reads nodal vectors of a P1 or P2 mesh off at points that stay where they are in the body.
 class PointSampler {
   public:
-    PointSampler(const TetMesh& mesh, std::span<const Vector3> points, Outside outside = Outside::nearest)
+    PointSampler(const TetMesh& mesh, std::span<const Vector3> points,
+                 Outside outside = Outside::nearest)
         : map_(map_into(mesh, points, outside)), edges_(mesh) {}
     std::vector<Vector3> sample(std::span<const Vector3> values) const;
     /// How far the point lies outside the mesh, m; its nearest surface point stands for it.
@@ -53,11 +56,14 @@ class PointSampler {
 /// All nodes of the surface, those of its edges too, sorted.
 std::vector<std::int32_t> surface_nodes(const TetMesh& mesh);
 
-/// `nodes` of the surface, and in a P2 mesh the middles of surface edges between two of them, sorted.
-std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh, std::vector<std::int32_t> nodes);
+/// `nodes` of the surface, and in a P2 mesh the middles of surface edges between two of them,
+/// sorted.
+std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,
+                                                  std::vector<std::int32_t> nodes);
 
-/// The three nodes that share the resultant of a uniform traction on a triangle evenly: its corners on P1, the middles of
-/// its edges on P2 (there, the integral of a corner's shape function is zero).
+/// The three nodes that share the resultant of a uniform traction on a triangle evenly: its corners
+/// on P1, the middles of its edges on P2 (there, the integral of a corner's shape function is
+/// zero).
 std::array<std::int32_t, 3> traction_nodes(const Triangle& triangle, const EdgeNodes& edges);
 
 }  // namespace livetet

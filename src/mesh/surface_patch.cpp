@@ -16,9 +16,10 @@ SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double rad
     SurfacePatch patch;
     patch.distance = hit.distance;
     const Triangle& nearest = surface[hit.triangle];
-    patch.centre = *std::min_element(nearest.begin(), nearest.end(), [&](std::int32_t a, std::int32_t b) {
-        return (mesh.nodes[a] - place).squaredNorm() < (mesh.nodes[b] - place).squaredNorm();
-    });
+    patch.centre =
+        *std::min_element(nearest.begin(), nearest.end(), [&](std::int32_t a, std::int32_t b) {
+            return (mesh.nodes[a] - place).squaredNorm() < (mesh.nodes[b] - place).squaredNorm();
+        });
     std::unordered_map<std::int32_t, std::vector<std::int32_t>> neighbours;
     for (const Triangle& t : surface)
         for (int i = 0; i < 3; ++i) {
@@ -34,7 +35,8 @@ SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double rad
         front.pop();
         if (!reached.emplace(node, distance).second) continue;
         for (const std::int32_t next : neighbours[node])
-            if (const double d = distance + (mesh.nodes[next] - mesh.nodes[node]).norm(); d <= radius)
+            if (const double d = distance + (mesh.nodes[next] - mesh.nodes[node]).norm();
+                d <= radius)
                 front.push({d, next});
     }
     for (const auto& [node, distance] : reached) patch.nodes.push_back(node);

@@ -36,7 +36,8 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
             std::sort(sorted.begin(), sorted.end());
             all.push_back({sorted, wound, all.size()});
         }
-    std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) { return a.sorted < b.sorted; });
+    std::sort(all.begin(), all.end(),
+              [](const Face& a, const Face& b) { return a.sorted < b.sorted; });
     std::vector<Face> kept;
     for (std::size_t i = 0; i < all.size();) {
         std::size_t j = i + 1;
@@ -44,7 +45,8 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
         if (j == i + 1) kept.push_back(all[i]);
         i = j;
     }
-    std::sort(kept.begin(), kept.end(), [](const Face& a, const Face& b) { return a.order < b.order; });
+    std::sort(kept.begin(), kept.end(),
+              [](const Face& a, const Face& b) { return a.order < b.order; });
     std::vector<Triangle> boundary;
     boundary.reserve(kept.size());
     for (const Face& f : kept) boundary.push_back(f.wound);
@@ -81,15 +83,17 @@ void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
     std::vector<bool> used(mesh.nodes.size(), false);
     for (std::size_t e = 0; e < mesh.tets.size(); ++e)
         for (const std::int32_t n : mesh.tets[e]) {
-            if (n < 0 || n >= count) fail("{}: tet {} names node {}, expected 0 to {}", where, e, n, count - 1);
+            if (n < 0 || n >= count)
+                fail("{}: tet {} names node {}, expected 0 to {}", where, e, n, count - 1);
             used[n] = true;
         }
     if (!mesh.edge_nodes.empty() && mesh.edge_nodes.size() != mesh.tets.size())
-        fail("{}: {} sets of edge nodes for {} tets, expected one each", where, mesh.edge_nodes.size(),
-             mesh.tets.size());
+        fail("{}: {} sets of edge nodes for {} tets, expected one each", where,
+             mesh.edge_nodes.size(), mesh.tets.size());
     for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
         for (const std::int32_t n : mesh.edge_nodes[e]) {
-            if (n < 0 || n >= count) fail("{}: tet {} names edge node {}, expected 0 to {}", where, e, n, count - 1);
+            if (n < 0 || n >= count)
+                fail("{}: tet {} names edge node {}, expected 0 to {}", where, e, n, count - 1);
             used[n] = true;
         }
     for (std::int32_t n = 0; n < count; ++n) {
@@ -101,11 +105,15 @@ void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
         if (v > 0) continue;
         Vector3 centre = Vector3::Zero();
         for (const std::int32_t n : mesh.tets[e]) centre += mesh.nodes[n] / 4;
-        fail("{}: tet {} at ({:.2f}, {:.2f}, {:.2f}) mm is {} (volume {:.3g} mm^3), expected a positive volume", where,
-             e, 1e3 * centre.x(), 1e3 * centre.y(), 1e3 * centre.z(), v < 0 ? "inverted" : "flat", 1e9 * v);
+        fail(
+            "{}: tet {} at ({:.2f}, {:.2f}, {:.2f}) mm is {} (volume {:.3g} mm^3), expected a "
+            "positive volume",
+            where, e, 1e3 * centre.x(), 1e3 * centre.y(), 1e3 * centre.z(),
+            v < 0 ? "inverted" : "flat", 1e9 * v);
     }
     if (!mesh.regions.empty() && mesh.regions.size() != mesh.tets.size())
-        fail("{}: {} region labels for {} tets, expected one each", where, mesh.regions.size(), mesh.tets.size());
+        fail("{}: {} region labels for {} tets, expected one each", where, mesh.regions.size(),
+             mesh.tets.size());
 }
 
 }  // namespace livetet

@@ -16,7 +16,8 @@ using Vector3 = Eigen::Vector3d;
 using Triangle = std::array<std::int32_t, 3>;
 using Tet = std::array<std::int32_t, 4>;
 
-/// The edges of a tet, in the order of VTK, XDMF and CalculiX: edge k joins corners tet_edges[k][0] and [1].
+/// The edges of a tet, in the order of VTK, XDMF and CalculiX: edge k joins corners tet_edges[k][0]
+/// and [1].
 inline constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
 /// A surface of triangles, wound so that normals point outwards. Positions in metres.
@@ -25,16 +26,19 @@ struct TriangleMesh {
     std::vector<Triangle> triangles;
 };
 
-/// A mesh of tetrahedra in its rest shape, of four nodes each (P1) or of ten (P2, see `quadratic_mesh`). Positions in
-/// metres, RAS. Each tet is positively oriented: det(x1 - x0, x2 - x0, x3 - x0) > 0. Plain data: `check_tet_mesh` says
-/// whether it holds together.
+/// A mesh of tetrahedra in its rest shape, of four nodes each (P1) or of ten (P2, see
+/// `quadratic_mesh`). Positions in metres, RAS. Each tet is positively oriented: det(x1 - x0, x2 -
+/// x0, x3 - x0) > 0. Plain data: `check_tet_mesh` says whether it holds together.
 struct TetMesh {
     std::vector<Vector3> nodes;
     std::vector<Tet> tets;
-    std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: the node in the middle of each of `tet_edges`
-    std::vector<std::int32_t> regions;                           ///< material label of each tet; empty: all one body
-    std::map<std::string, std::vector<std::int32_t>> node_sets;  ///< named nodes, sorted: masks, physical groups
-    std::map<std::string, std::vector<Triangle>> triangle_sets;  ///< named pieces of surface: physical groups
+    std::vector<std::array<std::int32_t, 6>>
+        edge_nodes;                     ///< P2: the node in the middle of each of `tet_edges`
+    std::vector<std::int32_t> regions;  ///< material label of each tet; empty: all one body
+    std::map<std::string, std::vector<std::int32_t>>
+        node_sets;  ///< named nodes, sorted: masks, physical groups
+    std::map<std::string, std::vector<Triangle>>
+        triangle_sets;  ///< named pieces of surface: physical groups
 };
 
 /// How many nodes are corners of tets: all of a P1 mesh, the first ones of a P2 mesh.
@@ -57,11 +61,13 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets);
 /// The nodes of a set of triangles, sorted, each once.
 std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles);
 
-/// Drops the nodes that no tet uses, but none of the first `kept`, and renumbers the tets of a P1 mesh without sets.
+/// Drops the nodes that no tet uses, but none of the first `kept`, and renumbers the tets of a P1
+/// mesh without sets.
 void drop_unused_nodes(TetMesh& mesh, std::size_t kept = 0);
 
-/// Throws Error, naming `where`, if the mesh has no tets, an index out of range, a node that is not finite or belongs
-/// to no tet, or a tet of negative or no volume (which one, at which place in mm).
+/// Throws Error, naming `where`, if the mesh has no tets, an index out of range, a node that is not
+/// finite or belongs to no tet, or a tet of negative or no volume (which one, at which place in
+/// mm).
 void check_tet_mesh(const TetMesh& mesh, const std::string& where);
 
 }  // namespace livetet

@@ -17,9 +17,10 @@ struct TipSample {
     std::size_t frame = 0;
     double time_s = 0;
     Vector3d in_tracker = Vector3d::Zero(), in_reference = Vector3d::Zero();
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // the tool's, in the frame in which stillness is judged
-    Vector3d judged = Vector3d::Zero();                  // in the frame in which stillness is judged
-    Vector3d smoothed = Vector3d::Zero();                // judged, averaged over a window
+    Eigen::Matrix3d turn =
+        Eigen::Matrix3d::Identity();       // the tool's, in the frame in which stillness is judged
+    Vector3d judged = Vector3d::Zero();    // in the frame in which stillness is judged
+    Vector3d smoothed = Vector3d::Zero();  // judged, averaged over a window
 };
 
 void check_options(const DwellOptions& o) {
@@ -32,9 +33,11 @@ void check_options(const DwellOptions& o) {
     positive("max_scatter_mm", o.max_scatter_mm);
 }
 
-std::vector<TipSample> tip_samples(const Recording& recording, const Vector3d& tip, const DwellOptions& options) {
+std::vector<TipSample> tip_samples(const Recording& recording, const Vector3d& tip,
+                                   const DwellOptions& options) {
     const std::size_t tool = tool_index(recording, options.tool);
-    const std::size_t reference = options.reference ? tool_index(recording, *options.reference) : tool;
+    const std::size_t reference =
+        options.reference ? tool_index(recording, *options.reference) : tool;
     std::vector<TipSample> samples;
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
         const auto& poses = recording.samples[i].poses;
@@ -46,8 +49,9 @@ std::vector<TipSample> tip_samples(const Recording& recording, const Vector3d& t
         s.in_tracker = tracker_from<Tool>(poses[tool]) * tip;
         s.in_reference = tracker_from<Reference>(poses[reference]).inverse() * s.in_tracker;
         s.judged = options.reference ? s.in_reference : s.in_tracker;
-        s.turn = options.reference ? Eigen::Matrix3d(poses[reference].rotation.transpose() * poses[tool].rotation)
-                                   : poses[tool].rotation;
+        s.turn = options.reference
+                     ? Eigen::Matrix3d(poses[reference].rotation.transpose() * poses[tool].rotation)
+                     : poses[tool].rotation;
         samples.push_back(s);
     }
     return samples;
@@ -100,12 +104,13 @@ Dwell dwell_of(std::span<const TipSample> stretch, const DwellOptions& options) 
 
 void check_window(const FrameWindow& w, const Recording& recording) {
     if (w.first >= w.last || w.last > recording.samples.size())
-        fail("dwell: frames {} to {} are not a window of the recording's {} frames", w.first, w.last,
-             recording.samples.size());
+        fail("dwell: frames {} to {} are not a window of the recording's {} frames", w.first,
+             w.last, recording.samples.size());
 }
 
 // One past the last sample of the stretch that begins at `first`.
-std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first, const DwellOptions& options) {
+std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first,
+                           const DwellOptions& options) {
     Vector3d mean = samples[first].smoothed;
     std::size_t j = first + 1;
     for (; j < samples.size(); ++j) {
@@ -118,7 +123,8 @@ std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first
 
 }  // namespace
 
-std::vector<Dwell> find_dwells(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
+std::vector<Dwell> find_dwells(const Recording& recording,
+                               const RigidTransform<Tool, Tip>& tool_from_tip,
                                const DwellOptions& options) {
     check_options(options);
     std::vector<TipSample> samples = tip_samples(recording, tool_from_tip.translation, options);
@@ -136,9 +142,10 @@ std::vector<Dwell> find_dwells(const Recording& recording, const RigidTransform<
             continue;
         }
         const Vector3d mean = mean_of(all.subspan(i, j - i), &TipSample::smoothed);
-        const bool same = !stretches.empty() &&
-                          (stretches.back().mean - mean).norm() < 1e-3 * options.min_separation_mm &&
-                          samples[i].time_s - samples[stretches.back().last - 1].time_s <= options.smoothing_s;
+        const bool same =
+            !stretches.empty() &&
+            (stretches.back().mean - mean).norm() < 1e-3 * options.min_separation_mm &&
+            samples[i].time_s - samples[stretches.back().last - 1].time_s <= options.smoothing_s;
         if (same)
             stretches.back().last = j;
         else
@@ -153,17 +160,21 @@ std::vector<Dwell> find_dwells(const Recording& recording, const RigidTransform<
     return dwells;
 }
 
-std::vector<Dwell> dwells_in_windows(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
-                                     std::span<const FrameWindow> windows, const DwellOptions& options) {
+std::vector<Dwell> dwells_in_windows(const Recording& recording,
+                                     const RigidTransform<Tool, Tip>& tool_from_tip,
+                                     std::span<const FrameWindow> windows,
+                                     const DwellOptions& options) {
     check_options(options);
-    const std::vector<TipSample> samples = tip_samples(recording, tool_from_tip.translation, options);
+    const std::vector<TipSample> samples =
+        tip_samples(recording, tool_from_tip.translation, options);
     std::vector<Dwell> dwells;
     for (const FrameWindow& w : windows) {
         check_window(w, recording);
         std::vector<TipSample> inside;
         for (const TipSample& s : samples)
             if (s.frame >= w.first && s.frame < w.last) inside.push_back(s);
-        if (inside.empty()) fail("dwell: \"{}\" is not seen in frames {} to {}", options.tool, w.first, w.last);
+        if (inside.empty())
+            fail("dwell: \"{}\" is not seen in frames {} to {}", options.tool, w.first, w.last);
         const Dwell dwell = dwell_of(inside, options);
         const std::size_t third = std::max<std::size_t>(1, inside.size() / 3);
         const double drift = (mean_of(std::span(inside).first(third), &TipSample::judged) -
@@ -171,20 +182,25 @@ std::vector<Dwell> dwells_in_windows(const Recording& recording, const RigidTran
                                  .norm();
         if (1e3 * dwell.scatter > options.max_scatter_mm || 1e3 * drift > 2 * options.radius_mm)
             fail(
-                "dwell: the tip moves in frames {} to {}: scatter {:.2f} mm (at most {}), drift {:.2f} mm (at most {})",
-                w.first, w.last, 1e3 * dwell.scatter, options.max_scatter_mm, 1e3 * drift, 2 * options.radius_mm);
+                "dwell: the tip moves in frames {} to {}: scatter {:.2f} mm (at most {}), drift "
+                "{:.2f} mm (at most {})",
+                w.first, w.last, 1e3 * dwell.scatter, options.max_scatter_mm, 1e3 * drift,
+                2 * options.radius_mm);
         dwells.push_back(dwell);
     }
     return dwells;
 }
 
-std::vector<Vector3d> tip_places(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
-                                 std::span<const FrameWindow> windows, const DwellOptions& options) {
+std::vector<Vector3d> tip_places(const Recording& recording,
+                                 const RigidTransform<Tool, Tip>& tool_from_tip,
+                                 std::span<const FrameWindow> windows,
+                                 const DwellOptions& options) {
     for (const FrameWindow& w : windows) check_window(w, recording);
     std::vector<Vector3d> places;
     for (const TipSample& s : tip_samples(recording, tool_from_tip.translation, options)) {
-        const bool asked = std::any_of(windows.begin(), windows.end(),
-                                       [&](const FrameWindow& w) { return s.frame >= w.first && s.frame < w.last; });
+        const bool asked = std::any_of(windows.begin(), windows.end(), [&](const FrameWindow& w) {
+            return s.frame >= w.first && s.frame < w.last;
+        });
         if (windows.empty() || asked) places.push_back(s.judged);
     }
     return places;

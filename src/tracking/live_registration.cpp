@@ -4,7 +4,8 @@
 
 namespace livetet {
 
-LiveRegistration::LiveRegistration(const RigidTransform<ImageFrame, Reference>& image_from_reference, double hold_s)
+LiveRegistration::LiveRegistration(
+    const RigidTransform<ImageFrame, Reference>& image_from_reference, double hold_s)
     : hold_s_(hold_s), image_from_reference_(image_from_reference) {
     if (!(hold_s >= 0)) fail("live registration: hold_s = {} must be >= 0", hold_s);
 }

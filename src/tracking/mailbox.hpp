@@ -6,8 +6,9 @@
 
 namespace livetet {
 
-/// Hands the newest value from one thread to another; older ones are overwritten. Neither side ever waits: three slots,
-/// one being written, one being read, and one in between that both swap by a single atomic exchange.
+/// Hands the newest value from one thread to another; older ones are overwritten. Neither side ever
+/// waits: three slots, one being written, one being read, and one in between that both swap by a
+/// single atomic exchange.
 template <class T>
 class Mailbox {
   public:
@@ -19,7 +20,8 @@ class Mailbox {
         posted_.notify_one();
     }
 
-    /// Takes the newest value, if there is one that was not taken yet; it stays valid until the next `take`.
+    /// Takes the newest value, if there is one that was not taken yet; it stays valid until the
+    /// next `take`.
     bool take() {
         if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
         reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & ~fresh;

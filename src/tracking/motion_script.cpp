@@ -18,27 +18,30 @@ namespace {
 constexpr double most_samples = 1e6;
 constexpr double radians_per_degree = std::numbers::pi / 180;
 
-void check_moves(const std::vector<Keyframe>& moves, const std::string& key, const std::string& file) {
+void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
+                 const std::string& file) {
     for (std::size_t i = 0; i < moves.size(); ++i) {
         const double last = i > 0 ? moves[i - 1].at_s : 0;
         if (!(moves[i].at_s > last))
-            fail("{}moves[{}].at_s = {} s must be after {} s, where the move before it ends ({})", key, i,
-                 moves[i].at_s, last, file);
+            fail("{}moves[{}].at_s = {} s must be after {} s, where the move before it ends ({})",
+                 key, i, moves[i].at_s, last, file);
     }
 }
 
 void check(const MotionScript& script, const std::string& file) {
     if (script.rate_Hz * script.duration_s > most_samples)
-        fail("rate_Hz = {} Hz for duration_s = {} s must be at most {} samples ({})", script.rate_Hz, script.duration_s,
-             most_samples, file);
-    if (script.tools.empty()) fail("tools is missing, expected at least one, such as - tool: Sensor ({})", file);
+        fail("rate_Hz = {} Hz for duration_s = {} s must be at most {} samples ({})",
+             script.rate_Hz, script.duration_s, most_samples, file);
+    if (script.tools.empty())
+        fail("tools is missing, expected at least one, such as - tool: Sensor ({})", file);
     check_moves(script.organ.moves, "organ.", file);
     std::set<std::string> names;
     for (std::size_t i = 0; i < script.tools.size(); ++i) {
         const ScriptedTool& tool = script.tools[i];
         check_moves(tool.moves, fmt::format("tools[{}].", i), file);
         if (!names.insert(tool.tool).second)
-            fail("tools[{}].tool = {} is there twice, expected each tool once ({})", i, tool.tool, file);
+            fail("tools[{}].tool = {} is there twice, expected each tool once ({})", i, tool.tool,
+                 file);
     }
 }
 
@@ -50,24 +53,28 @@ Keyframe move_at(const std::vector<Keyframe>& moves, double time_s) {
         to = next;
         if (time_s < to.at_s) break;
     }
-    const double done = to.at_s > from.at_s ? smooth_step((time_s - from.at_s) / (to.at_s - from.at_s)) : 1;
-    return {time_s, from.by_mm + done * (to.by_mm - from.by_mm), from.turn_deg + done * (to.turn_deg - from.turn_deg)};
+    const double done =
+        to.at_s > from.at_s ? smooth_step((time_s - from.at_s) / (to.at_s - from.at_s)) : 1;
+    return {time_s, from.by_mm + done * (to.by_mm - from.by_mm),
+            from.turn_deg + done * (to.turn_deg - from.turn_deg)};
 }
 
 /// A body in the frame that it stands in.
 template <class Frame, class Body>
 RigidTransform<Frame, Body> place_of(const ScriptedBody& body, double time_s) {
     const Keyframe move = move_at(body.moves, time_s);
-    return {
-        rotation_of_vector(radians_per_degree * move.turn_deg) * rotation_of_vector(radians_per_degree * body.turn_deg),
-        1e-3 * (body.at_mm + move.by_mm)};
+    return {rotation_of_vector(radians_per_degree * move.turn_deg) *
+                rotation_of_vector(radians_per_degree * body.turn_deg),
+            1e-3 * (body.at_mm + move.by_mm)};
 }
 
-RigidTransform<Tracker, Tool> tracker_from_tool(const MotionScript& script, const ScriptedTool& tool, double time_s) {
+RigidTransform<Tracker, Tool> tracker_from_tool(const MotionScript& script,
+                                                const ScriptedTool& tool, double time_s) {
     const RigidTransform<Tool, Tip> tool_from_tip{Eigen::Matrix3d::Identity(), 1e-3 * tool.tip_mm};
-    const auto tracker_from_tip = tool.on == ScriptFrame::organ ? place_of<Tracker, ImageFrame>(script.organ, time_s) *
-                                                                      place_of<ImageFrame, Tip>(tool, time_s)
-                                                                : place_of<Tracker, Tip>(tool, time_s);
+    const auto tracker_from_tip = tool.on == ScriptFrame::organ
+                                      ? place_of<Tracker, ImageFrame>(script.organ, time_s) *
+                                            place_of<ImageFrame, Tip>(tool, time_s)
+                                      : place_of<Tracker, Tip>(tool, time_s);
     return tracker_from_tip * tool_from_tip.inverse();
 }
 
@@ -79,8 +86,9 @@ bool is_lost(const ScriptedTool& tool, double time_s) {
 
 /// Whether sample `i` is the first from one of the tool's jumps on.
 bool jumps(const ScriptedTool& tool, std::size_t i, double rate_Hz) {
-    return std::ranges::any_of(tool.jump_s,
-                               [&](double t) { return std::ceil(t * rate_Hz - 1e-6) == static_cast<double>(i); });
+    return std::ranges::any_of(tool.jump_s, [&](double t) {
+        return std::ceil(t * rate_Hz - 1e-6) == static_cast<double>(i);
+    });
 }
 
 }  // namespace
@@ -93,13 +101,15 @@ MotionScript parse_motion_script(const std::string& text, const std::string& fil
 
 DelayedRecording simulate(const MotionScript& script) {
     const auto seed = static_cast<std::uint64_t>(script.seed);
-    TrackerNoise noise(1e-3 * script.position_noise_mm, radians_per_degree * script.rotation_noise_deg, seed);
+    TrackerNoise noise(1e-3 * script.position_noise_mm,
+                       radians_per_degree * script.rotation_noise_deg, seed);
     std::mt19937_64 engine(~seed);  // apart from the noise's, so that one does not change the other
     std::bernoulli_distribution drops(script.dropout_rate);
     std::normal_distribution<double> normal;
     DelayedRecording result;
     for (const ScriptedTool& tool : script.tools) result.recording.tools.push_back(tool.tool);
-    const auto samples = static_cast<std::size_t>(std::floor(script.duration_s * script.rate_Hz + 1e-9)) + 1;
+    const auto samples =
+        static_cast<std::size_t>(std::floor(script.duration_s * script.rate_Hz + 1e-9)) + 1;
     for (std::size_t i = 0; i < samples; ++i) {
         TrackerSample& sample = result.recording.samples.emplace_back();
         sample.time_s = static_cast<double>(i) / script.rate_Hz;

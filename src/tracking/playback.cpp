@@ -14,7 +14,8 @@ Playback::Playback(Recording recording, PlaybackOptions options)
     if (recording_.samples.empty()) fail("playback: the recording has no samples");
     if (!(options_.speed >= 0)) fail("playback: speed = {} must be >= 0", options_.speed);
     if (!options_.delays_s.empty() && options_.delays_s.size() != recording_.samples.size())
-        fail("playback: {} delays for {} samples", options_.delays_s.size(), recording_.samples.size());
+        fail("playback: {} delays for {} samples", options_.delays_s.size(),
+             recording_.samples.size());
     listener_ = options_.listener;
 }
 
@@ -28,7 +29,8 @@ StreamSample Playback::sample(std::size_t i) const {
 
 const StreamSample* Playback::next() {
     if (options_.speed > 0) {
-        if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { play(stop); });
+        if (!thread_.joinable())
+            thread_ = std::jthread([this](const std::stop_token& stop) { play(stop); });
         return TrackerSource::next();
     }
     if (played_ == recording_.samples.size()) return nullptr;
@@ -45,11 +47,14 @@ void Playback::play(const std::stop_token& stop) {
     const double first = recording_.samples.front().time_s;
     const auto until = [&](double seconds) {  // wakes at once where the run ends early
         const std::chrono::duration<double> way(seconds / options_.speed);
-        sleep.wait_until(lock, stop, start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(way),
-                         [] { return false; });
+        sleep.wait_until(
+            lock, stop,
+            start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(way),
+            [] { return false; });
     };
     const auto comes = [&](std::size_t i) {
-        return recording_.samples[i].time_s - first + (options_.delays_s.empty() ? 0 : options_.delays_s[i]);
+        return recording_.samples[i].time_s - first +
+               (options_.delays_s.empty() ? 0 : options_.delays_s[i]);
     };
     double last = 0;
     for (std::size_t i = 0; i < recording_.samples.size(); ++i) {

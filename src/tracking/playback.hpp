@@ -8,15 +8,17 @@
 namespace livetet {
 
 struct PlaybackOptions {
-    double speed = 1;                 ///< times its own pace; 0: frame by frame, none is missed
-    std::vector<double> delays_s{};   ///< how long after its time each sample comes; none: at its time
-    SampleListener listener{};        ///< called with each sample, by the thread that posts it
+    double speed = 1;  ///< times its own pace; 0: frame by frame, none is missed
+    std::vector<double>
+        delays_s{};             ///< how long after its time each sample comes; none: at its time
+    SampleListener listener{};  ///< called with each sample, by the thread that posts it
 };
 
 /// A recording as a source. It begins when `next` is first called.
 class Playback : public TrackerSource {
   public:
-    /// Throws Error for a recording without samples, a speed that is negative, and delays that are not as many as samples.
+    /// Throws Error for a recording without samples, a speed that is negative, and delays that are
+    /// not as many as samples.
     explicit Playback(Recording recording, PlaybackOptions options = {});
     ~Playback() override;
 

@@ -15,7 +15,9 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-double smoothing_factor(double cutoff_Hz, double dt) { return 1 / (1 + 1 / (2 * std::numbers::pi * cutoff_Hz * dt)); }
+double smoothing_factor(double cutoff_Hz, double dt) {
+    return 1 / (1 + 1 / (2 * std::numbers::pi * cutoff_Hz * dt));
+}
 
 Vector3d rotation_vector(const Matrix3d& rotation) {
     const AngleAxisd turn(rotation);
@@ -23,7 +25,8 @@ Vector3d rotation_vector(const Matrix3d& rotation) {
 }
 
 void check_positive(const char* name, double value) {
-    if (!(value > 0) || !std::isfinite(value)) fail("pose filter: {} = {} must be > 0", name, value);
+    if (!(value > 0) || !std::isfinite(value))
+        fail("pose filter: {} = {} must be > 0", name, value);
 }
 
 }  // namespace
@@ -34,15 +37,18 @@ PoseFilter::PoseFilter(const PoseFilterOptions& options) : options_(options) {
     check_positive("reset_after_s", options.reset_after_s);
     if (!(options.ahead_s >= 0 && options.ahead_s <= 1))
         fail("pose filter: ahead_s = {} must be from 0 to 1", options.ahead_s);
-    if (!(options.beta_per_m >= 0)) fail("pose filter: beta_per_m = {} must be >= 0", options.beta_per_m);
-    if (!(options.beta_per_rad >= 0)) fail("pose filter: beta_per_rad = {} must be >= 0", options.beta_per_rad);
+    if (!(options.beta_per_m >= 0))
+        fail("pose filter: beta_per_m = {} must be >= 0", options.beta_per_m);
+    if (!(options.beta_per_rad >= 0))
+        fail("pose filter: beta_per_rad = {} must be >= 0", options.beta_per_rad);
 }
 
 TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     if (!options_.enabled || !is_usable(pose) || !std::isfinite(time_s)) return pose;
     const bool gap = state_ && std::abs(time_s - state_->time_s) > options_.reset_after_s;
     if (!state_ || gap) {
-        state_ = State{time_s, pose, pose.translation, Vector3d::Zero(), pose.rotation, Vector3d::Zero()};
+        state_ = State{time_s,           pose,          pose.translation,
+                       Vector3d::Zero(), pose.rotation, Vector3d::Zero()};
         return pose;
     }
     State& s = *state_;
@@ -51,10 +57,12 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     const double blend = smoothing_factor(options_.derivative_cutoff_Hz, dt);
     s.velocity += blend * ((pose.translation - s.last_translation) / dt - s.velocity);
     s.angular_velocity +=
-        blend * (rotation_vector(pose.rotation * s.last_rotation.transpose()) / dt - s.angular_velocity);
-    const double along = smoothing_factor(options_.min_cutoff_Hz + options_.beta_per_m * s.velocity.norm(), dt);
-    const double about =
-        smoothing_factor(options_.min_cutoff_Hz + options_.beta_per_rad * s.angular_velocity.norm(), dt);
+        blend *
+        (rotation_vector(pose.rotation * s.last_rotation.transpose()) / dt - s.angular_velocity);
+    const double along =
+        smoothing_factor(options_.min_cutoff_Hz + options_.beta_per_m * s.velocity.norm(), dt);
+    const double about = smoothing_factor(
+        options_.min_cutoff_Hz + options_.beta_per_rad * s.angular_velocity.norm(), dt);
     s.filtered.translation += along * (pose.translation - s.filtered.translation);
     const Quaterniond from(s.filtered.rotation), to(pose.rotation);
     s.filtered.rotation = from.slerp(about, to).normalized().toRotationMatrix();
@@ -85,8 +93,8 @@ OutlierGate::Result OutlierGate::update(double time_s, const TrackedPose& pose) 
         const double dt = std::max(0.0, time_s - accepted_time_s_);
         const double step = (pose.translation - accepted_->translation).norm();
         const double turn = rotation_vector(pose.rotation * accepted_->rotation.transpose()).norm();
-        const bool jumped =
-            step > options_.slack + options_.max_speed * dt || turn > options_.slack_rad + options_.max_turn_rate * dt;
+        const bool jumped = step > options_.slack + options_.max_speed * dt ||
+                            turn > options_.slack_rad + options_.max_turn_rate * dt;
         const bool may_hold = held_ < options_.max_held && dt <= options_.max_held_s;
         if (jumped && may_hold) {
             ++held_;

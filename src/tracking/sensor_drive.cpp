@@ -35,24 +35,28 @@ SensorDrive::SensorDrive(const SensorDriveOptions& options) : options_(options) 
     not_negative("base_window_s", options.base_window_s);
     not_negative("hold_s", options.hold_s);
     not_negative("release_s", options.release_s);
-    if (!(options.max_base_scatter > 0)) fail("sensor drive: max_base_scatter = {} m must be > 0", options.max_base_scatter);
-    if (!(options.max_displacement > 0)) fail("sensor drive: max_displacement = {} m must be > 0", options.max_displacement);
+    if (!(options.max_base_scatter > 0))
+        fail("sensor drive: max_base_scatter = {} m must be > 0", options.max_base_scatter);
+    if (!(options.max_displacement > 0))
+        fail("sensor drive: max_displacement = {} m must be > 0", options.max_displacement);
     if (!(options.max_return_speed > 0))
         fail("sensor drive: max_return_speed = {} m/s must be > 0", options.max_return_speed);
     if (!(options.max_return_turn_rate > 0))
-        fail("sensor drive: max_return_turn_rate = {} rad/s must be > 0", options.max_return_turn_rate);
+        fail("sensor drive: max_return_turn_rate = {} rad/s must be > 0",
+             options.max_return_turn_rate);
 }
 
-DriveStatus SensorDrive::update(double time_s,
-                                const std::optional<RigidTransform<ImageFrame, Sensor>>& image_from_sensor) {
+DriveStatus SensorDrive::update(
+    double time_s, const std::optional<RigidTransform<ImageFrame, Sensor>>& image_from_sensor) {
     const double now = last_s_ ? std::max(time_s, *last_s_) : time_s;
     const double dt = last_s_ ? now - *last_s_ : 0;
     last_s_ = now;
-    const bool finite =
-        image_from_sensor && image_from_sensor->rotation.allFinite() && image_from_sensor->translation.allFinite();
+    const bool finite = image_from_sensor && image_from_sensor->rotation.allFinite() &&
+                        image_from_sensor->translation.allFinite();
     too_far_ = false;
     if (!base_) {
-        if (now - seen_s_ > options_.hold_s && !finite) begin_base();  // it may be elsewhere when it is back
+        if (now - seen_s_ > options_.hold_s && !finite)
+            begin_base();  // it may be elsewhere when it is back
         if (!finite) return status_;
         seen_s_ = now;
         place(now, *image_from_sensor);
@@ -70,13 +74,16 @@ DriveStatus SensorDrive::update(double time_s,
 }
 
 void SensorDrive::place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose) {
-    if (poses_ > 0 && (pose.translation - translation_sum_ / poses_).norm() > options_.max_base_scatter) begin_base();
+    if (poses_ > 0 &&
+        (pose.translation - translation_sum_ / poses_).norm() > options_.max_base_scatter)
+        begin_base();
     if (poses_ == 0) first_s_ = time_s;
     rotation_sum_ += pose.rotation;
     translation_sum_ += pose.translation;
     ++poses_;
     if (time_s - first_s_ < options_.base_window_s) return;
-    base_ = RigidTransform<ImageFrame, Sensor>{nearest_rotation(rotation_sum_), translation_sum_ / poses_};
+    base_ = RigidTransform<ImageFrame, Sensor>{nearest_rotation(rotation_sum_),
+                                               translation_sum_ / poses_};
     status_ = DriveStatus::following;
 }
 
@@ -99,7 +106,8 @@ void SensorDrive::follow(double dt, const Motion& target) {
         motion_ = target;
         return;
     }
-    const bool there = approach(motion_.translation, target.translation, options_.max_return_speed * dt);
+    const bool there =
+        approach(motion_.translation, target.translation, options_.max_return_speed * dt);
     const bool turned = approach(motion_.turn, target.turn, options_.max_return_turn_rate * dt);
     grip_ = options_.release_s > 0 ? std::min(1.0, grip_ + dt / options_.release_s) : 1.0;
     status_ = there && turned && grip_ == 1 ? DriveStatus::following : DriveStatus::returning;
@@ -111,7 +119,8 @@ void SensorDrive::release(double time_s) {
         status_ = DriveStatus::holding;
         return;
     }
-    grip_ = std::min(grip_, options_.release_s > 0 ? std::max(0.0, 1 - away / options_.release_s) : 0.0);
+    grip_ = std::min(grip_,
+                     options_.release_s > 0 ? std::max(0.0, 1 - away / options_.release_s) : 0.0);
     status_ = grip_ > 0 ? DriveStatus::releasing : DriveStatus::released;
 }
 

@@ -35,19 +35,22 @@ SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict) {
     return SensorTrouble::invalid;
 }
 
-void SensorPatch::follow(double time_s, const TrackedPose& sensor, const OutlierGate::Result& reference,
+void SensorPatch::follow(double time_s, const TrackedPose& sensor,
+                         const OutlierGate::Result& reference,
                          const RigidTransform<ImageFrame, Reference>& image_from_reference) {
     const auto gated = gate_.update(time_s, sensor);
     std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
     if (reference.verdict == GateVerdict::accepted && gated.verdict == GateVerdict::accepted) {
         const auto raw = image_from_reference * tracker_from<Reference>(reference.pose).inverse() *
                          tracker_from<Sensor>(gated.pose);
-        const TrackedPose smooth = filter_.update(time_s, {raw.rotation, raw.translation, PoseStatus::ok});
+        const TrackedPose smooth =
+            filter_.update(time_s, {raw.rotation, raw.translation, PoseStatus::ok});
         image_from_sensor = {smooth.rotation, smooth.translation};
     }
     drive_.update(time_s, image_from_sensor);
     trouble_ = trouble_of(sensor, gated.verdict);
-    if (trouble_ == SensorTrouble::none && !image_from_sensor) trouble_ = SensorTrouble::no_reference;
+    if (trouble_ == SensorTrouble::none && !image_from_sensor)
+        trouble_ = SensorTrouble::no_reference;
     if (drive_.is_too_far()) trouble_ = SensorTrouble::too_far;
 }
 
@@ -72,7 +75,8 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
 
 double SensorPatch::spring_stiffness() const {
     if (nodes_.empty() || is_hard() || drive_.grip() == 0) return 0;
-    return options_.stiffness.value_or(options_.firm_stiffness) * std::pow(nothing, 1 - drive_.grip());
+    return options_.stiffness.value_or(options_.firm_stiffness) *
+           std::pow(nothing, 1 - drive_.grip());
 }
 
 }  // namespace livetet

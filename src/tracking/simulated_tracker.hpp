@@ -14,7 +14,8 @@ namespace livetet {
 /// Everything that a simulated recording is made from: the same options give the same numbers.
 struct SimulatedTrackerOptions {
     double rate_Hz = 20;
-    double position_rms_mm = 1.4;   ///< RMS length of a position's error, as an electromagnetic tracker's
+    double position_rms_mm =
+        1.4;  ///< RMS length of a position's error, as an electromagnetic tracker's
     double rotation_rms_deg = 0.5;  ///< RMS angle of a rotation's error
     std::uint64_t seed = 1;
 
@@ -28,7 +29,8 @@ struct SimulatedTrackerOptions {
     double lift = 0.03;    ///< metres above the straight way between them
 
     // the organ
-    RigidTransform<Tracker, ImageFrame> tracker_from_image_at_start{Eigen::Matrix3d::Identity(), {0.3, 0, -0.1}};
+    RigidTransform<Tracker, ImageFrame> tracker_from_image_at_start{Eigen::Matrix3d::Identity(),
+                                                                    {0.3, 0, -0.1}};
     Eigen::Vector3d turn_centre_in_image = Eigen::Vector3d::Zero();
     double organ_travel = 0.1;   ///< metres, at most, from where it started
     double organ_turn_deg = 40;  ///< at most
@@ -45,11 +47,12 @@ struct SimulatedTrackerOptions {
     double pause_s = 1;  ///< after each press
 };
 
-/// A tracker's noise: normal on each axis, position and rotation vector, from one seeded engine. The same seed gives
-/// the same errors in the same order of calls.
+/// A tracker's noise: normal on each axis, position and rotation vector, from one seeded engine.
+/// The same seed gives the same errors in the same order of calls.
 class TrackerNoise {
   public:
-    TrackerNoise(double position_rms, double rotation_rms, std::uint64_t seed);  ///< metres, radians
+    TrackerNoise(double position_rms, double rotation_rms,
+                 std::uint64_t seed);  ///< metres, radians
     explicit TrackerNoise(const SimulatedTrackerOptions& options);
     TrackedPose operator()(const TrackedPose& pose);
 
@@ -63,15 +66,21 @@ class TrackerNoise {
 // The truth, at `time_s` from the recording's start.
 
 /// The organ: moves and turns smoothly from `tracker_from_image_at_start`, without end.
-RigidTransform<Tracker, ImageFrame> true_tracker_from_image(const SimulatedTrackerOptions& options, double time_s);
-/// How deep the deformation sensor is pressed in, metres: trapezoids with smooth ramps after the rest.
+RigidTransform<Tracker, ImageFrame> true_tracker_from_image(const SimulatedTrackerOptions& options,
+                                                            double time_s);
+/// How deep the deformation sensor is pressed in, metres: trapezoids with smooth ramps after the
+/// rest.
 double true_press_depth(const SimulatedTrackerOptions& options, double time_s);
-RigidTransform<ImageFrame, Sensor> true_image_from_sensor(const SimulatedTrackerOptions& options, double time_s);
+RigidTransform<ImageFrame, Sensor> true_image_from_sensor(const SimulatedTrackerOptions& options,
+                                                          double time_s);
 /// The tool tilting about its tip, which rests in the pivot.
-RigidTransform<Tracker, Tool> true_pivoting_tool(const SimulatedTrackerOptions& options, double time_s);
-/// The tool touching points given in the image, one after the other, the organ being where it starts.
+RigidTransform<Tracker, Tool> true_pivoting_tool(const SimulatedTrackerOptions& options,
+                                                 double time_s);
+/// The tool touching points given in the image, one after the other, the organ being where it
+/// starts.
 RigidTransform<Tracker, Tool> true_touching_tool(const SimulatedTrackerOptions& options,
-                                                 std::span<const Eigen::Vector3d> points_in_image, double time_s);
+                                                 std::span<const Eigen::Vector3d> points_in_image,
+                                                 double time_s);
 
 /// When point `i` is touched: [begin, begin + dwell_s].
 double touch_begins_s(const SimulatedTrackerOptions& options, std::size_t i);
@@ -83,7 +92,8 @@ double press_duration_s(const SimulatedTrackerOptions& options);
 /// Tool "Stylus".
 Recording simulate_pivoting(const SimulatedTrackerOptions& options);
 /// Tools "Reference", "Stylus".
-Recording simulate_touching(const SimulatedTrackerOptions& options, std::span<const Eigen::Vector3d> points_in_image);
+Recording simulate_touching(const SimulatedTrackerOptions& options,
+                            std::span<const Eigen::Vector3d> points_in_image);
 /// Tools "Reference", "Sensor".
 Recording simulate_press(const SimulatedTrackerOptions& options);
 

@@ -5,16 +5,19 @@
 namespace livetet {
 
 double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 double utc_seconds() {
-    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
+        .count();
 }
 
 const StreamSample* TrackerSource::next() {
     for (;;) {
-        const auto seen = mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+        const auto seen =
+            mailbox_.posted();  // before `take`: whatever is posted after this wakes us
         if (mailbox_.take()) return mailbox_.incoming().end ? nullptr : &mailbox_.incoming().sample;
         mailbox_.wait_beyond(seen);
     }

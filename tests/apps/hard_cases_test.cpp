@@ -26,10 +26,11 @@ test::Outcome run(const Folder& folder, const LabelImage& image, int tets) {
     return test::livetet(folder, fmt::format("mesh organ.nii.gz --tets {} -o organ.h5", tets));
 }
 
-/// Meshed to levels that are closed, manifold, positive and without flat tets, the finest of the volume of the body's
-/// voxels and about as many tets as asked for; and multigrid solves on them: in `usual` iterations as it is, in 20 where Galerkin's
-/// operators and more smoothing are asked for. Both bounds are a third above what was met: other last bits of the points are other
-/// meshes, on which the lattice took 15 iterations or 22.
+/// Meshed to levels that are closed, manifold, positive and without flat tets, the finest of the
+/// volume of the body's voxels and about as many tets as asked for; and multigrid solves on them:
+/// in `usual` iterations as it is, in 20 where Galerkin's operators and more smoothing are asked
+/// for. Both bounds are a third above what was met: other last bits of the points are other meshes,
+/// on which the lattice took 15 iterations or 22.
 void expect_meshed(const LabelImage& image, int tets, int usual = 21) {
     const Folder folder;
     const test::Outcome outcome = run(folder, image, tets);
@@ -48,7 +49,9 @@ void expect_meshed(const LabelImage& image, int tets, int usual = 21) {
     EXPECT_GT(hierarchy.levels.front().tets.size(), 0.5 * tets);
     EXPECT_LT(hierarchy.levels.front().tets.size(), 2.0 * tets);
     EXPECT_LE(test::own_weight_iterations(folder, "organ.h5", "coarse: rediscretised"), usual);
-    EXPECT_LE(test::own_weight_iterations(folder, "organ.h5", "coarse: galerkin, smoothing_steps: 20"), 20);
+    EXPECT_LE(
+        test::own_weight_iterations(folder, "organ.h5", "coarse: galerkin, smoothing_steps: 20"),
+        20);
 }
 
 void expect_refused(const LabelImage& image, std::initializer_list<std::string> words) {
@@ -57,28 +60,33 @@ void expect_refused(const LabelImage& image, std::initializer_list<std::string> 
     EXPECT_FALSE(std::filesystem::exists(folder / "organ.h5"));
 }
 
-double norm_mm(const Vector3& x, const Vector3& centre_mm = Vector3::Zero()) { return (1e3 * x - centre_mm).norm(); }
+double norm_mm(const Vector3& x, const Vector3& centre_mm = Vector3::Zero()) {
+    return (1e3 * x - centre_mm).norm();
+}
 
-LabelImage cube_of_voxels(int n, const Vector3& spacing_mm, const std::function<int(const Vector3&)>& label) {
+LabelImage cube_of_voxels(int n, const Vector3& spacing_mm,
+                          const std::function<int(const Vector3&)>& label) {
     const std::array<int, 3> size{n, n, n};
     return label_image(size, centred_affine(size, spacing_mm), label);
 }
 
 TEST(HardCase, hemispherical_shell_two_voxels_thick) {
-    const LabelImage image = cube_of_voxels(
-        36, {1, 1, 1}, [](const Vector3& x) { return norm_mm(x) < 15 && norm_mm(x) > 13 && x.z() < 0 ? 1 : 0; });
+    const LabelImage image = cube_of_voxels(36, {1, 1, 1}, [](const Vector3& x) {
+        return norm_mm(x) < 15 && norm_mm(x) > 13 && x.z() < 0 ? 1 : 0;
+    });
     expect_meshed(image, 12000, 30);
 }
 
 TEST(HardCase, plate_one_voxel_thick) {
-    const LabelImage image = cube_of_voxels(
-        28, {1, 1, 1}, [](const Vector3& x) { return std::abs(x.z() - 0.5e-3) < 0.5e-3 && norm_mm(x) < 12 ? 1 : 0; });
+    const LabelImage image = cube_of_voxels(28, {1, 1, 1}, [](const Vector3& x) {
+        return std::abs(x.z() - 0.5e-3) < 0.5e-3 && norm_mm(x) < 12 ? 1 : 0;
+    });
     expect_meshed(image, 12000, 35);
 }
 
 TEST(HardCase, closed_shell_is_filled) {
-    const LabelImage image =
-        cube_of_voxels(36, {1, 1, 1}, [](const Vector3& x) { return norm_mm(x) < 15 && norm_mm(x) > 13 ? 1 : 0; });
+    const LabelImage image = cube_of_voxels(
+        36, {1, 1, 1}, [](const Vector3& x) { return norm_mm(x) < 15 && norm_mm(x) > 13 ? 1 : 0; });
     expect_meshed(image, 4000);
 }
 
@@ -119,7 +127,9 @@ TEST(HardCase, ring_that_touches_itself_at_an_edge) {
 /// A mouse's liver: what is right for a human's would take it away.
 TEST(HardCase, organ_of_a_small_animal) {
     const LabelImage image = cube_of_voxels(70, {0.1, 0.1, 0.1}, [](const Vector3& x) {
-        return norm_mm(x.cwiseQuotient(Vector3(1.5, 1, 0.2))) < 2 || norm_mm(x, {0, 0, 0.8}) < 1 ? 1 : 0;
+        return norm_mm(x.cwiseQuotient(Vector3(1.5, 1, 0.2))) < 2 || norm_mm(x, {0, 0, 0.8}) < 1
+                   ? 1
+                   : 0;
     });
     expect_meshed(image, 8000, 27);
 }
@@ -165,7 +175,8 @@ TEST(HardCase, trefoil_knot) {
         for (int i = 0; i < 200; ++i) {
             const double t = 2 * std::numbers::pi * i / 200;
             const double r = 15 + 7 * std::cos(3 * t);
-            nearest = std::min(nearest, norm_mm(x, {r * std::cos(2 * t), r * std::sin(2 * t), 9 * std::sin(3 * t)}));
+            nearest = std::min(nearest, norm_mm(x, {r * std::cos(2 * t), r * std::sin(2 * t),
+                                                    9 * std::sin(3 * t)}));
         }
         return nearest < 4 ? 1 : 0;
     });
@@ -173,17 +184,19 @@ TEST(HardCase, trefoil_knot) {
 }
 
 TEST(HardCase, body_with_a_tunnel) {
-    const LabelImage image = cube_of_voxels(
-        44, {1, 1, 1}, [](const Vector3& x) { return norm_mm(x) < 18 && std::hypot(x.x(), x.y()) > 3e-3 ? 1 : 0; });
+    const LabelImage image = cube_of_voxels(44, {1, 1, 1}, [](const Vector3& x) {
+        return norm_mm(x) < 18 && std::hypot(x.x(), x.y()) > 3e-3 ? 1 : 0;
+    });
     expect_meshed(image, 8000);
 }
 
 TEST(HardCase, thick_slices) {
     const std::array<int, 3> size{84, 64, 12};
-    const LabelImage image = label_image(size, centred_affine(size, {0.6, 0.6, 5}), [](const Vector3& x) {
-        const Vector3 p = 1e3 * x;
-        return p.cwiseQuotient(Vector3(22, 16, 25)).norm() < 1 ? 1 : 0;
-    });
+    const LabelImage image =
+        label_image(size, centred_affine(size, {0.6, 0.6, 5}), [](const Vector3& x) {
+            const Vector3 p = 1e3 * x;
+            return p.cwiseQuotient(Vector3(22, 16, 25)).norm() < 1 ? 1 : 0;
+        });
     expect_meshed(image, 6000);
 }
 
@@ -200,4 +213,3 @@ TEST(HardCase, whole_image_is_one_label) {
 
 }  // namespace
 }  // namespace livetet
-

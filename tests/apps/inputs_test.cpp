@@ -18,8 +18,8 @@ using test::write_text;
 constexpr int n = 24;
 constexpr double radius = 9, ball_ml = 4.0 / 3 * 3.14159265358979 * 18 * 18 * 18 / 1000;
 
-/// A ball of radius 18 mm in voxels of 2 mm, whose first voxel lies at RAS (-10, -20, 30): `inside` in it, `outside`
-/// round it; in the format's own way of saying so, LPS.
+/// A ball of radius 18 mm in voxels of 2 mm, whose first voxel lies at RAS (-10, -20, 30): `inside`
+/// in it, `outside` round it; in the format's own way of saying so, LPS.
 void write_ball(const std::filesystem::path& path, std::int16_t inside, std::int16_t outside) {
     std::string bytes;
     for (int k = 0; k < n; ++k)
@@ -29,14 +29,17 @@ void write_ball(const std::filesystem::path& path, std::int16_t inside, std::int
                 const std::int16_t value = in ? inside : outside;
                 bytes.append(reinterpret_cast<const char*>(&value), 2);
             }
-    const std::string head =
-        path.extension() == ".nrrd"
-            ? "NRRD0005\ntype: short\nendian: little\ndimension: 3\nsizes: 24 24 24\nencoding: raw\nspace: "
-              "left-posterior-superior\nspace directions: (-2,0,0) (0,-2,0) (0,0,2)\nspace origin: (10,20,30)\n\n"
-            : "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nTransformMatrix = -1 "
-              "0 0 0 "
-              "-1 0 0 0 1\nOffset = 10 20 30\nElementSpacing = 2 2 2\nDimSize = 24 24 24\nElementType = "
-              "MET_SHORT\nElementDataFile = LOCAL\n";
+    const std::string head = path.extension() == ".nrrd"
+                                 ? "NRRD0005\ntype: short\nendian: little\ndimension: 3\nsizes: 24 "
+                                   "24 24\nencoding: raw\nspace: "
+                                   "left-posterior-superior\nspace directions: (-2,0,0) (0,-2,0) "
+                                   "(0,0,2)\nspace origin: (10,20,30)\n\n"
+                                 : "ObjectType = Image\nNDims = 3\nBinaryData = "
+                                   "True\nBinaryDataByteOrderMSB = False\nTransformMatrix = -1 "
+                                   "0 0 0 "
+                                   "-1 0 0 0 1\nOffset = 10 20 30\nElementSpacing = 2 2 2\nDimSize "
+                                   "= 24 24 24\nElementType = "
+                                   "MET_SHORT\nElementDataFile = LOCAL\n";
     write_text(path, head + bytes);
 }
 
@@ -51,21 +54,23 @@ const std::string coarse = " --edge-lengths-mm 9 -o out.h5";
 void expect_ball(const Folder& folder) {
     const TetMesh mesh = read_hierarchy(folder / "out.h5").levels.front();
     EXPECT_NEAR(1e6 * volume(mesh), ball_ml, 0.12 * ball_ml);
-    EXPECT_LT((1e3 * mean_node(mesh) - Vector3(13, 3, 53)).norm(), 1.5) << "where the header places its centre";
+    EXPECT_LT((1e3 * mean_node(mesh) - Vector3(13, 3, 53)).norm(), 1.5)
+        << "where the header places its centre";
 }
 
 TEST(Inputs, LabelMapsOfOtherFormatsAreMeshedInPlaceAndMasksHold) {
     for (const std::string format : {"nrrd", "mha"}) {
         const Folder folder;
         write_ball(folder / ("labels." + format), 3, 0);
-        const auto outcome = livetet(folder, "mesh labels." + format + " --labels 3 --fix labels." + format + coarse);
+        const auto outcome = livetet(
+            folder, "mesh labels." + format + " --labels 3 --fix labels." + format + coarse);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         expect_ball(folder);
         const TetMesh mesh = read_hierarchy(folder / "out.h5").levels.front();
         EXPECT_GT(mesh.node_sets.at("fixed").size(), mesh.nodes.size() / 10);
         EXPECT_EQ(mesh.regions, std::vector<std::int32_t>(mesh.tets.size(), 3));
-        write_text(folder / "scene.yaml",
-                   "mesh: {file: out.h5}\nfix: [{mask: labels." + format + "}]\ngravity_m_per_s2: [0, 0, -9.81]\n");
+        write_text(folder / "scene.yaml", "mesh: {file: out.h5}\nfix: [{mask: labels." + format +
+                                              "}]\ngravity_m_per_s2: [0, 0, -9.81]\n");
         EXPECT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     }
 }
@@ -82,7 +87,8 @@ TEST(Inputs, AGreyImageIsMeshedBetweenThresholds) {
     write_ball(folder / "dark.mha", -900, 80);
     EXPECT_EQ(livetet(folder, "mesh dark.mha --threshold :-500" + coarse).status, 0);
     expect_ball(folder);
-    write_text(folder / "scene.yaml", "mesh: {file: ct.nrrd, threshold: \"50:100\", edge_lengths_mm: [9]}\n");
+    write_text(folder / "scene.yaml",
+               "mesh: {file: ct.nrrd, threshold: \"50:100\", edge_lengths_mm: [9]}\n");
     EXPECT_EQ(livetet(folder, "mesh scene.yaml -o out.h5").status, 0);
     expect_ball(folder);
 }
@@ -90,21 +96,27 @@ TEST(Inputs, AGreyImageIsMeshedBetweenThresholds) {
 TEST(Inputs, AGreyImageWithoutAThresholdIsToldOfIt) {
     const Folder folder;
     write_ball(folder / "ct.nrrd", 80, -900);
-    expect_refused(livetet(folder, "mesh ct.nrrd -o out.h5"), {"ct.nrrd", "-900", "grey", "--threshold LOW:HIGH"});
+    expect_refused(livetet(folder, "mesh ct.nrrd -o out.h5"),
+                   {"ct.nrrd", "-900", "grey", "--threshold LOW:HIGH"});
     GreyImage grey{{2, 2, 1}, Eigen::Matrix4d::Identity(), {0, 0.5f, 1, 2}};
     write_image(folder / "f.nii.gz", grey);
-    expect_refused(livetet(folder, "mesh f.nii.gz --labels 1 -o out.h5"), {"f.nii.gz", "0.5", "--threshold"});
+    expect_refused(livetet(folder, "mesh f.nii.gz --labels 1 -o out.h5"),
+                   {"f.nii.gz", "0.5", "--threshold"});
     LabelImage many{{300, 2, 1}, Eigen::Matrix4d::Identity(), {}};
     for (int v = 0; v < 600; ++v) many.values.push_back(v / 2);
     write_image(folder / "many.nii.gz", many);
-    expect_refused(livetet(folder, "mesh many.nii.gz -o out.h5"), {"200 different values", "--threshold", "--labels"});
-    expect_refused(livetet(folder, "mesh ct.nrrd --threshold 500:600 -o out.h5"), {"ct.nrrd", "500:600", "-900", "80"});
-    expect_refused(livetet(folder, "mesh ct.nrrd --threshold 5: --labels 1 -o out.h5"), {"labels", "threshold"});
+    expect_refused(livetet(folder, "mesh many.nii.gz -o out.h5"),
+                   {"200 different values", "--threshold", "--labels"});
+    expect_refused(livetet(folder, "mesh ct.nrrd --threshold 500:600 -o out.h5"),
+                   {"ct.nrrd", "500:600", "-900", "80"});
+    expect_refused(livetet(folder, "mesh ct.nrrd --threshold 5: --labels 1 -o out.h5"),
+                   {"labels", "threshold"});
     for (const std::string wrong : {"100", ":", "9:3", "a:b", "1:2:3", "nan:"})
         expect_refused(livetet(folder, "mesh ct.nrrd --threshold " + wrong + " -o out.h5"),
                        {"threshold", wrong, "LOW:HIGH"});
     write_text(folder / "scene.yaml", "mesh: {file: ct.nrrd, threshold: \"9:3\"}\n");
-    expect_refused(livetet(folder, "mesh scene.yaml -o out.h5"), {"threshold", "9:3", "LOW:HIGH", "scene.yaml:1"});
+    expect_refused(livetet(folder, "mesh scene.yaml -o out.h5"),
+                   {"threshold", "9:3", "LOW:HIGH", "scene.yaml:1"});
     EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
 }
 
@@ -114,31 +126,46 @@ TEST(Inputs, ADamagedImageSaysSoInOneLine) {
     const std::string whole = test::text_of(folder / "whole.mha");
     write_text(folder / "cut.mha", whole.substr(0, whole.size() / 2));
     expect_refused(livetet(folder, "mesh cut.mha -o out.h5"), {"cut.mha", "truncated"});
-    expect_refused(livetet(folder, "mesh whole.mha --fix cut.mha" + coarse), {"cut.mha", "truncated"});
+    expect_refused(livetet(folder, "mesh whole.mha --fix cut.mha" + coarse),
+                   {"cut.mha", "truncated"});
     EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
 }
 
-/// A pyramid stack: five points, two tets of regions 4 and 6; lengths in mm, or in whatever unit is told.
+/// A pyramid stack: five points, two tets of regions 4 and 6; lengths in mm, or in whatever unit is
+/// told.
 const std::string two_tets =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-    "<UnstructuredGrid><Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points><DataArray type=\"Float64\" "
-    "NumberOfComponents=\"3\" format=\"ascii\">0 0 0  10 0 0  0 10 0  0 0 10  10 10 10</DataArray></Points>\n"
-    "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3  1 2 3 4</DataArray>\n"
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+    "byte_order=\"LittleEndian\">\n"
+    "<UnstructuredGrid><Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points><DataArray "
+    "type=\"Float64\" "
+    "NumberOfComponents=\"3\" format=\"ascii\">0 0 0  10 0 0  0 10 0  0 0 10  10 10 "
+    "10</DataArray></Points>\n"
+    "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3  1 2 3 "
+    "4</DataArray>\n"
     "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4 8</DataArray>\n"
-    "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10 10</DataArray></Cells>\n<CellData>"
+    "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10 "
+    "10</DataArray></Cells>\n<CellData>"
     "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">4 6</DataArray></CellData>\n"
     "</Piece></UnstructuredGrid></VTKFile>\n";
 
 /// A bar of two materials, its left half 3, its right half 8, as another program would mesh it.
 std::string bar_msh() {
     const TetMesh bar = test::block({12, 6, 6}, {120, 60, 60});
-    std::string text = fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", bar.nodes.size());
-    for (std::size_t n = 0; n < bar.nodes.size(); ++n) text += fmt::format("{} {} {} {}\n", n + 1, bar.nodes[n].x(), bar.nodes[n].y(), bar.nodes[n].z());
+    std::string text =
+        fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", bar.nodes.size());
+    for (std::size_t n = 0; n < bar.nodes.size(); ++n)
+        text += fmt::format("{} {} {} {}\n", n + 1, bar.nodes[n].x(), bar.nodes[n].y(),
+                            bar.nodes[n].z());
     text += fmt::format("$EndNodes\n$Elements\n{}\n", bar.tets.size());
     for (std::size_t e = 0; e < bar.tets.size(); ++e) {
         const Tet& t = bar.tets[e];
-        const int region = bar.nodes[t[0]].x() + bar.nodes[t[1]].x() + bar.nodes[t[2]].x() + bar.nodes[t[3]].x() < 240 ? 3 : 8;
-        text += fmt::format("{} 4 2 {} {} {} {} {} {}\n", e + 1, region, region, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+        const int region =
+            bar.nodes[t[0]].x() + bar.nodes[t[1]].x() + bar.nodes[t[2]].x() + bar.nodes[t[3]].x() <
+                    240
+                ? 3
+                : 8;
+        text += fmt::format("{} 4 2 {} {} {} {} {} {}\n", e + 1, region, region, t[0] + 1, t[1] + 1,
+                            t[2] + 1, t[3] + 1);
     }
     return text + "$EndElements\n";
 }
@@ -165,15 +192,19 @@ TEST(Inputs, TetsOfOthersGetLevelsBelowThem) {
         }
     }
     // The scene that names the file may ask for them too, and multigrid has them.
-    write_text(folder / "scene.yaml", "mesh: {file: bar.msh, levels: 3}\nmaterials: [{region: 3}, {region: 8}]\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
-                                      "gravity_m_per_s2: [0, 0, -9.81]\n");
+    write_text(folder / "scene.yaml",
+               "mesh: {file: bar.msh, levels: 3}\nmaterials: [{region: 3}, {region: 8}]\nfix: "
+               "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+               "gravity_m_per_s2: [0, 0, -9.81]\n");
     const auto solved = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(solved.status, 0) << solved.err;
     EXPECT_NE(solved.out.find("3 level(s)"), std::string::npos) << solved.out;
     EXPECT_NE(solved.out.find("mg, 3 levels"), std::string::npos) << solved.out;
     const auto two_ranks = livetet(folder, "solve scene.yaml", "mpirun --oversubscribe -n 2");
     EXPECT_EQ(two_ranks.status, 2);
-    EXPECT_NE(two_ranks.err.find("bar.msh: coarser levels are meshed on one rank only"), std::string::npos) << two_ranks.err;
+    EXPECT_NE(two_ranks.err.find("bar.msh: coarser levels are meshed on one rank only"),
+              std::string::npos)
+        << two_ranks.err;
     // One tet has nothing below it.
     write_text(folder / "two.vtu", two_tets);
     const auto two = livetet(folder, "mesh two.vtu --levels 2 -o two.h5");
@@ -200,7 +231,8 @@ TEST(Inputs, AVtuIsTakenWhereAMshIs) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     write_text(folder / "cut.vtu", two_tets.substr(0, two_tets.size() / 2));
     expect_refused(livetet(folder, "mesh cut.vtu -o gone.h5"), {"cut.vtu"});
-    expect_refused(livetet(folder, "mesh two.vtu --threshold 1: -o gone.h5"), {"two.vtu", "--threshold"});
+    expect_refused(livetet(folder, "mesh two.vtu --threshold 1: -o gone.h5"),
+                   {"two.vtu", "--threshold"});
     EXPECT_FALSE(std::filesystem::exists(folder / "gone.h5"));
 }
 

@@ -25,7 +25,8 @@ LabelImage two_halves() {
     for (int k = 0; k < 24; ++k)
         for (int j = 0; j < 24; ++j)
             for (int i = 0; i < 24; ++i)
-                image.values.push_back((Vector3(i, j, k) - Vector3::Constant(11.5)).norm() < 9 ? 1 + (i > 11) : 0);
+                image.values.push_back(
+                    (Vector3(i, j, k) - Vector3::Constant(11.5)).norm() < 9 ? 1 + (i > 11) : 0);
     return image;
 }
 
@@ -43,7 +44,8 @@ TEST(Mesh, ReportsDistancesAnglesAndMaterials) {
     ASSERT_EQ(json["regions"].size(), 2u);
     for (const auto& region : json["regions"])
         EXPECT_NEAR(region["tets_ml"].get<double>(), region["voxels_ml"].get<double>(), 1.2);
-    EXPECT_EQ(nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance)["levels"], json["levels"]);
+    EXPECT_EQ(nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance)["levels"],
+              json["levels"]);
 }
 
 TEST(Mesh, KeepsWhatNothingHasChanged) {
@@ -51,11 +53,13 @@ TEST(Mesh, KeepsWhatNothingHasChanged) {
     LabelImage image = two_halves();
     write_image(folder / "labels.nii.gz", image);
     write_image(folder / "mask.nii.gz", image);
-    const std::string command = "mesh labels.nii.gz --tets 1000 --fix mask.nii.gz -o m.h5 --json m.json ";
+    const std::string command =
+        "mesh labels.nii.gz --tets 1000 --fix mask.nii.gz -o m.h5 --json m.json ";
     const auto remade = [&](const std::string& more) {
         std::filesystem::remove(folder / "m.json");
-        const auto before = std::filesystem::exists(folder / "m.h5") ? std::filesystem::last_write_time(folder / "m.h5")
-                                                                     : std::filesystem::file_time_type{};
+        const auto before = std::filesystem::exists(folder / "m.h5")
+                                ? std::filesystem::last_write_time(folder / "m.h5")
+                                : std::filesystem::file_time_type{};
         EXPECT_EQ(livetet(folder, command + more).status, 0);
         EXPECT_TRUE(std::filesystem::exists(folder / "m.json"));
         return std::filesystem::last_write_time(folder / "m.h5") != before;
@@ -73,7 +77,8 @@ TEST(Mesh, KeepsWhatNothingHasChanged) {
     EXPECT_FALSE(remade(""));
 }
 
-/// The file that `mesh` made says by which mask; once another mask has been through it, it is not what that was.
+/// The file that `mesh` made says by which mask; once another mask has been through it, it is not
+/// what that was.
 TEST(Mesh, MakesAnewWhatWasChangedMeanwhile) {
     const Folder folder;
     LabelImage image = two_halves();
@@ -90,7 +95,8 @@ TEST(Mesh, MakesAnewWhatWasChangedMeanwhile) {
     EXPECT_LT(fixed_by("m.h5 --fix b.nii.gz"), by_a);
     const auto told = nlohmann::json::parse(read_hierarchy(folder / "m.h5").provenance);
     EXPECT_EQ(told["fixed"]["mask"], "b.nii.gz");
-    EXPECT_NE(told["made_by"].get<std::string>().find("labels.nii.gz"), std::string::npos) << told["made_by"];
+    EXPECT_NE(told["made_by"].get<std::string>().find("labels.nii.gz"), std::string::npos)
+        << told["made_by"];
     EXPECT_EQ(fixed_by(first), by_a);
 }
 
@@ -98,9 +104,12 @@ TEST(Mesh, WritesNothingOverWhatItReads) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
     const std::string bytes = text_of(folder / "labels.nii.gz");
-    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o labels.nii.gz"), {"labels.nii.gz", ".h5"});
-    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json ./labels.nii.gz"), {"--json", "labels.nii.gz"});
-    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json m.h5"), {"--json", "m.h5"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o labels.nii.gz"),
+                   {"labels.nii.gz", ".h5"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json ./labels.nii.gz"),
+                   {"--json", "labels.nii.gz"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5 --json m.h5"),
+                   {"--json", "m.h5"});
     EXPECT_EQ(text_of(folder / "labels.nii.gz"), bytes);
     EXPECT_FALSE(std::filesystem::exists(folder / "m.h5"));
 }
@@ -108,12 +117,14 @@ TEST(Mesh, WritesNothingOverWhatItReads) {
 TEST(Mesh, RefinesWhateverASceneNames) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
-    write_text_file(folder / "image.yaml", "mesh: {file: labels.nii.gz, tets: 1000, levels: 2, refine: 1}\n");
+    write_text_file(folder / "image.yaml",
+                    "mesh: {file: labels.nii.gz, tets: 1000, levels: 2, refine: 1}\n");
     ASSERT_EQ(livetet(folder, "mesh image.yaml -o image.h5 --json image.json").status, 0);
     const MeshHierarchy refined = read_hierarchy(folder / "image.h5");
     ASSERT_EQ(refined.levels.size(), 3u);
     EXPECT_EQ(refined.levels[0].tets.size(), 8 * refined.levels[1].tets.size());
-    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "image.json"))["levels"][0]["tets"], refined.levels[0].tets.size());
+    EXPECT_EQ(nlohmann::json::parse(text_of(folder / "image.json"))["levels"][0]["tets"],
+              refined.levels[0].tets.size());
     write_text_file(folder / "hierarchy.yaml", "mesh: {file: image.h5, refine: 1}\n");
     ASSERT_EQ(livetet(folder, "mesh hierarchy.yaml -o again.h5").status, 0);
     EXPECT_EQ(read_hierarchy(folder / "again.h5").levels.size(), 4u);
@@ -122,24 +133,38 @@ TEST(Mesh, RefinesWhateverASceneNames) {
 TEST(Mesh, RefusesOptionsThatChangeNothing) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
-    const std::string stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+    const std::string stl =
+        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+        "0\nendloop\nendfacet\nendsolid s\n";
     write_text_file(folder / "s.stl", stl);
     ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 -o m.h5").status, 0);
-    const auto refused = [&](const std::string& input, const std::string& option, const std::string& value = "") {
-        expect_refused(livetet(folder, "mesh " + input + " " + option + " " + value + " -o other.h5"), {input, option});
+    const auto refused = [&](const std::string& input, const std::string& option,
+                             const std::string& value = "") {
+        expect_refused(
+            livetet(folder, "mesh " + input + " " + option + " " + value + " -o other.h5"),
+            {input, option});
     };
     refused("labels.nii.gz", "--space", "lps");
     refused("labels.nii.gz", "--metres");
     refused("s.stl", "--labels", "1");
     refused("s.stl", "--threshold", "1:");
-    for (const auto& [option, value] :
-         {std::pair{"--tets", "1000"}, {"--levels", "2"}, {"--edge-lengths-mm", "5"}, {"--budget-ms", "3"}, {"--labels", "1"},
-          {"--inside-growth", "2"}, {"--min-dihedral-deg", "5"}, {"--refine-sphere", "0,0,0,1,1"}, {"--time-limit-s", "9"},
-          {"--metres", ""}, {"--space", "lps"}})
+    for (const auto& [option, value] : {std::pair{"--tets", "1000"},
+                                        {"--levels", "2"},
+                                        {"--edge-lengths-mm", "5"},
+                                        {"--budget-ms", "3"},
+                                        {"--labels", "1"},
+                                        {"--inside-growth", "2"},
+                                        {"--min-dihedral-deg", "5"},
+                                        {"--refine-sphere", "0,0,0,1,1"},
+                                        {"--time-limit-s", "9"},
+                                        {"--metres", ""},
+                                        {"--space", "lps"}})
         refused("m.h5", option, value);
-    for (const std::string key : {"labels: [1]", "tets: 500", "levels: 3", "edge_lengths_mm: [3]", "space: lps", "unit: m"}) {
+    for (const std::string key : {"labels: [1]", "tets: 500", "levels: 3", "edge_lengths_mm: [3]",
+                                  "space: lps", "unit: m"}) {
         write_text_file(folder / "scene.yaml", "mesh: {file: m.h5, " + key + "}\n");
-        expect_refused(livetet(folder, "solve scene.yaml"), {"m.h5", "mesh." + key.substr(0, key.find(':'))});
+        expect_refused(livetet(folder, "solve scene.yaml"),
+                       {"m.h5", "mesh." + key.substr(0, key.find(':'))});
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "other.h5"));
 }
@@ -161,11 +186,14 @@ TEST(Mesh, NotesPartsOfASurfaceThatAreLeftOut) {
     const TriangleMesh other = shapes::sphere(0.02, 3, {0.1, 0, 0});
     const auto first = static_cast<std::int32_t>(both.nodes.size());
     both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
-    for (const auto& [a, b, c] : other.triangles) both.triangles.push_back({first + a, first + b, first + c});
+    for (const auto& [a, b, c] : other.triangles)
+        both.triangles.push_back({first + a, first + b, first + c});
     write_surface(folder / "both.stl", both, Space::ras);
     const auto outcome = livetet(folder, "mesh both.stl --tets 1000 -o m.h5 --json m.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("note         surface: of 2 parts the largest is meshed"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("note         surface: of 2 parts the largest is meshed"),
+              std::string::npos)
+        << outcome.out;
     EXPECT_EQ(nlohmann::json::parse(text_of(folder / "m.json"))["notes"].size(), 1u);
 }
 
@@ -180,7 +208,8 @@ TEST(Mesh, MeshesABodyOfOneLabelAsOne) {
     const auto json = nlohmann::json::parse(text_of(folder / "m.json"));
     EXPECT_EQ(json["levels"][0]["filled_by"].get<std::string>().find("CGAL"), std::string::npos);
     ASSERT_EQ(json["notes"].size(), 1u) << json["notes"];
-    EXPECT_EQ(json["notes"][0].get<std::string>().find("label 7: 0.01 of its 0.01 ml"), 0u) << json["notes"];
+    EXPECT_EQ(json["notes"][0].get<std::string>().find("label 7: 0.01 of its 0.01 ml"), 0u)
+        << json["notes"];
     const auto regions = read_hierarchy(folder / "m.h5").levels.front().regions;
     EXPECT_EQ(std::count(regions.begin(), regions.end(), 1), std::ssize(regions));
 }
@@ -189,29 +218,35 @@ TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
     write_text_file(folder / "mask.mhd",
-                    "ObjectType = Image\nNDims = 3\nDimSize = 24 24 24\nElementSpacing = 2 2 2\nElementType = MET_UCHAR\n"
+                    "ObjectType = Image\nNDims = 3\nDimSize = 24 24 24\nElementSpacing = 2 2 "
+                    "2\nElementType = MET_UCHAR\n"
                     "TransformMatrix = -1 0 0 0 -1 0 0 0 1\nElementDataFile = mask.raw\n");
     std::size_t fixed[2];
     for (const int thickness : {8, 12}) {
         std::string voxels(24 * 24 * 24, 0);
         std::fill_n(voxels.begin(), thickness * 24 * 24, 1);
         write_text_file(folder / "mask.raw", voxels);
-        ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5").status, 0);
-        fixed[thickness == 12] = read_hierarchy(folder / "m.h5").levels.front().node_sets.at("fixed").size();
+        ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5").status,
+                  0);
+        fixed[thickness == 12] =
+            read_hierarchy(folder / "m.h5").levels.front().node_sets.at("fixed").size();
     }
     EXPECT_GT(fixed[1], fixed[0]);
     const auto kept = livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5");
     EXPECT_NE(kept.out.find("unchanged"), std::string::npos) << "the same voxels: " << kept.out;
 
     const std::string voxels = text_of(folder / "mask.raw");
-    expect_refused(livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5 --json mask.raw"), {"--json", "mask.raw", "is read"});
+    expect_refused(
+        livetet(folder, "mesh labels.nii.gz --tets 1000 --fix mask.mhd -o m.h5 --json mask.raw"),
+        {"--json", "mask.raw", "is read"});
     EXPECT_EQ(text_of(folder / "mask.raw"), voxels);
 }
 
 TEST(Mesh, LeavesTheSurfaceThatItFailedOnForALook) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
-    const auto result = livetet(folder, "mesh labels.nii.gz --tets 4000 --time-limit-s 1e-9 -o m.h5");
+    const auto result =
+        livetet(folder, "mesh labels.nii.gz --tets 4000 --time-limit-s 1e-9 -o m.h5");
     EXPECT_EQ(result.status, 2);
     EXPECT_NE(result.err.find("m.failed.stl"), std::string::npos) << result.err;
     EXPECT_FALSE(read_surface(folder / "m.failed.stl", Space::ras).triangles.empty());
@@ -229,8 +264,11 @@ TEST(Mesh, WritesWhereTheImageLiesAndHowItWasMade) {
     image.ras_from_voxel.col(3) << 0.03, -0.02, 0.1, 1;
     write_image(folder / "labels.nii.gz", image);
     write_image(folder / "mask.nii.gz", image);
-    ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --labels 2 --tets 1000 --smoothing-mm 1.25 --refine-sphere 0,0,0,5,2 "
-                              "--fix mask.nii.gz --fix-edge-ratio 0.8 -o m.h5 --json m.json").status,
+    ASSERT_EQ(livetet(folder,
+                      "mesh labels.nii.gz --labels 2 --tets 1000 --smoothing-mm 1.25 "
+                      "--refine-sphere 0,0,0,5,2 "
+                      "--fix mask.nii.gz --fix-edge-ratio 0.8 -o m.h5 --json m.json")
+                  .status,
               0);
     const auto frame = read_image_grid(folder / "m.h5");
     ASSERT_TRUE(frame);
@@ -242,7 +280,8 @@ TEST(Mesh, WritesWhereTheImageLiesAndHowItWasMade) {
     EXPECT_NEAR(told["image"]["ras_from_voxel_mm"][1][3].get<double>(), -20, 1e-5);
     EXPECT_EQ(told["image"]["smoothing_mm"], 1.25);
     const std::string made_by = told["made_by"], asked = told["asked"]["mesh"];
-    for (const char* words : {"labels.nii.gz", "labels 2,", "smoothed by 1.25 mm", "edges of 2.000 mm within 5.000 mm", "times 0.8"})
+    for (const char* words : {"labels.nii.gz", "labels 2,", "smoothed by 1.25 mm",
+                              "edges of 2.000 mm within 5.000 mm", "times 0.8"})
         EXPECT_NE(made_by.find(words), std::string::npos) << words << " in " << made_by;
     EXPECT_NE(asked.find("labels: [2]"), std::string::npos) << asked;
     EXPECT_EQ(told["asked"]["refine_spheres_mm"].size(), 5u);
@@ -256,13 +295,16 @@ TEST(Mesh, SmoothsAsTheSceneSays) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
     const auto mean_shift = [&](const std::string& keys) {
-        write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000" + keys + "}\n");
+        write_text_file(folder / "scene.yaml",
+                        "mesh: {file: labels.nii.gz, tets: 1000" + keys + "}\n");
         EXPECT_EQ(livetet(folder, "mesh scene.yaml -o m.h5 --json m.json").status, 0);
-        return nlohmann::json::parse(text_of(folder / "m.json"))["image"]["moved"]["mean_mm"].get<double>();
+        return nlohmann::json::parse(text_of(folder / "m.json"))["image"]["moved"]["mean_mm"]
+            .get<double>();
     };
     EXPECT_GT(mean_shift(", smoothing_mm: 4, voxel_mm: 1"), 1.05 * mean_shift(""));
     write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, voxel_mm: 0}\n");
-    expect_refused(livetet(folder, "mesh scene.yaml -o m.h5"), {"mesh.voxel_mm", "greater than 0", "scene.yaml:1"});
+    expect_refused(livetet(folder, "mesh scene.yaml -o m.h5"),
+                   {"mesh.voxel_mm", "greater than 0", "scene.yaml:1"});
 }
 
 /// What `mesh` says, whoever meshes on the spot says too.
@@ -272,13 +314,15 @@ TEST(Mesh, OnTheSpotHasTheSameNotesAndSurfaceForALook) {
     for (auto& label : image.values) label = label > 0;
     image.at(1, 1, 1) = 7;
     write_image(folder / "labels.nii.gz", image);
-    const std::string rest = "fix: [{half_space_mm: [0, 0, 15, 0, 0, 1]}]\ngravity_m_per_s2: [0, 0, -1]\n";
+    const std::string rest =
+        "fix: [{half_space_mm: [0, 0, 15, 0, 0, 1]}]\ngravity_m_per_s2: [0, 0, -1]\n";
     write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000}\n" + rest);
     const auto solved = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(solved.status, 0) << solved.err;
     EXPECT_NE(solved.out.find("label 7"), std::string::npos) << solved.out;
     write_surface(folder / "ball.stl", shapes::sphere(0.02, 4), Space::ras);
-    write_text_file(folder / "scene.yaml", "mesh: {file: ball.stl, edge_lengths_mm: [5000]}\n" + rest);
+    write_text_file(folder / "scene.yaml",
+                    "mesh: {file: ball.stl, edge_lengths_mm: [5000]}\n" + rest);
     expect_refused(livetet(folder, "solve scene.yaml"), {"ball.stl", "ball.failed.stl"});
     EXPECT_FALSE(read_surface(folder / "ball.failed.stl", Space::ras).triangles.empty());
 }
@@ -300,9 +344,11 @@ TEST(Mesh, TakesAFrameBudget) {
     const Folder folder;
     write_image(folder / "labels.nii.gz", two_halves());
     ASSERT_EQ(livetet(folder, "mesh labels.nii.gz --budget-ms 0.3 -o m.h5").status, 0);
-    EXPECT_NEAR(static_cast<double>(read_hierarchy(folder / "m.h5").levels.front().tets.size()), 3000, 300);
+    EXPECT_NEAR(static_cast<double>(read_hierarchy(folder / "m.h5").levels.front().tets.size()),
+                3000, 300);
     for (const std::string budget : {"300000", "500000", "1e-9"})
-        expect_refused(livetet(folder, "mesh labels.nii.gz --budget-ms " + budget + " -o m.h5"), {"--budget-ms", budget, "2000"});
+        expect_refused(livetet(folder, "mesh labels.nii.gz --budget-ms " + budget + " -o m.h5"),
+                       {"--budget-ms", budget, "2000"});
 }
 
 }  // namespace

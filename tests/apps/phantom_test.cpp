@@ -55,7 +55,8 @@ Truth a_truth() {
     Truth truth = true_motion(phantom_tracker({}), {{}, {{0, {}}, {0.5, {}}, {5, {}}}});
     for (const NamedPoint& p : phantom::targets()) {
         TruthTarget target{p.name, p.position, {}};
-        for (const double depth : truth.depths) target.displacement.push_back(depth * depth * Vector3d(1, -2, 3));
+        for (const double depth : truth.depths)
+            target.displacement.push_back(depth * depth * Vector3d(1, -2, 3));
         truth.targets.push_back(target);
     }
     truth.provenance = "a test";
@@ -84,8 +85,10 @@ TEST(Phantom, TheOrganHasTheSizeAndVolumeOfItsDescription) {
     EXPECT_LT(left / voxels, 0.4) << "the right lobe is the large one";
     // A margin all round.
     EXPECT_GT(1e3 * (low - centre_of(labels, 0, 0, 0)).minCoeff(), 14);
-    EXPECT_GT(1e3 * (centre_of(labels, labels.size[0] - 1, labels.size[1] - 1, labels.size[2] - 1) - high).minCoeff(),
-              14);
+    EXPECT_GT(
+        1e3 * (centre_of(labels, labels.size[0] - 1, labels.size[1] - 1, labels.size[2] - 1) - high)
+                  .minCoeff(),
+        14);
 }
 
 TEST(Phantom, LabelsMaskAndImageShareTheirGridAndAgree) {
@@ -124,7 +127,8 @@ TEST(Phantom, FiducialsLieOutsideTheOrganNotInOnePlaneNoTwoDistancesAlike) {
     std::vector<double> distances;
     for (int i = 0; i < 5; ++i) {
         EXPECT_EQ(fiducials[i].name, fmt::format("F{}", i + 1));
-        EXPECT_GT(phantom::organ_distance(fiducials[i].position), phantom::marker_radius + phantom::marker_casing);
+        EXPECT_GT(phantom::organ_distance(fiducials[i].position),
+                  phantom::marker_radius + phantom::marker_casing);
         EXPECT_NEAR(phantom::body_distance(fiducials[i].position), 0, 1e-6);
         places.col(i) = fiducials[i].position;
         for (int k = 0; k < i; ++k) distances.push_back((places.col(i) - places.col(k)).norm());
@@ -132,13 +136,15 @@ TEST(Phantom, FiducialsLieOutsideTheOrganNotInOnePlaneNoTwoDistancesAlike) {
     const Eigen::Matrix<double, 3, 5> about_mean = places.colwise() - places.rowwise().mean();
     EXPECT_GT(about_mean.jacobiSvd().singularValues()[2], 0.03) << "thickness of the cloud, m";
     std::sort(distances.begin(), distances.end());
-    for (std::size_t i = 1; i < distances.size(); ++i) EXPECT_GT(distances[i] - distances[i - 1], 0.0005);
+    for (std::size_t i = 1; i < distances.size(); ++i)
+        EXPECT_GT(distances[i] - distances[i - 1], 0.0005);
 }
 
 TEST(Phantom, TargetsAreManyAndWellInside) {
     const auto targets = phantom::targets();
     EXPECT_GE(targets.size(), 30u);
-    for (const NamedPoint& t : targets) EXPECT_LE(phantom::organ_distance(t.position), -0.005) << t.name;
+    for (const NamedPoint& t : targets)
+        EXPECT_LE(phantom::organ_distance(t.position), -0.005) << t.name;
 }
 
 TEST(Phantom, TheOrganMovesAtASurgeonsSpeed) {
@@ -146,10 +152,12 @@ TEST(Phantom, TheOrganMovesAtASurgeonsSpeed) {
     double speed = 0, turn = 0;
     constexpr double dt = 0.01;
     for (double t = 0; t < press_duration_s(tracker); t += dt) {
-        const auto before = true_tracker_from_image(tracker, t), after = true_tracker_from_image(tracker, t + dt);
+        const auto before = true_tracker_from_image(tracker, t),
+                   after = true_tracker_from_image(tracker, t + dt);
         const Vector3d centre = phantom::organ_centre();
         speed = std::max(speed, (after * centre - before * centre).norm() / dt);
-        turn = std::max(turn, Eigen::AngleAxisd(after.rotation * before.rotation.transpose()).angle() / dt);
+        turn = std::max(
+            turn, Eigen::AngleAxisd(after.rotation * before.rotation.transpose()).angle() / dt);
     }
     EXPECT_GT(1e3 * speed, 30);
     EXPECT_LT(1e3 * speed, 50);
@@ -169,23 +177,26 @@ TEST(Phantom, RecordingsHoldTheirToolsAndThePivotGivesTheTip) {
     double deepest = 0;
     for (std::size_t i = 0; i < truth.samples.size(); ++i) {
         const TruthSample& s = truth.samples[i];
-        const Vector3d expected = s.tracker_from_image * (truth.sensor_rest + s.depth * truth.press_direction).eval();
+        const Vector3d expected =
+            s.tracker_from_image * (truth.sensor_rest + s.depth * truth.press_direction).eval();
         EXPECT_LT((recordings.press.samples[i].poses[1].translation - expected).norm(), 1e-9);
         deepest = std::max(deepest, s.depth);
     }
     EXPECT_NEAR(deepest, 0.015, 1e-6);
     const auto poses = usable_poses(recordings.pivot, "Stylus");
-    for (const auto& pose : poses) EXPECT_LT((pose * truth.tip_in_tool - truth.pivot_in_tracker).norm(), 1e-9);
+    for (const auto& pose : poses)
+        EXPECT_LT((pose * truth.tip_in_tool - truth.pivot_in_tracker).norm(), 1e-9);
 }
 
 TEST(Phantom, NoiseDiffersBetweenRecordingsAndSeeds) {
     const auto error_of = [](std::uint64_t seed, bool press) {
         const PhantomRecordings noisy = record_phantom({.seed = seed}, phantom::fiducials());
-        const PhantomRecordings clean =
-            record_phantom({.seed = seed, .position_noise_mm = 0, .rotation_noise_deg = 0}, phantom::fiducials());
-        return Vector3d(
-            press ? noisy.press.samples[0].poses[0].translation - clean.press.samples[0].poses[0].translation
-                  : noisy.fiducials.samples[0].poses[0].translation - clean.fiducials.samples[0].poses[0].translation);
+        const PhantomRecordings clean = record_phantom(
+            {.seed = seed, .position_noise_mm = 0, .rotation_noise_deg = 0}, phantom::fiducials());
+        return Vector3d(press ? noisy.press.samples[0].poses[0].translation -
+                                    clean.press.samples[0].poses[0].translation
+                              : noisy.fiducials.samples[0].poses[0].translation -
+                                    clean.fiducials.samples[0].poses[0].translation);
     };
     EXPECT_GT((error_of(1, true) - error_of(1, false)).norm(), 1e-6);
     EXPECT_GT((error_of(1, true) - error_of(2, true)).norm(), 1e-6);
@@ -220,7 +231,8 @@ TEST(Truth, ComesBackAsItWasWritten) {
         EXPECT_EQ(read.targets[i].name, truth.targets[i].name);
         EXPECT_LT((read.targets[i].position - truth.targets[i].position).norm(), 1e-12);
         for (const double depth : {0.002, 0.009, 0.014})
-            EXPECT_LT((displacement_of(read, read.targets[i], depth) - displacement_of(truth, truth.targets[i], depth))
+            EXPECT_LT((displacement_of(read, read.targets[i], depth) -
+                       displacement_of(truth, truth.targets[i], depth))
                           .norm(),
                       1e-12);
     }
@@ -228,7 +240,9 @@ TEST(Truth, ComesBackAsItWasWritten) {
         EXPECT_EQ(read.samples[i].time_s, truth.samples[i].time_s);
         EXPECT_NEAR(read.samples[i].depth, truth.samples[i].depth, 1e-12);
         const Vector3d x = phantom::organ_centre();
-        EXPECT_LT((read.samples[i].tracker_from_image * x - truth.samples[i].tracker_from_image * x).norm(), 1e-12);
+        EXPECT_LT((read.samples[i].tracker_from_image * x - truth.samples[i].tracker_from_image * x)
+                      .norm(),
+                  1e-12);
     }
 }
 
@@ -263,20 +277,23 @@ TEST(Truth, HostileFilesAreRefusedNamingFileAndKey) {
     refused(with("/tool/tip_mm", {1, 2}), "tool.tip_mm");
     refused(with("/targets", json::array()), "targets");
     refused(with("/targets/1/name", "T01"), "T01");
-    refused(with("/targets/0/displacements_mm/2", {1, "x", 3}), "targets[0].displacements_mm[2][1]");
+    refused(with("/targets/0/displacements_mm/2", {1, "x", 3}),
+            "targets[0].displacements_mm[2][1]");
     refused(with("/targets/0/displacements_mm", json::array()), "T01");
     refused(with("/samples/1/time_s", -1), "samples[1].time_s");
-    refused(with("/samples/1/tracker_from_image_mm", std::vector<double>(16, 1)), "samples[1].tracker_from_image_mm");
+    refused(with("/samples/1/tracker_from_image_mm", std::vector<double>(16, 1)),
+            "samples[1].tracker_from_image_mm");
     json bad = good;
     bad["press"].erase("sensor_rest_mm");
     refused(bad.dump(), "press.sensor_rest_mm");
 }
 
 TEST(Phantom, ImpossibleOptionsAreRefusedByName) {
-    for (const auto& [options, name] : {std::pair{PhantomOptions{.spacing_mm = 0}, "spacing-mm"},
-                                        std::pair{PhantomOptions{.position_noise_mm = -1}, "position-noise-mm"},
-                                        std::pair{PhantomOptions{.rate_Hz = std::nan("")}, "rate-Hz"},
-                                        std::pair{PhantomOptions{.truth_tets = 0}, "truth-tets"}}) {
+    for (const auto& [options, name] :
+         {std::pair{PhantomOptions{.spacing_mm = 0}, "spacing-mm"},
+          std::pair{PhantomOptions{.position_noise_mm = -1}, "position-noise-mm"},
+          std::pair{PhantomOptions{.rate_Hz = std::nan("")}, "rate-Hz"},
+          std::pair{PhantomOptions{.truth_tets = 0}, "truth-tets"}}) {
         try {
             check_options(options);
             ADD_FAILURE() << name;
@@ -287,21 +304,26 @@ TEST(Phantom, ImpossibleOptionsAreRefusedByName) {
 }
 
 TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
-    const PetscSession session("phantom_test", {});  // MPI starts once in a process: all that solves is in this test
+    const PetscSession session(
+        "phantom_test", {});  // MPI starts once in a process: all that solves is in this test
     const fs::path folder = fresh_folder();
     const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 8000};
     const auto names = write_phantom(folder / "one", options);
     (void)write_phantom(folder / "two", options);
     for (const fs::path& name : names) {
         if (name == "truth/truth.json") continue;  // Gmsh does not make the same mesh twice
-        EXPECT_EQ(read_text_file(folder / "one" / name), read_text_file(folder / "two" / name)) << name;
+        EXPECT_EQ(read_text_file(folder / "one" / name), read_text_file(folder / "two" / name))
+            << name;
     }
     std::size_t files = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / "one")) files += entry.is_regular_file();
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "one"))
+        files += entry.is_regular_file();
     EXPECT_EQ(files, names.size()) << "nothing is left lying about";
-    EXPECT_NE(make_phantom_images(0.003, 5).image.values, make_phantom_images(0.003, 6).image.values);
+    EXPECT_NE(make_phantom_images(0.003, 5).image.values,
+              make_phantom_images(0.003, 6).image.values);
 
-    // The truth: under the patch things move, far away they hardly do, and never more than the patch.
+    // The truth: under the patch things move, far away they hardly do, and never more than the
+    // patch.
     const Truth truth = read_truth(folder / "one" / "truth" / "truth.json");
     int moved = 0, resting = 0;
     for (const TruthTarget& t : truth.targets) {
@@ -312,7 +334,8 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     }
     EXPECT_GE(moved, 10);
     EXPECT_GE(resting, 5);
-    EXPECT_GT(displacement_of(truth, truth.targets.front(), 0.015).dot(truth.press_direction), 0.009);
+    EXPECT_GT(displacement_of(truth, truth.targets.front(), 0.015).dot(truth.press_direction),
+              0.009);
     EXPECT_EQ(read_sequence(folder / "one" / "press.igs.mha").samples.size(), truth.samples.size());
 
     // On one mesh the truth is the same twice.
@@ -321,10 +344,12 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     solve_truth(hierarchy, phantom::targets(), once);
     solve_truth(hierarchy, phantom::targets(), twice);
     for (std::size_t i = 0; i < once.targets.size(); ++i)
-        EXPECT_EQ(once.targets[i].displacement, twice.targets[i].displacement) << once.targets[i].name;
+        EXPECT_EQ(once.targets[i].displacement, twice.targets[i].displacement)
+            << once.targets[i].name;
 
     // The scenes are scenes.
-    const Scene track = load_scene(folder / "one" / "scene.yaml"), solve = load_scene(folder / "one" / "solve.yaml");
+    const Scene track = load_scene(folder / "one" / "scene.yaml"),
+                solve = load_scene(folder / "one" / "solve.yaml");
     ASSERT_TRUE(track.track.has_value());
     EXPECT_EQ(track.time.scheme, TimeScheme::newmark);
     EXPECT_EQ(track.materials.front().young_Pa, Material{}.young_Pa);

@@ -31,10 +31,12 @@ using test::write_text;
     if (!data_folder) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs"; \
     const std::string data = data_folder
 
-/// Meshes a real liver, presses its mesh by 10 mm from above with its lowest tenth held, and lets it hang.
+/// Meshes a real liver, presses its mesh by 10 mm from above with its lowest tenth held, and lets
+/// it hang.
 void mesh_and_solve(const std::string& input, const std::string& options, double volume_ml) {
     const Folder folder;
-    const auto meshed = livetet(folder, "mesh '" + input + "' -o liver.h5 --tets 20000 --json mesh.json " + options);
+    const auto meshed = livetet(
+        folder, "mesh '" + input + "' -o liver.h5 --tets 20000 --json mesh.json " + options);
     ASSERT_EQ(meshed.status, 0) << meshed.err;
     const json finest = json::parse(text_of(folder / "mesh.json"))["levels"][0];
     EXPECT_NEAR(finest["volume_ml"].get<double>(), volume_ml, 0.01 * volume_ml);
@@ -45,10 +47,12 @@ void mesh_and_solve(const std::string& input, const std::string& options, double
     const Eigen::AlignedBox3d box = test::span_of_mesh(folder / "liver.h5");
     const Vector3 low = box.min(), high = box.max();
     const double height = high[2] - low[2];
-    write_text(folder / "press.yaml",
-               fmt::format("mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
-                           "drive: [{{half_space_mm: [0, 0, {}, 0, 0, -1], displacement_mm: [0, 0, -10]}}]\n",
-                           low[2] + 0.1 * height, high[2] - 0.05 * height));
+    write_text(
+        folder / "press.yaml",
+        fmt::format(
+            "mesh: {{file: liver.h5}}\nfix: [{{half_space_mm: [0, 0, {}, 0, 0, 1]}}]\n"
+            "drive: [{{half_space_mm: [0, 0, {}, 0, 0, -1], displacement_mm: [0, 0, -10]}}]\n",
+            low[2] + 0.1 * height, high[2] - 0.05 * height));
     const auto solved = livetet(folder, "solve press.yaml --json solve.json");
     ASSERT_EQ(solved.status, 0) << solved.err << solved.out;
     const json report = json::parse(text_of(folder / "solve.json"));
@@ -69,14 +73,17 @@ TEST(RealData, ALiversLabelMapGoesThroughMeshAndSolve) {
     mesh_and_solve(data + "/liver/cgal_liver_labels.nii.gz", "--labels 1", 1605.2);
 }
 
-/// Labels of the CT or of the liver map to a valid hierarchy whose finest level has the voxels' volume.
+/// Labels of the CT or of the liver map to a valid hierarchy whose finest level has the voxels'
+/// volume.
 json mesh_labels(const std::string& input, const std::string& options) {
     const Folder folder;
-    const auto meshed = livetet(folder, "mesh '" + input + "' -o organ.h5 --json mesh.json " + options);
+    const auto meshed =
+        livetet(folder, "mesh '" + input + "' -o organ.h5 --json mesh.json " + options);
     EXPECT_EQ(meshed.status, 0) << meshed.err;
     if (meshed.status != 0) return {};
     const json report = json::parse(text_of(folder / "mesh.json"));
-    for (const json& level : report["levels"]) EXPECT_GE(level["min_dihedral_deg"].get<double>(), 5);
+    for (const json& level : report["levels"])
+        EXPECT_GE(level["min_dihedral_deg"].get<double>(), 5);
     const double voxels_ml = report["image"]["body_ml"];
     EXPECT_NEAR(report["levels"][0]["volume_ml"].get<double>(), voxels_ml, 0.01 * voxels_ml);
     for (const json& region : report.value("regions", json::array())) {
@@ -101,17 +108,21 @@ TEST(RealData, ALiversLabelMapIsMeshedWithItsTumours) {
 TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     LIVETET_NEEDS_DATA();
     const Folder folder;
-    const auto meshed = livetet(folder, "mesh '" + data + "/surfaces/elephant.off' -o liver.h5 --tets 60000 --space ras");
+    const auto meshed = livetet(
+        folder, "mesh '" + data + "/surfaces/elephant.off' -o liver.h5 --tets 60000 --space ras");
     ASSERT_EQ(meshed.status, 0) << meshed.err;
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 35);
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 23);
-    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"), 18) << "for who counts iterations: it takes half as long again";
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"),
+              18)
+        << "for who counts iterations: it takes half as long again";
 }
 
 const std::vector<int> touched_order{1, 2, 3, 4, 5, 6, 7, 8};
 
 /// The recorded phantom's landmarks in this order, metres; written to landmarks.mrk.json, too.
-std::vector<NamedPoint> write_landmarks(const Folder& folder, const json& known, const std::vector<int>& order) {
+std::vector<NamedPoint> write_landmarks(const Folder& folder, const json& known,
+                                        const std::vector<int>& order) {
     std::vector<NamedPoint> landmarks;
     for (const int i : order) {
         const auto mm = known["landmarks_in_phantom"][std::to_string(i)].get<std::vector<double>>();
@@ -122,19 +133,23 @@ std::vector<NamedPoint> write_landmarks(const Folder& folder, const json& known,
 }
 
 /// `livetet register` of the recorded phantom by the landmarks that write_landmarks wrote.
-auto register_landmarks(const Folder& folder, const std::string& data, const json& known, const std::string& options) {
+auto register_landmarks(const Folder& folder, const std::string& data, const json& known,
+                        const std::string& options) {
     const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    return livetet(folder,
-                   fmt::format("register --tracker '{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
-                               "--reference Reference --tip-mm {} {} {} --image landmarks.mrk.json {}",
-                               data, tip[0], tip[1], tip[2], options));
+    return livetet(
+        folder, fmt::format("register --tracker "
+                            "'{}/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha' "
+                            "--reference Reference --tip-mm {} {} {} --image landmarks.mrk.json {}",
+                            data, tip[0], tip[1], tip[2], options));
 }
 
-/// Known answers: FRE 0.341 mm, leave-one-out 0.407 mm RMS; registered on landmarks 1 to 4 and tested on 5 to 8, after
-/// the phantom was turned over: 138 to 165 mm wrong in the tracker's frame, 1.02 to 1.24 mm by the reference sensor.
+/// Known answers: FRE 0.341 mm, leave-one-out 0.407 mm RMS; registered on landmarks 1 to 4 and
+/// tested on 5 to 8, after the phantom was turned over: 138 to 165 mm wrong in the tracker's
+/// frame, 1.02 to 1.24 mm by the reference sensor.
 TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
     LIVETET_NEEDS_DATA();
-    const std::string recording = data + "/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha";
+    const std::string recording =
+        data + "/tracker/EightLandmarkPointsTrackedForPhantomRegistration.igs.mha";
     const json known = json::parse(text_of(data + "/tracker/known_answers.json"));
     const Folder folder;
     const std::vector<NamedPoint> landmarks = write_landmarks(folder, known, touched_order);
@@ -146,15 +161,18 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
         frames.push_back({w[0], w[1]});
     }
     const auto tip = known["stylus_from_tip"]["translation"].get<std::vector<double>>();
-    const auto outcome = register_landmarks(folder, data, known, "--dwells " + windows + " -o registration.json");
+    const auto outcome =
+        register_landmarks(folder, data, known, "--dwells " + windows + " -o registration.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const FiducialRegistration registration = read_registration(folder / "registration.json");
     EXPECT_NEAR(1e3 * registration.fre, 0.341, 0.005);
     double squares = 0;
-    for (const RegisteredFiducial& f : registration.fiducials) squares += f.leave_one_out * f.leave_one_out / 8;
+    for (const RegisteredFiducial& f : registration.fiducials)
+        squares += f.leave_one_out * f.leave_one_out / 8;
     EXPECT_NEAR(1e3 * std::sqrt(squares), 0.407, 0.005);
 
-    // PLUS's own registration of the same phantom, the other way round: within 0.05 degrees and 0.25 mm.
+    // PLUS's own registration of the same phantom, the other way round: within 0.05 degrees and
+    // 0.25 mm.
     const json& rows = known["reference_from_phantom_by_plus"]["matrix_rows"];
     SimilarityTransform<Base, ImageFrame> by_plus;
     for (int i = 0; i < 3; ++i) {
@@ -183,8 +201,11 @@ TEST(RealData, ARealTrackersLandmarksRegisterAndTheReferenceSensorCarriesThem) {
     const PointFit by_tracker = fit_points(in_tracker, in_image, Scaling::rigid),
                    by_reference = fit_points(in_reference, in_image, Scaling::rigid);
     for (int i = 4; i < 8; ++i) {
-        EXPECT_NEAR(1e3 * (by_tracker * dwells[i].tip_in_tracker - landmarks[i].position).norm(), 151.5, 14.5);
-        EXPECT_NEAR(1e3 * (by_reference * *dwells[i].tip_in_reference - landmarks[i].position).norm(), 1.13, 0.13);
+        EXPECT_NEAR(1e3 * (by_tracker * dwells[i].tip_in_tracker - landmarks[i].position).norm(),
+                    151.5, 14.5);
+        EXPECT_NEAR(
+            1e3 * (by_reference * *dwells[i].tip_in_reference - landmarks[i].position).norm(), 1.13,
+            0.13);
     }
 }
 
@@ -206,15 +227,17 @@ TEST(RealData, ARealTrackersLandmarksFindTheirOrder) {
     write_landmarks(folder, known, {4, 7, 1, 8, 2, 6, 3, 5});
     const auto outcome = register_landmarks(folder, data, known, "--any-order");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("order        4, 7, 1, 8, 2, 6, 3, 5"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("order        4, 7, 1, 8, 2, 6, 3, 5"), std::string::npos)
+        << outcome.out;
 }
 
 /// 152 border edges, 25 non-manifold ones: repaired or refused, within seconds, never a hang.
 TEST(RealData, ASurfaceThatIsNotManifoldEndsWithAMeshOrAClearRefusal) {
     LIVETET_NEEDS_DATA();
     const Folder folder;
-    const auto outcome =
-        livetet(folder, "mesh '" + data + "/surfaces/sofaenv_liver_visual_NONMANIFOLD.stl' -o liver.h5 --tets 10000");
+    const auto outcome = livetet(
+        folder, "mesh '" + data +
+                    "/surfaces/sofaenv_liver_visual_NONMANIFOLD.stl' -o liver.h5 --tets 10000");
     EXPECT_TRUE(outcome.status == 0 || outcome.status == 2) << outcome.err;
     EXPECT_EQ(outcome.status == 0, std::filesystem::exists(folder / "liver.h5"));
 }

@@ -36,7 +36,8 @@ struct Recorded {
 TEST(RecordedRun, NumbersThatStandForNoWholeOnesAreRefused) {
     EXPECT_EQ(Recorded().refusal(), "");
     for (const double wrong : {std::nan(""), -1.0, 1e300, 0.5}) {
-        EXPECT_TRUE(says(Recorded{.sample = wrong}.refusal(), {"r.h5", "sample", "expected a whole number"}));
+        EXPECT_TRUE(says(Recorded{.sample = wrong}.refusal(),
+                         {"r.h5", "sample", "expected a whole number"}));
         EXPECT_TRUE(says(Recorded{.status = wrong}.refusal(), {"status", "up to 5"}));
         EXPECT_TRUE(says(Recorded{.frame_sample = wrong}.refusal(), {"sample"}));
         EXPECT_TRUE(says(Recorded{.checksum = wrong}.refusal(), {"checksum"}));

@@ -15,8 +15,8 @@
 #include "io/tip_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
-#include "tracking/simulated_tracker.hpp"
 #include "tracking/poses.hpp"
+#include "tracking/simulated_tracker.hpp"
 
 namespace livetet {
 namespace {
@@ -25,10 +25,12 @@ using test::expect_refused;
 using test::Folder;
 using test::livetet;
 
-/// Fiducials round a block of 200 x 100 x 100 mm, touched with a normal error of `noise` metres an axis.
+/// Fiducials round a block of 200 x 100 x 100 mm, touched with a normal error of `noise` metres an
+/// axis.
 struct TouchedFiducials {
     Folder folder;
-    RigidTransform<Tracker, ImageFrame> tracker_from_image{rotation_of_vector({0.7, -0.4, 1.1}), {0.3, 0.1, -0.2}};
+    RigidTransform<Tracker, ImageFrame> tracker_from_image{rotation_of_vector({0.7, -0.4, 1.1}),
+                                                           {0.3, 0.1, -0.2}};
     std::vector<NamedPoint> image, tracker;
     std::mt19937_64 engine{5};
 
@@ -42,15 +44,20 @@ struct TouchedFiducials {
     }
     Vector3 touch(const Vector3& place, double noise) {
         std::normal_distribution<double> normal(0, 1);
-        return tracker_from_image * place + noise * Vector3(normal(engine), normal(engine), normal(engine));
+        return tracker_from_image * place +
+               noise * Vector3(normal(engine), normal(engine), normal(engine));
     }
     test::Outcome run(const std::string& options = "") {
         write_fiducials(folder / "image.mrk.json", image);
         write_fiducials(folder / "tracker.mrk.json", tracker);
-        return livetet(folder,
-                       "register --tracker tracker.mrk.json --image image.mrk.json -o registration.json " + options);
+        return livetet(
+            folder,
+            "register --tracker tracker.mrk.json --image image.mrk.json -o registration.json " +
+                options);
     }
-    FiducialRegistration registration() const { return read_registration(folder / "registration.json"); }
+    FiducialRegistration registration() const {
+        return read_registration(folder / "registration.json");
+    }
     /// The error of the registration at a place in the image, metres.
     double error_at(const Vector3& place) const {
         return (registration().image_from_base * (tracker_from_image * place) - place).norm();
@@ -81,7 +88,8 @@ TEST(Register, RefusesAnOrderThatASymmetricLayoutDoesNotTell) {
     expect_refused(t.run("--any-order"), {"fit equally well", "FRE"});
     const auto outcome = t.run();
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("warning: the fiducials' layout is symmetric"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("warning: the fiducials' layout is symmetric"), std::string::npos)
+        << outcome.out;
     TouchedFiducials other(0.0003);
     EXPECT_EQ(other.run().out.find("warning"), std::string::npos);
 }
@@ -108,7 +116,8 @@ TEST(Register, NamesTheOutlierAndLeavesItOutByItsWeight) {
 TEST(Register, RefusesFiducialsOfAnotherUnit) {
     TouchedFiducials t(0.0003);
     for (NamedPoint& p : t.image) p.position *= 1e-3;
-    expect_refused(t.run(), {"image.mrk.json", "0.001 times as far apart", "tracker.mrk.json", "--scale"});
+    expect_refused(t.run(),
+                   {"image.mrk.json", "0.001 times as far apart", "tracker.mrk.json", "--scale"});
 }
 
 TEST(Register, RefusesWeightsThatAreNone) {
@@ -116,7 +125,8 @@ TEST(Register, RefusesWeightsThatAreNone) {
     expect_refused(t.run("--weight F9=1"), {"F9", "image.mrk.json"});
     for (const char* wrong : {"F1", "F1=", "F1=-1", "F1=nan", "F1=1e999"})
         expect_refused(t.run(fmt::format("--weight {}", wrong)), {wrong, "NAME=W"});
-    expect_refused(t.run("--weight F1=0 --weight F2=0 --weight F3=0 --weight F4=0"), {"2 points of some weight"});
+    expect_refused(t.run("--weight F1=0 --weight F2=0 --weight F3=0 --weight F4=0"),
+                   {"2 points of some weight"});
 }
 
 /// Points of the block's six sides, or of its top alone, as a tracker with `noise` sees them.
@@ -133,7 +143,8 @@ std::vector<NamedPoint> on_the_block(TouchedFiducials& t, bool top_only, double 
 }
 
 void write_block(const TouchedFiducials& t) {
-    write_hierarchy(t.folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(t.folder / "block.h5",
+                    make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1})}, "a block"));
 }
 
 TEST(Register, SurfacePointsRefineWhatBadFiducialsBegan) {
@@ -163,7 +174,8 @@ TEST(Register, SaysWhatPointsOnOnePlaneDoNotHold) {
     const auto outcome = t.run("--surface block.h5 --surface-points points.csv");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(t.registration().surface->free_motions, 3u);
-    EXPECT_NE(outcome.out.find("warning: the surface points do not hold"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("warning: the surface points do not hold"), std::string::npos)
+        << outcome.out;
     EXPECT_NE(outcome.out.find("turning about"), std::string::npos);
     EXPECT_NE(outcome.out.find("sliding along"), std::string::npos);
 }
@@ -171,23 +183,28 @@ TEST(Register, SaysWhatPointsOnOnePlaneDoNotHold) {
 TEST(Register, RefusesSurfacesWithoutPointsAndPointsWithoutASurface) {
     TouchedFiducials t(0.001);
     write_block(t);
-    expect_refused(t.run("--surface block.h5"), {"block.h5", "--surface-points", "--surface-frames"});
+    expect_refused(t.run("--surface block.h5"),
+                   {"block.h5", "--surface-points", "--surface-frames"});
     expect_refused(t.run("--surface-points points.csv"), {"--surface FILE"});
     write_points_csv(t.folder / "points.csv", std::vector<NamedPoint>{{"a", {0, 0, 0}}});
-    expect_refused(t.run("--surface block.h5 --surface-points points.csv"), {"1 points", "expected at least 10"});
-    expect_refused(t.run("--surface block.h5 --surface-points points.csv --surface-frames 1:2"), {"points.csv"});
+    expect_refused(t.run("--surface block.h5 --surface-points points.csv"),
+                   {"1 points", "expected at least 10"});
+    expect_refused(t.run("--surface block.h5 --surface-points points.csv --surface-frames 1:2"),
+                   {"points.csv"});
     expect_refused(t.run("--surface gone.h5 --surface-points points.csv"), {"gone.h5"});
     write_points_csv(t.folder / "points.csv", on_the_block(t, false, 0));
     expect_refused(t.run("--surface block.h5 --surface-points points.csv --surface-left-out 0.7"),
                    {"0.7", "below 0.5"});
 }
 
-/// A stylus whose tip is led over the block's sides, or turned about its shaft, while the reference sensor moves.
+/// A stylus whose tip is led over the block's sides, or turned about its shaft, while the reference
+/// sensor moves.
 TEST(Register, LeadsATipOverTheSurfaceInARecording) {
     TouchedFiducials t(0.004);
     write_block(t);
     const Vector3 tip(0.004, -0.002, 0.15);
-    const RigidTransform<ImageFrame, Reference> image_from_reference{rotation_of_vector({0.1, 0.2, 0.3}), {0.1, 0, 0}};
+    const RigidTransform<ImageFrame, Reference> image_from_reference{
+        rotation_of_vector({0.1, 0.2, 0.3}), {0.1, 0, 0}};
     Recording recording{{"Stylus", "Reference"}, {}};
     std::vector<Vector3> places;
     std::string dwells;
@@ -202,8 +219,8 @@ TEST(Register, LeadsATipOverTheSurfaceInARecording) {
     for (std::size_t i = 0; i < places.size(); ++i) {
         auto now = t.tracker_from_image;
         now.translation.x() += 0.0002 * static_cast<double>(i);  // the organ is carried by 84 mm
-        RigidTransform<Tracker, Tool> tool{rotation_of_vector({0.3 * std::sin(0.3 * i), 0.2 * std::cos(0.2 * i), 0}),
-                                           {}};
+        RigidTransform<Tracker, Tool> tool{
+            rotation_of_vector({0.3 * std::sin(0.3 * i), 0.2 * std::cos(0.2 * i), 0}), {}};
         tool.translation = now * places[i] - tool.rotation * tip;
         recording.samples.push_back(
             {0.1 * static_cast<double>(i), {pose_of(tool), pose_of(now * image_from_reference)}});
@@ -217,22 +234,29 @@ TEST(Register, LeadsATipOverTheSurfaceInARecording) {
     ASSERT_EQ(livetet(t.folder, command).status, 0);
     const auto error = [&] {
         const auto fit = t.registration().image_from_base;
-        return (fit * (image_from_reference.inverse() * Vector3(0.1, 0.05, 0.05)) - Vector3(0.1, 0.05, 0.05)).norm();
+        return (fit * (image_from_reference.inverse() * Vector3(0.1, 0.05, 0.05)) -
+                Vector3(0.1, 0.05, 0.05))
+            .norm();
     };
     const double before = error();
-    const auto outcome =
-        livetet(t.folder, command + fmt::format(" --surface block.h5 --surface-frames {}:{}", begin, places.size()));
+    const auto outcome = livetet(
+        t.folder,
+        command + fmt::format(" --surface block.h5 --surface-frames {}:{}", begin, places.size()));
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(t.registration().surface->points, 300u);
     EXPECT_GT(before, 0.001);
     EXPECT_LT(error(), 0.0003);
-    expect_refused(livetet(t.folder, command + " --surface block.h5 --surface-frames 400:4000"), {"400", "4000"});
-    expect_refused(livetet(t.folder, command + " --surface block.h5 --surface-frames 40-90"), {"40-90", "FIRST:END"});
+    expect_refused(livetet(t.folder, command + " --surface block.h5 --surface-frames 400:4000"),
+                   {"400", "4000"});
+    expect_refused(livetet(t.folder, command + " --surface block.h5 --surface-frames 40-90"),
+                   {"40-90", "FIRST:END"});
     // A moving tip is no fiducial.
-    expect_refused(livetet(t.folder, fmt::format("register --tracker touched.igs.mha --tip-mm 4 -2 150 --image "
-                                                 "image.mrk.json --dwells {}:{}",
-                                                 begin, begin + 50)),
-                   {"touched.igs.mha", "the tip moves"});
+    expect_refused(
+        livetet(t.folder,
+                fmt::format("register --tracker touched.igs.mha --tip-mm 4 -2 150 --image "
+                            "image.mrk.json --dwells {}:{}",
+                            begin, begin + 50)),
+        {"touched.igs.mha", "the tip moves"});
 }
 
 /// A stylus that turns about its shaft and about nothing else.
@@ -241,8 +265,8 @@ Recording spun(double turn_deg) {
     Recording recording{{"Stylus"}, {}};
     for (int i = 0; i < 60; ++i) {
         const double angle = turn_deg * std::numbers::pi / 180 * i / 59;
-        const RigidTransform<Tracker, Tool> pose{rotation_of_vector({0.5, 1, 0.2}) * rotation_of_vector(angle * shaft),
-                                                 {0.1, 0.2, 0.3}};
+        const RigidTransform<Tracker, Tool> pose{
+            rotation_of_vector({0.5, 1, 0.2}) * rotation_of_vector(angle * shaft), {0.1, 0.2, 0.3}};
         recording.samples.push_back({0.1 * i, {pose_of(pose)}});
     }
     return recording;
@@ -251,8 +275,10 @@ Recording spun(double turn_deg) {
 TEST(Calibrate, PivotRefusesATipThatWanders) {
     const Folder folder;
     SimulatedTrackerOptions options;
-    write_sequence(folder / "press.igs.mha", simulate_press(options));  // the organ's reference sensor, carried about
-    expect_refused(livetet(folder, "calibrate pivot press.igs.mha --tool Reference -o tip.json"), {"press.igs.mha", "Reference", "mm RMS", "at most 5"});
+    write_sequence(folder / "press.igs.mha",
+                   simulate_press(options));  // the organ's reference sensor, carried about
+    expect_refused(livetet(folder, "calibrate pivot press.igs.mha --tool Reference -o tip.json"),
+                   {"press.igs.mha", "Reference", "mm RMS", "at most 5"});
     EXPECT_FALSE(std::filesystem::exists(folder / "tip.json"));
 }
 
@@ -265,8 +291,10 @@ TEST(Calibrate, SpinAddsTheShaftToTheTip) {
     const auto outcome = livetet(folder, "calibrate spin spin.igs.mha --tip tip.json -o both.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const ToolTip both = read_tip(folder / "both.json");
-    EXPECT_LT((both.tool_from_tip().rotation.col(2) + Vector3(0.1, -0.2, 1).normalized()).norm(), 1e-4);
-    EXPECT_LT((both.tool_from_tip().translation - tip.pivot.tool_from_tip.translation).norm(), 1e-12);
+    EXPECT_LT((both.tool_from_tip().rotation.col(2) + Vector3(0.1, -0.2, 1).normalized()).norm(),
+              1e-4);
+    EXPECT_LT((both.tool_from_tip().translation - tip.pivot.tool_from_tip.translation).norm(),
+              1e-12);
     EXPECT_NEAR(both.spin->turn_deg, 300, 1);
     EXPECT_EQ(livetet(folder, "calibrate spin spin.igs.mha").status, 0);
 }
@@ -275,12 +303,16 @@ TEST(Calibrate, SpinRefusesPosesThatDoNotSpanAndAnotherToolsTip) {
     const Folder folder;
     write_sequence(folder / "spin.igs.mha", spun(300));
     write_sequence(folder / "short.igs.mha", spun(40));
-    expect_refused(livetet(folder, "calibrate spin short.igs.mha"), {"short.igs.mha", "Stylus", "40.", "at least 90"});
-    expect_refused(livetet(folder, "calibrate spin spin.igs.mha -o both.json"), {"--output both.json", "--tip"});
+    expect_refused(livetet(folder, "calibrate spin short.igs.mha"),
+                   {"short.igs.mha", "Stylus", "40.", "at least 90"});
+    expect_refused(livetet(folder, "calibrate spin spin.igs.mha -o both.json"),
+                   {"--output both.json", "--tip"});
     write_tip(folder / "tip.json", {"Probe", {}, {}});
-    expect_refused(livetet(folder, "calibrate spin spin.igs.mha --tip tip.json"), {"tip.json", "Probe", "Stylus"});
+    expect_refused(livetet(folder, "calibrate spin spin.igs.mha --tip tip.json"),
+                   {"tip.json", "Probe", "Stylus"});
     // What turns about one axis only is no pivot.
-    expect_refused(livetet(folder, "calibrate pivot spin.igs.mha"), {"spin.igs.mha", "more than one axis"});
+    expect_refused(livetet(folder, "calibrate pivot spin.igs.mha"),
+                   {"spin.igs.mha", "more than one axis"});
 }
 
 }  // namespace

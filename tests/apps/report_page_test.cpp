@@ -49,7 +49,9 @@ RunResult made_run() {
     RunResult result;
     result.source = "a <b> & \"c\".h5";
     result.mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
-    result.scene_text = "mesh: {file: m.h5}\nsolver: {kind: live}\ntrack: {source: press.igs.mha, sensors: [{tool: Tip, patch_radius_mm: 12}]}\n";
+    result.scene_text =
+        "mesh: {file: m.h5}\nsolver: {kind: live}\ntrack: {source: press.igs.mha, sensors: [{tool: "
+        "Tip, patch_radius_mm: 12}]}\n";
     for (int k = 0; k < 5; ++k) {
         RunFrame frame;
         frame.time_s = 7 + 0.1 * k;
@@ -75,10 +77,13 @@ TEST(ReportPage, HoldsTheFiguresOfTheJson) {
     const Report report = make_report(made_run());
     const std::string page = report_page(report, {});
     const json figures = json::parse(report_json(report));
-    for (const auto& [name, key] : {std::pair{"whole frame [ms]", "frame_ms"}, {"solve [ms]", "solve_ms"}}) {
+    for (const auto& [name, key] :
+         {std::pair{"whole frame [ms]", "frame_ms"}, {"solve [ms]", "solve_ms"}}) {
         const json& d = figures["frames"][key];
-        EXPECT_TRUE(has_row(page, fmt::format("{}|{:.2f}|{:.2f}|{:.2f}|{:.2f}|{:.2f}", name, d["median"].get<double>(), d["mean"].get<double>(),
-                                              d["p95"].get<double>(), d["p99"].get<double>(), d["worst"].get<double>())))
+        EXPECT_TRUE(has_row(page, fmt::format("{}|{:.2f}|{:.2f}|{:.2f}|{:.2f}|{:.2f}", name,
+                                              d["median"].get<double>(), d["mean"].get<double>(),
+                                              d["p95"].get<double>(), d["p99"].get<double>(),
+                                              d["worst"].get<double>())))
             << page;
     }
     EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
@@ -96,15 +101,20 @@ TEST(ReportPage, HoldsTheFiguresOfTheJson) {
 TEST(ReportPage, NeedsNoOtherFileAndShowsNoNameAsMarkup) {
     const std::vector<PagePicture> pictures{{"An <organ>", "iVBORw0KGgo="}};
     const std::string page = report_page(make_report(made_run()), pictures);
-    EXPECT_NE(page.find("<img alt=\"An &lt;organ&gt;\" src=\"data:image/png;base64,iVBORw0KGgo=\">"), std::string::npos);
-    for (const char* outside : {"http", "<script", "<link", "url(", "F<1>"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+    EXPECT_NE(
+        page.find("<img alt=\"An &lt;organ&gt;\" src=\"data:image/png;base64,iVBORw0KGgo=\">"),
+        std::string::npos);
+    for (const char* outside : {"http", "<script", "<link", "url(", "F<1>"})
+        EXPECT_EQ(page.find(outside), std::string::npos) << outside;
     for (const char* tag : {"table", "section", "figure", "ul", "body", "html"}) {
         const auto count = [&](const std::string& what) {
             std::size_t n = 0;
             for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; ++at) ++n;
             return n;
         };
-        EXPECT_EQ(count(std::string("<") + tag + ">") + count(std::string("<") + tag + " "), count(std::string("</") + tag + ">")) << tag;
+        EXPECT_EQ(count(std::string("<") + tag + ">") + count(std::string("<") + tag + " "),
+                  count(std::string("</") + tag + ">"))
+            << tag;
     }
 }
 
@@ -114,7 +124,8 @@ TEST(ReportPage, OfARunWhoseSceneIsNotKnownLeavesOutWhatItSays) {
     const std::string page = report_page(make_report(run), {}, "no X server");
     EXPECT_EQ(page.find("What was left out"), std::string::npos);
     EXPECT_NE(page.find("Pictures are left out: no X server."), std::string::npos);
-    EXPECT_NE(report_page(make_report(made_run()), {}).find("What was left out"), std::string::npos);
+    EXPECT_NE(report_page(make_report(made_run()), {}).find("What was left out"),
+              std::string::npos);
 }
 
 /// A result of a tracked run as the recorder writes it.
@@ -123,15 +134,26 @@ void write_run(const std::filesystem::path& path) {
     ResultWriter writer(path, mesh, made_run().scene_text);
     for (int k = 0; k < 5; ++k) {
         std::vector<Vector3> u;
-        for (const Vector3& x : mesh.nodes) u.push_back(Vector3(0, 0, -0.02 * k * x.z() / 0.1 * (x.z() > 0.09)));
+        for (const Vector3& x : mesh.nodes)
+            u.push_back(Vector3(0, 0, -0.02 * k * x.z() / 0.1 * (x.z() > 0.09)));
         writer.append(7 + 0.1 * k, u);
-        writer.append_values("tracker_from_image", matrix_rows(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()));
-        for (const auto& [name, value] : {std::pair{"frame_ms", 10.0 + k}, {"operator_ms", 1.0}, {"forces_ms", 1.0}, {"solve_ms", 2.0},
-                                          {"iterations", 1.0}, {"residual", 1e-3}, {"press_mm", 20.0 * k}, {"registration_status", 1.0}, {"converged", 1.0}})
+        writer.append_values("tracker_from_image",
+                             matrix_rows(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()));
+        for (const auto& [name, value] : {std::pair{"frame_ms", 10.0 + k},
+                                          {"operator_ms", 1.0},
+                                          {"forces_ms", 1.0},
+                                          {"solve_ms", 2.0},
+                                          {"iterations", 1.0},
+                                          {"residual", 1e-3},
+                                          {"press_mm", 20.0 * k},
+                                          {"registration_status", 1.0},
+                                          {"converged", 1.0}})
             writer.append_values(name, {{value}});
         writer.append_values("sensors", std::vector<double>{0, 1, 0, 0, 0, 0});
     }
-    writer.write_text("run", R"({"samples": 5, "frames": 5, "missed": 0, "budget_ms": 66, "fre_mm": 0.28, "fiducials": [], "tets": 384,
+    writer.write_text(
+        "run",
+        R"({"samples": 5, "frames": 5, "missed": 0, "budget_ms": 66, "fre_mm": 0.28, "fiducials": [], "tets": 384,
                                 "nodes": 125, "levels": 3, "solver": "cg + mg, 3 levels, rediscretised", "version": "0.0.7"})");
     writer.close();
 }
@@ -139,20 +161,26 @@ void write_run(const std::filesystem::path& path) {
 TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     const Folder folder;
     write_run(folder / "result.h5");
-    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
+    const auto outcome =
+        livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::string page = text_of(folder / "page.html");
     EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
     EXPECT_EQ(json::parse(text_of(folder / "figures.json"))["frames"]["frame_ms"]["worst"], 14);
     EXPECT_FALSE(std::filesystem::exists(folder / "report"));
     std::size_t pictures = 0;
-    for (std::size_t at = 0; (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at) ++pictures;
+    for (std::size_t at = 0;
+         (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at)
+        ++pictures;
 #ifdef LIVETET_IMAGES
     EXPECT_EQ(pictures, 2u) << outcome.err;
-    const auto without = livetet(folder, "report result.h5 -o without.html", "env -u DISPLAY PATH=/nowhere");
+    const auto without =
+        livetet(folder, "report result.h5 -o without.html", "env -u DISPLAY PATH=/nowhere");
     EXPECT_EQ(without.status, 0);
     EXPECT_EQ(without.err, "pictures left out: there is no X server, and Xvfb is not installed\n");
-    EXPECT_NE(text_of(folder / "without.html").find("Pictures are left out: there is no X server, and Xvfb is not installed"), std::string::npos);
+    EXPECT_NE(text_of(folder / "without.html")
+                  .find("Pictures are left out: there is no X server, and Xvfb is not installed"),
+              std::string::npos);
 #else
     EXPECT_NE(page.find("Pictures are left out: "), std::string::npos);
 #endif
@@ -163,7 +191,9 @@ TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
 
 TEST(SolveReport, SaysOfASolveWhatTheSolveSaid) {
     const Folder folder;
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                                        "a block"));
     test::write_text(folder / "swing.yaml", R"(
 mesh: {file: block.h5}
 materials: [{young_Pa: 5000, poisson: 0.45}]
@@ -172,36 +202,50 @@ loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, -0.5]}]
 time: {scheme: newmark, step_s: 0.01, duration_s: 0.3}
 )");
     ASSERT_EQ(livetet(folder, "solve swing.yaml --json solve.json").status, 0);
-    const auto outcome = livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
+    const auto outcome =
+        livetet(folder, "report result.h5 -o page.html --json figures.json", "env -u DISPLAY");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const json solved = json::parse(text_of(folder / "solve.json")), figures = json::parse(text_of(folder / "figures.json"));
-    for (const char* key : {"tets", "nodes", "levels", "solver", "converged", "solve_s", "steps", "reactions_N", "version"})
+    const json solved = json::parse(text_of(folder / "solve.json")),
+               figures = json::parse(text_of(folder / "figures.json"));
+    for (const char* key : {"tets", "nodes", "levels", "solver", "converged", "solve_s", "steps",
+                            "reactions_N", "version"})
         EXPECT_EQ(figures.at(key), solved.at(key)) << key;
-    EXPECT_NEAR(figures.at("last_displacement_mm").get<double>(), solved.at("largest_displacement_mm").get<double>(), 1e-9) << "of the last frame";
-    EXPECT_GE(figures.at("largest_displacement_mm").get<double>(), figures.at("last_displacement_mm").get<double>());
+    EXPECT_NEAR(figures.at("last_displacement_mm").get<double>(),
+                solved.at("largest_displacement_mm").get<double>(), 1e-9)
+        << "of the last frame";
+    EXPECT_GE(figures.at("largest_displacement_mm").get<double>(),
+              figures.at("last_displacement_mm").get<double>());
     const std::string page = text_of(folder / "page.html");
     const json& last = solved.at("steps").back();
-    EXPECT_TRUE(has_row(page, fmt::format("0.3|0.01|{}|{}|{:.1e}|{:.3g}|{:.3f}", last["linearisations"].get<int>(), last["iterations"].get<int>(),
-                                          last["imbalance"].get<double>(), last["time_error_mm"].get<double>(), last["seconds"].get<double>())))
+    EXPECT_TRUE(has_row(
+        page, fmt::format("0.3|0.01|{}|{}|{:.1e}|{:.3g}|{:.3f}", last["linearisations"].get<int>(),
+                          last["iterations"].get<int>(), last["imbalance"].get<double>(),
+                          last["time_error_mm"].get<double>(), last["seconds"].get<double>())))
         << page;
     EXPECT_NE(page.find("One in 2 of 30 steps. Imbalance"), std::string::npos) << page;
     EXPECT_NE(page.find("What was left out"), std::string::npos);
     EXPECT_NE(outcome.out.find("Converged in 30 step(s)"), std::string::npos) << outcome.out;
     std::size_t pictures = 0;
-    for (std::size_t at = 0; (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at) ++pictures;
+    for (std::size_t at = 0;
+         (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at)
+        ++pictures;
 #ifdef LIVETET_IMAGES
     EXPECT_EQ(pictures, 1u) << outcome.err;
 #endif
-    EXPECT_TRUE(has_row(page, "coarse levels|1 of them, assembled with their own rotations")) << page;
+    EXPECT_TRUE(has_row(page, "coarse levels|1 of them, assembled with their own rotations"))
+        << page;
     ASSERT_EQ(livetet(folder, "report result.h5 --no-pictures").status, 0);
     EXPECT_NE(text_of(folder / "report/report.txt").find("REPORT OF A SOLVE"), std::string::npos);
-    expect_refused(livetet(folder, "report result.h5 --truth figures.json"), {"--truth", "no tracked poses"});
+    expect_refused(livetet(folder, "report result.h5 --truth figures.json"),
+                   {"--truth", "no tracked poses"});
 }
 
 TEST(SolveReport, OfAResultThatSaysLittleSaysWhatItMayAndOfOneThatIsDamagedNothing) {
     const Folder folder;
     const TetMesh mesh = test::block({1, 1, 1}, {0.1, 0.1, 0.1});
-    for (const auto& [name, text] : {std::pair{"old.h5", ""}, {"cut.h5", "{\"solver\": \"cg\", \"levels\""}, {"odd.h5", "{\"solver\": 3}"}}) {
+    for (const auto& [name, text] : {std::pair{"old.h5", ""},
+                                     {"cut.h5", "{\"solver\": \"cg\", \"levels\""},
+                                     {"odd.h5", "{\"solver\": 3}"}}) {
         ResultWriter writer(folder / name, mesh, "");
         writer.append(0, std::vector<Vector3>(mesh.nodes.size(), Vector3(0, 0.003, 0.004)));
         if (*text) writer.write_text("solve", text);
@@ -209,9 +253,12 @@ TEST(SolveReport, OfAResultThatSaysLittleSaysWhatItMayAndOfOneThatIsDamagedNothi
     }
     const auto outcome = livetet(folder, "report old.h5 -o page.html --no-pictures");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(text_of(folder / "page.html").find("The body moves by 5.000 mm at most."), std::string::npos);
+    EXPECT_NE(text_of(folder / "page.html").find("The body moves by 5.000 mm at most."),
+              std::string::npos);
     EXPECT_EQ(text_of(folder / "page.html").find("onverged"), std::string::npos);
-    for (const char* name : {"cut.h5", "odd.h5"}) expect_refused(livetet(folder, std::string("report ") + name), {name, "what the solve says of itself"});
+    for (const char* name : {"cut.h5", "odd.h5"})
+        expect_refused(livetet(folder, std::string("report ") + name),
+                       {name, "what the solve says of itself"});
 }
 
 TEST(SolveReport, LeavesOutStepsThatWereDoneAgainAndSaysWhereARunWasTakenUp) {
@@ -219,7 +266,9 @@ TEST(SolveReport, LeavesOutStepsThatWereDoneAgainAndSaysWhereARunWasTakenUp) {
     const TetMesh mesh = test::block({1, 1, 1}, {0.1, 0.1, 0.1});
     ResultWriter writer(folder / "result.h5", mesh, "");
     writer.append(0.5, std::vector<Vector3>(mesh.nodes.size(), Vector3(0, 0.003, 0.004)));
-    writer.write_text("solve", R"({"solver": "cg + mg, 2 levels, rediscretised", "version": "1", "failure": "", "levels": 2, "ranks": 1, "converged": true,
+    writer.write_text(
+        "solve",
+        R"({"solver": "cg + mg, 2 levels, rediscretised", "version": "1", "failure": "", "levels": 2, "ranks": 1, "converged": true,
         "is_static": false, "restarted_at_s": 0.3, "mesh_s": 0, "setup_s": 0, "solve_s": 2, "peak_bytes": 1e8, "reactions_N": {"fix[0]": [1, null, 3]}, "steps": [
         {"time_s": 0.5, "step_s": 0.2, "seconds": 1, "imbalance": 1e-9, "time_error_mm": 9, "linearisations": 3, "iterations": 30, "converged": true, "kept": false},
         {"time_s": 0.4, "step_s": 0.1, "seconds": 1, "imbalance": null, "time_error_mm": 0.5, "linearisations": 2, "iterations": 20, "converged": true, "kept": true}]})");
@@ -227,7 +276,8 @@ TEST(SolveReport, LeavesOutStepsThatWereDoneAgainAndSaysWhereARunWasTakenUp) {
     const auto outcome = livetet(folder, "report result.h5 -o page.html --no-pictures");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::string page = text_of(folder / "page.html");
-    for (const char* words : {"Converged in 1 step(s), 5 linearisations, 50 iterations", "A time step errs by 0.5 mm at most", "taken up again at 0.3 s",
+    for (const char* words : {"Converged in 1 step(s), 5 linearisations, 50 iterations",
+                              "A time step errs by 0.5 mm at most", "taken up again at 0.3 s",
                               "1 more were tried, and done again in other lengths."})
         EXPECT_NE(page.find(words), std::string::npos) << words << "\n" << page;
     EXPECT_TRUE(has_row(page, "0.4|0.1|2|20|nan|0.5|1.000"));

@@ -17,14 +17,15 @@ namespace {
 
 using nlohmann::json;
 
-/// A block of 10 cm with four targets, pressed 10 mm deep from 2 s to 3 s. Truly, target i moves i * 2 mm downwards at
-/// full depth: two of the four (4 and 6 mm) move more than 3 mm.
+/// A block of 10 cm with four targets, pressed 10 mm deep from 2 s to 3 s. Truly, target i moves i
+/// * 2 mm downwards at full depth: two of the four (4 and 6 mm) move more than 3 mm.
 Truth make_truth() {
     Truth truth;
     truth.depths = {0.005, 0.01};
     for (int i = 0; i < 4; ++i) {
         const Vector3 down(0, 0, -0.002 * i);
-        truth.targets.push_back({"T-" + std::to_string(i), Vector3(0.02 + 0.02 * i, 0.05, 0.05), {down / 2, down}});
+        truth.targets.push_back(
+            {"T-" + std::to_string(i), Vector3(0.02 + 0.02 * i, 0.05, 0.05), {down / 2, down}});
     }
     for (int k = 0; k <= 40; ++k) {
         TruthSample sample;
@@ -36,8 +37,8 @@ Truth make_truth() {
     return truth;
 }
 
-/// A run that registers 3 mm off along x, always, and follows the press by `share` of the true motion of T-2 (4 mm) at
-/// every node.
+/// A run that registers 3 mm off along x, always, and follows the press by `share` of the true
+/// motion of T-2 (4 mm) at every node.
 RunResult make_result(const Truth& truth, double share) {
     RunResult result;
     result.source = "made.h5";
@@ -148,7 +149,9 @@ TEST(Report, AtRestAModelThatMovesTargetsIsTold) {
     EXPECT_EQ(compare_with_truth(result, truth).rest.moved_mm.worst, 0);
     EXPECT_TRUE(compare_with_truth(result, truth).rest.explained());
     const std::size_t nodes = result.mesh.nodes.size();
-    result.displacement = [nodes](std::size_t) { return std::vector<Vector3>(nodes, Vector3(0, 0.004, 0)); };
+    result.displacement = [nodes](std::size_t) {
+        return std::vector<Vector3>(nodes, Vector3(0, 0.004, 0));
+    };
     const RestErrors rest = compare_with_truth(result, truth).rest;
     EXPECT_NEAR(rest.moved_mm.rms, 4, 1e-9);
     EXPECT_FALSE(rest.explained());  // the registration is off by 3 mm only
@@ -158,7 +161,8 @@ TEST(Report, ALateRegistrationIsSeenAsLag) {
     const Truth truth = make_truth();
     RunResult result = make_result(truth, 1);
     // 0.1 m/s along y: 5 ms behind is 0.5 mm
-    for (RunFrame& frame : result.frames) frame.tracker_from_image.translation += Vector3(-0.003, -0.0005, 0);
+    for (RunFrame& frame : result.frames)
+        frame.tracker_from_image.translation += Vector3(-0.003, -0.0005, 0);
     EXPECT_NEAR(compare_with_truth(result, truth).rest.registration_lag_ms, 5, 1e-6);
 }
 
@@ -187,7 +191,8 @@ TEST(Report, TheTruthOfAnotherOrganIsRefused) {
     Truth truth = make_truth();
     const RunResult result = make_result(truth, 1);
     truth.targets[2].position.z() = 0.3;
-    EXPECT_NE(message_of([&] { compare_with_truth(result, truth); }).find("T-2"), std::string::npos);
+    EXPECT_NE(message_of([&] { compare_with_truth(result, truth); }).find("T-2"),
+              std::string::npos);
 }
 
 TEST(Report, JsonHoldsTheSameFigures) {
@@ -210,7 +215,9 @@ TEST(Report, LinesOfTheTextAreAPageWide) {
 }
 
 TEST(Report, RunInfoNamesTheKeyThatIsMissing) {
-    EXPECT_NE(message_of([] { parse_run_info(R"({"samples": 3, "frames": 3})", "r.h5"); }).find("\"missed\""),
+    EXPECT_NE(message_of([] {
+                  parse_run_info(R"({"samples": 3, "frames": 3})", "r.h5");
+              }).find("\"missed\""),
               std::string::npos);
     EXPECT_NE(message_of([] { parse_run_info("[", "r.h5"); }).find("r.h5"), std::string::npos);
 }

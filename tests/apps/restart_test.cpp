@@ -27,15 +27,20 @@ solver: {newton_tolerance: 1e-9, relative_tolerance: 1e-4}
 )";
 
 void prepare_swing(const Folder& folder) {
-    write_hierarchy(folder / "block.h5",
-                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
-    write_text(folder / "whole.yaml", swing + "output: {file: whole.h5, every: 2, fields: [von_mises]}\n");
-    write_text(folder / "swing.yaml", swing + "output: {file: swing.h5, every: 2, fields: [von_mises], checkpoint_every: 5}\n");
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                                        "a block"));
+    write_text(folder / "whole.yaml",
+               swing + "output: {file: whole.h5, every: 2, fields: [von_mises]}\n");
+    write_text(
+        folder / "swing.yaml",
+        swing + "output: {file: swing.h5, every: 2, fields: [von_mises], checkpoint_every: 5}\n");
 }
 
 /// Starts the run, and kills it as soon as it has left a checkpoint.
 void kill_after_checkpoint(const Folder& folder, const std::string& before) {
-    auto run = std::async(std::launch::async, [&] { return livetet(folder, "solve swing.yaml", before); });
+    auto run =
+        std::async(std::launch::async, [&] { return livetet(folder, "solve swing.yaml", before); });
     while (!std::filesystem::exists(folder / "swing.h5.parts/checkpoint.h5") &&
            run.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
     }
@@ -50,7 +55,8 @@ TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
     longer.replace(longer.find("duration_s: 0.4"), 15, "duration_s: 40");
     write_text(folder / "swing.yaml", longer);
     write_text(folder / "losing",
-               "mpirun --oversubscribe -n 2 \"$@\" &\nuntil [ -e swing.h5.parts/checkpoint.h5 ]; do sleep 0.05; done\n"
+               "mpirun --oversubscribe -n 2 \"$@\" &\nuntil [ -e swing.h5.parts/checkpoint.h5 ]; "
+               "do sleep 0.05; done\n"
                "until rm -rf swing.h5.parts; do :; done\nwait $!\n");
     const auto outcome = livetet(folder, "solve swing.yaml", "timeout 100 sh losing");
     EXPECT_EQ(outcome.status, 2) << outcome.err;
@@ -103,7 +109,8 @@ TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
 TEST(Restart, WhatCannotGoOnIsRefusedAndNothingIsLost) {
     const Folder folder;
     prepare_swing(folder);
-    expect_refused(livetet(folder, "solve swing.yaml --restart"), {"swing.h5.parts", "no checkpoint"});
+    expect_refused(livetet(folder, "solve swing.yaml --restart"),
+                   {"swing.h5.parts", "no checkpoint"});
     kill_after_checkpoint(folder, "");
     const auto checkpoint = folder / "swing.h5.parts/checkpoint.h5";
     const std::string bytes = test::text_of(checkpoint);
@@ -111,7 +118,8 @@ TEST(Restart, WhatCannotGoOnIsRefusedAndNothingIsLost) {
     std::string other = test::text_of(folder / "swing.yaml");
     other.replace(other.find("50000"), 5, "60000");
     write_text(folder / "swing.yaml", other);
-    expect_refused(livetet(folder, "solve swing.yaml --restart"), {"checkpoint.h5", "another scene", "50000", "60000"});
+    expect_refused(livetet(folder, "solve swing.yaml --restart"),
+                   {"checkpoint.h5", "another scene", "50000", "60000"});
     other.replace(other.find("60000"), 5, "50000");
     write_text(folder / "swing.yaml", other);
     MeshHierarchy moved = read_hierarchy(folder / "block.h5");
@@ -119,7 +127,8 @@ TEST(Restart, WhatCannotGoOnIsRefusedAndNothingIsLost) {
     write_hierarchy(folder / "block.h5", moved);
     expect_refused(livetet(folder, "solve swing.yaml --restart"), {"checkpoint.h5", "mesh"});
     EXPECT_TRUE(test::text_of(checkpoint) == bytes);
-    write_text(folder / "static.yaml", "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
+    write_text(folder / "static.yaml",
+               "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
     expect_refused(livetet(folder, "solve static.yaml --restart"), {"static"});
 }
 

@@ -20,7 +20,14 @@ using test::text_of;
 using test::write_text;
 
 TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTheWhole) {
-    const SolveRun measured{.name = "two", .solver = "multigrid", .ranks = 2, .converged = true, .unknowns = 2e6, .partition_s = 4, .linear_s = 30, .iterations = 10};
+    const SolveRun measured{.name = "two",
+                            .solver = "multigrid",
+                            .ranks = 2,
+                            .converged = true,
+                            .unknowns = 2e6,
+                            .partition_s = 4,
+                            .linear_s = 30,
+                            .iterations = 10};
     const ScalingModel model(measured);
     EXPECT_DOUBLE_EQ(model.seconds_an_unknown, 3e-6);
     EXPECT_DOUBLE_EQ(model.partition_s_an_unknown, 2e-6);
@@ -28,23 +35,33 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTh
     EXPECT_EQ(model.points.back().ranks, 1e5);
     const ScalingPoint& one = model.points.front();
     EXPECT_EQ(one.halo_s + one.coarse_s + one.reductions_s, 0) << "one rank sends nothing";
-    EXPECT_NEAR(one.compute_s, 1e5 * 3e-6, 0.01 * one.compute_s) << "a W-cycle: 0.75 (1 + 2/8 + 4/64 + ...) of the finest level";
+    EXPECT_NEAR(one.compute_s, 1e5 * 3e-6, 0.01 * one.compute_s)
+        << "a W-cycle: 0.75 (1 + 2/8 + 4/64 + ...) of the finest level";
     for (std::size_t k = 1; k < model.points.size(); ++k) {
         const ScalingPoint &few = model.points[k - 1], &many = model.points[k];
         EXPECT_DOUBLE_EQ(many.replicated_bytes, 10 * few.replicated_bytes);
         EXPECT_GT(many.iteration_s(), few.iteration_s());
         EXPECT_GE(many.levels, few.levels + 1);
-        EXPECT_NEAR(many.reductions_s - few.reductions_s, 6 * std::log2(10) * model.latency_s, 1e-12);
+        EXPECT_NEAR(many.reductions_s - few.reductions_s, 6 * std::log2(10) * model.latency_s,
+                    1e-12);
     }
 }
 
 TEST(Scaling, WhoEndsTheBenchmarkEndsTheSolveThatItWaitsFor) {
     const Folder folder;
-    // Instead of a solve, a process that says when it runs and takes a while to end; the benchmark is told to end then.
-    write_text(folder / "launcher", "#!/bin/sh\ntrap 'sleep 2; touch ended; exit 1' TERM\ntouch started\nwhile :; do sleep 0.1; done\n");
-    write_text(folder / "caught", "#!/bin/sh\nmkdir tmp\nTMPDIR=tmp \"$@\" &\nuntil [ -e started ]; do sleep 0.1; done\nkill -TERM $!\nwait $!\n");
-    for (const char* script : {"launcher", "caught"}) std::filesystem::permissions(folder / script, std::filesystem::perms::owner_all);
-    const auto outcome = livetet(folder, "bench scaling --unknowns 3000 --refine 0 --ranks 1 --launcher './launcher {}'", "./caught");
+    // Instead of a solve, a process that says when it runs and takes a while to end; the benchmark
+    // is told to end then.
+    write_text(folder / "launcher",
+               "#!/bin/sh\ntrap 'sleep 2; touch ended; exit 1' TERM\ntouch started\nwhile :; do "
+               "sleep 0.1; done\n");
+    write_text(folder / "caught",
+               "#!/bin/sh\nmkdir tmp\nTMPDIR=tmp \"$@\" &\nuntil [ -e started ]; do sleep 0.1; "
+               "done\nkill -TERM $!\nwait $!\n");
+    for (const char* script : {"launcher", "caught"})
+        std::filesystem::permissions(folder / script, std::filesystem::perms::owner_all);
+    const auto outcome = livetet(
+        folder, "bench scaling --unknowns 3000 --refine 0 --ranks 1 --launcher './launcher {}'",
+        "./caught");
     EXPECT_EQ(outcome.status, 128 + SIGTERM) << outcome.out;
     EXPECT_EQ(outcome.err.substr(outcome.err.find("livetet:")), "livetet: stopped\n");
     EXPECT_TRUE(std::filesystem::is_empty(folder / "tmp"));
@@ -54,7 +71,10 @@ TEST(Scaling, WhoEndsTheBenchmarkEndsTheSolveThatItWaitsFor) {
 #ifdef LIVETET_IMAGES
 TEST(Scaling, AFigureWithoutAnXServerIsDrawnByOneThatTheSolvesMayAskToo) {
     const Folder folder;
-    const auto outcome = livetet(folder, "bench scaling --unknowns 3000 --refine 0 --ranks 1 --compare multigrid --figure f.png", "timeout 200 env -u DISPLAY");
+    const auto outcome = livetet(
+        folder,
+        "bench scaling --unknowns 3000 --refine 0 --ranks 1 --compare multigrid --figure f.png",
+        "timeout 200 env -u DISPLAY");
     EXPECT_LE(outcome.status, 1) << outcome.err;
     EXPECT_GT(std::filesystem::file_size(folder / "f.png"), 10000u);
 }
@@ -62,8 +82,11 @@ TEST(Scaling, AFigureWithoutAnXServerIsDrawnByOneThatTheSolvesMayAskToo) {
 
 TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {
     const Folder folder;
-    const auto outcome = livetet(folder, "bench scaling --unknowns 20000 --refine 1 --ranks 1,2,4 --compare gamg --folder kept --json s.json");
-    ASSERT_LE(outcome.status, 1) << outcome.err;  // 1: a target missed, at a size that is not the targets'
+    const auto outcome = livetet(folder,
+                                 "bench scaling --unknowns 20000 --refine 1 --ranks 1,2,4 "
+                                 "--compare gamg --folder kept --json s.json");
+    ASSERT_LE(outcome.status, 1)
+        << outcome.err;  // 1: a target missed, at a size that is not the targets'
     const json told = json::parse(text_of(folder / "s.json"));
     std::map<int, json> strong;
     double gamg_mm = 0;
@@ -74,26 +97,35 @@ TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {
         if (run.at("name") == "gamg, one size") gamg_mm = run.at("largest_displacement_mm");
     }
     ASSERT_EQ(strong.size(), 3u);
-    const auto value = [&](int ranks, const char* key) { return strong.at(ranks).at(key).get<double>(); };
+    const auto value = [&](int ranks, const char* key) {
+        return strong.at(ranks).at(key).get<double>();
+    };
     EXPECT_EQ(value(1, "messages"), 0);
     EXPECT_GT(value(2, "messages"), 0);
     EXPECT_GT(value(4, "messages"), value(2, "messages"));
     EXPECT_GT(value(2, "partition_s"), 0);
     for (const int ranks : {2, 4}) {
         EXPECT_EQ(value(ranks, "unknowns"), value(1, "unknowns"));
-        EXPECT_NEAR(value(ranks, "iterations") / value(ranks, "linearisations"), value(1, "iterations") / value(1, "linearisations"), 2);
-        EXPECT_NEAR(value(ranks, "largest_displacement_mm"), value(1, "largest_displacement_mm"), 1e-6);
+        EXPECT_NEAR(value(ranks, "iterations") / value(ranks, "linearisations"),
+                    value(1, "iterations") / value(1, "linearisations"), 2);
+        EXPECT_NEAR(value(ranks, "largest_displacement_mm"), value(1, "largest_displacement_mm"),
+                    1e-6);
     }
     EXPECT_NEAR(gamg_mm, value(1, "largest_displacement_mm"), 1e-5);
-    for (const char* words : {"kB an unknown at the peak", "iterations a linear solve", "model of weak scaling", "gamg, one size: times multigrid's"})
+    for (const char* words : {"kB an unknown at the peak", "iterations a linear solve",
+                              "model of weak scaling", "gamg, one size: times multigrid's"})
         EXPECT_NE(outcome.out.find(words), std::string::npos) << outcome.out;
     EXPECT_TRUE(std::filesystem::exists(folder / "kept/whole.h5"));
 }
 
 TEST(Scaling, WhatCannotBeIsRefused) {
     const Folder folder;
-    expect_refused(livetet(folder, "bench scaling --unknowns 3000 --compare jacobi"), {"--compare jacobi", "gamg or boomeramg"});
-    expect_refused(livetet(folder, "bench scaling --unknowns 3000 --ranks 1 --compare gamg --launcher 'mpirun -n 2'"), {"--launcher", "{}"});
+    expect_refused(livetet(folder, "bench scaling --unknowns 3000 --compare jacobi"),
+                   {"--compare jacobi", "gamg or boomeramg"});
+    expect_refused(
+        livetet(folder,
+                "bench scaling --unknowns 3000 --ranks 1 --compare gamg --launcher 'mpirun -n 2'"),
+        {"--launcher", "{}"});
     expect_refused(livetet(folder, "bench scaling --unknowns 3000 --ranks 0,1"), {"--ranks"});
 }
 

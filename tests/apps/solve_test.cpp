@@ -31,10 +31,10 @@ probes: {points: points.csv, displacements: moved.csv}
 )";
 
 void prepare_press(const Folder& folder) {
-    write_hierarchy(folder / "block.h5",
-                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}), test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
-                                    test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
-                                   "a block"));
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
+                                                         test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                                        "a block"));
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
     write_text(folder / "scene.yaml", press);
 }
@@ -44,7 +44,8 @@ std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
     return result.displacement(result.times_s().size() - 1);
 }
 
-/// On other numbers of ranks, by another partitioner, the same; and of a refined mesh, with as many iterations.
+/// On other numbers of ranks, by another partitioner, the same; and of a refined mesh, with as many
+/// iterations.
 TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
     const Folder folder;
     prepare_press(folder);
@@ -55,11 +56,13 @@ TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
         for (const int ranks : {1, 2, 4}) {
             std::string scene = press;
             scene.replace(scene.find("block.h5"), 8, "block.h5, refine: " + std::to_string(refine));
-            scene.replace(scene.find("solver: {"), 9, ranks == 4 ? "solver: {partitioner: ptscotch, " : "solver: {");
+            scene.replace(scene.find("solver: {"), 9,
+                          ranks == 4 ? "solver: {partitioner: ptscotch, " : "solver: {");
             if (refine) scene.replace(scene.find("1e-6"), 4, "1e-7");
             write_text(folder / "scene.yaml", scene);
-            const auto outcome = livetet(folder, "solve scene.yaml --json told.json",
-                                         ranks > 1 ? "mpirun --oversubscribe -n " + std::to_string(ranks) : "");
+            const auto outcome =
+                livetet(folder, "solve scene.yaml --json told.json",
+                        ranks > 1 ? "mpirun --oversubscribe -n " + std::to_string(ranks) : "");
             ASSERT_EQ(outcome.status, 0) << outcome.err;
             const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
             EXPECT_EQ(told["ranks"], ranks);
@@ -80,7 +83,8 @@ TEST(Solve, OneTwoAndFourRanksAgreeTo1em8) {
             EXPECT_LT(largest, 0.02);
             EXPECT_LT(difference, 1e-8 * largest) << ranks << " ranks, refined " << refine;
             EXPECT_EQ(probes.substr(0, 40), text_of(folder / "moved.csv").substr(0, 40));
-            EXPECT_NEAR(told["iterations"].get<int>() / told["linearisations"].get<int>(), iterations, 2);
+            EXPECT_NEAR(told["iterations"].get<int>() / told["linearisations"].get<int>(),
+                        iterations, 2);
         }
     }
 }
@@ -91,18 +95,22 @@ TEST(Solve, EverySolverAndThePetscOptionsOfTheSceneWork) {
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const auto reference = last_displacement(folder / "result.h5");
     for (const char* solver :
-         {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}", "{kind: direct}",
+         {"{kind: multigrid, coarse: galerkin}", "{kind: boomeramg}", "{kind: gamg}",
+          "{kind: direct}",
           "{kind: petsc, petsc_options: \"-ksp_type cg -pc_type jacobi\", max_iterations: 5000}"}) {
         std::string scene = press;
         scene.replace(scene.find("solver: {"), 9,
-                      std::string("solver: ") + std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
+                      std::string("solver: ") +
+                          std::string(solver).substr(0, std::string(solver).size() - 1) + ", ");
         write_text(folder / "scene.yaml", scene);
         const auto outcome = livetet(folder, "solve scene.yaml");
         ASSERT_EQ(outcome.status, 0) << solver << outcome.err;
         const auto u = last_displacement(folder / "result.h5");
-        for (std::size_t i = 0; i < u.size(); ++i) ASSERT_LT((u[i] - reference[i]).norm(), 1e-7) << solver;
+        for (std::size_t i = 0; i < u.size(); ++i)
+            ASSERT_LT((u[i] - reference[i]).norm(), 1e-7) << solver;
     }
-    EXPECT_NE(livetet(folder, "solve scene.yaml -ksp_view").out.find("KSP Object"), std::string::npos);
+    EXPECT_NE(livetet(folder, "solve scene.yaml -ksp_view").out.find("KSP Object"),
+              std::string::npos);
 }
 
 /// Counted here from the displacements alone.
@@ -111,10 +119,11 @@ std::size_t inside_out(const std::filesystem::path& path) {
     const auto u = last_displacement(path);
     const TetMesh& mesh = result.mesh();
     const auto place = [&](std::int32_t n) -> Vector3 { return mesh.nodes[n] + u[n]; };
-    return static_cast<std::size_t>(std::count_if(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& t) {
-        const Vector3 a = place(t[0]);
-        return (place(t[1]) - a).cross(place(t[2]) - a).dot(place(t[3]) - a) <= 0;
-    }));
+    return static_cast<std::size_t>(
+        std::count_if(mesh.tets.begin(), mesh.tets.end(), [&](const Tet& t) {
+            const Vector3 a = place(t[0]);
+            return (place(t[1]) - a).cross(place(t[2]) - a).dot(place(t[3]) - a) <= 0;
+        }));
 }
 
 TEST(Solve, TetsInsideOutAreCountedAndTold) {
@@ -124,7 +133,7 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
     EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], 0);
     std::string scene = press;
     scene.replace(scene.find("[1, 0, 0, 1, 0, 0]"), 18, "[0, 0, 1, 0, 0, 1]");  // held below,
-    scene.replace(scene.find("-12]"), 4, "-110]");                              // and pressed through that
+    scene.replace(scene.find("-12]"), 4, "-110]");  // and pressed through that
     scene.replace(scene.find("1e-10"), 5, "1e-4");
     write_text(folder / "scene.yaml", scene);
     for (const char* before : {"", "mpirun --oversubscribe -n 2"}) {
@@ -133,28 +142,39 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
         const std::size_t count = inside_out(folder / "result.h5");
         EXPECT_GT(count, 0u);
         EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], count);
-        EXPECT_NE(outcome.out.find("inside out       " + std::to_string(count) + " tets"), std::string::npos) << outcome.out;
+        EXPECT_NE(outcome.out.find("inside out       " + std::to_string(count) + " tets"),
+                  std::string::npos)
+            << outcome.out;
         const auto report = livetet(folder, "report result.h5");
-        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inside out"), std::string::npos) << report.out << report.err;
+        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inside out"),
+                  std::string::npos)
+            << report.out << report.err;
     }
 }
 
-/// A small strain's trace says nothing of it: turned by 120 degrees it is -3, pressed through itself near nu = 1/2 about 0.
+/// A small strain's trace says nothing of it: turned by 120 degrees it is -3, pressed through
+/// itself near nu = 1/2 about 0.
 TEST(Solve, TetsInsideOutAreCountedByTheirVolumeInSmallStrainToo) {
     const Folder folder;
     prepare_press(folder);
     const auto counted = [&](const std::string& drive) {
         write_text(folder / "scene.yaml",
-                   fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 3000, poisson: 0.48}}]\n"
-                               "drive: [{}]\nsolver: {{newton_tolerance: 1.0e-4}}\n", drive));
+                   fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: "
+                               "3000, poisson: 0.48}}]\n"
+                               "drive: [{}]\nsolver: {{newton_tolerance: 1.0e-4}}\n",
+                               drive));
         const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         const std::size_t count = inside_out(folder / "result.h5");
         EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], count);
         return count;
     };
-    EXPECT_EQ(counted("{box_mm: [-1, -1, -1, 201, 101, 101], where: surface, rotation_deg: [0, 0, 120]}"), 0u);
-    EXPECT_GT(counted("{half_space_mm: [1, 0, 0, 1, 0, 0]}, {half_space_mm: [199, 0, 0, -1, 0, 0], displacement_mm: [-220, 0, 0]}"), 0u);
+    EXPECT_EQ(
+        counted("{box_mm: [-1, -1, -1, 201, 101, 101], where: surface, rotation_deg: [0, 0, 120]}"),
+        0u);
+    EXPECT_GT(counted("{half_space_mm: [1, 0, 0, 1, 0, 0]}, {half_space_mm: [199, 0, 0, -1, 0, 0], "
+                      "displacement_mm: [-220, 0, 0]}"),
+              0u);
 }
 
 TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
@@ -168,20 +188,23 @@ TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     };
     const double of_scene = iterations("");
     EXPECT_LT(iterations("-ksp_rtol 1e-2"), 0.7 * of_scene);
-    EXPECT_LE(iterations("-ksp_max_it 1"), 2);  // where it is not met, once more with the positive tangent
+    EXPECT_LE(iterations("-ksp_max_it 1"),
+              2);  // where it is not met, once more with the positive tangent
     EXPECT_LT(iterations("-ksp_atol 1e3"), 1);
 }
 
 TEST(Solve, MultigridOnOneLevelIsRefused) {
     const Folder folder;
     prepare_press(folder);
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     write_text(folder / "scene.yaml", press + "\n");
     EXPECT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     std::string scene = press;
     scene.replace(scene.find("solver: {"), 9, "solver: {kind: multigrid, ");
     write_text(folder / "scene.yaml", scene);
-    test::expect_refused(livetet(folder, "solve scene.yaml"), {"solver.kind", "multigrid", "one level"});
+    test::expect_refused(livetet(folder, "solve scene.yaml"),
+                         {"solver.kind", "multigrid", "one level"});
 }
 
 TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
@@ -193,7 +216,8 @@ TEST(Solve, OfSeveralRanksOneSaysWhatIsWrong) {
         const auto outcome = livetet(folder, command, "timeout 60 mpirun --oversubscribe -n 2");
         EXPECT_EQ(outcome.status, 2) << command << outcome.err;
         EXPECT_NE(outcome.err.find("livetet:"), std::string::npos) << command;
-        EXPECT_EQ(outcome.err.find("livetet:"), outcome.err.rfind("livetet:")) << command << "\n" << outcome.err;
+        EXPECT_EQ(outcome.err.find("livetet:"), outcome.err.rfind("livetet:")) << command << "\n"
+                                                                               << outcome.err;
     }
 }
 
@@ -203,22 +227,34 @@ TEST(Solve, OfSeveralRanksAllHearOfAFullDiskAndNoneWaits) {
     write_text(folder / "scene.yaml", press + "\n");
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const std::string before = text_of(folder / "result.h5");
-    // No file of more than so many kB; what Open MPI shares between ranks would be one (therefore TCP).
+    // No file of more than so many kB; what Open MPI shares between ranks would be one (therefore
+    // TCP).
     write_text(folder / "small_disk", "ulimit -f $1; shift; exec \"$@\"\n");
     std::size_t mesh_kB = 0;
     {
         const ResultReader result(folder / "result.h5");
         mesh_kB = ((4 << 20) + bytes_written(result.mesh()) + result.scene_text().size()) / 1024;
     }
-    for (const auto& [size_kB, what] : {std::pair<std::size_t, std::string>{16, "the mesh"}, {2000, "the mesh"}, {mesh_kB + 6, "frame 0"}}) {
-        const auto outcome = livetet(folder, "solve scene.yaml", fmt::format("timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk {}", size_kB));
+    for (const auto& [size_kB, what] : {std::pair<std::size_t, std::string>{16, "the mesh"},
+                                        {2000, "the mesh"},
+                                        {mesh_kB + 6, "frame 0"}}) {
+        const auto outcome = livetet(
+            folder, "solve scene.yaml",
+            fmt::format(
+                "timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk {}",
+                size_kB));
         EXPECT_EQ(outcome.status, 2) << size_kB << outcome.err;
-        EXPECT_NE(outcome.err.find("livetet: result.h5: no room on the disk for " + what), std::string::npos) << size_kB << outcome.err;
+        EXPECT_NE(outcome.err.find("livetet: result.h5: no room on the disk for " + what),
+                  std::string::npos)
+            << size_kB << outcome.err;
         EXPECT_TRUE(text_of(folder / "result.h5") == before) << "a good result is kept";
     }
-    const auto outcome = livetet(folder, "solve scene.yaml", "timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk 20000");
+    const auto outcome =
+        livetet(folder, "solve scene.yaml",
+                "timeout 100 mpirun --oversubscribe --mca btl self,tcp -n 2 bash small_disk 20000");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_LT(std::filesystem::file_size(folder / "result.h5"), 2 * before.size()) << "what was reserved is given back";
+    EXPECT_LT(std::filesystem::file_size(folder / "result.h5"), 2 * before.size())
+        << "what was reserved is given back";
 }
 
 TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
@@ -226,15 +262,20 @@ TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
     prepare_press(folder);
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const std::string before = text_of(folder / "result.h5");
-    write_text(folder / "long.yaml", press + "time: {scheme: newmark, step_s: 0.001, duration_s: 100}\noutput: {every: 1000}\n");
-    write_text(folder / "ended", "#!/bin/sh\nsignal=$1\nshift\n\"$@\" &\nuntil ls -A | grep -q part; do sleep 0.1; done\nkill -$signal $!\nwait $!\n");
+    write_text(
+        folder / "long.yaml",
+        press + "time: {scheme: newmark, step_s: 0.001, duration_s: 100}\noutput: {every: 1000}\n");
+    write_text(folder / "ended",
+               "#!/bin/sh\nsignal=$1\nshift\n\"$@\" &\nuntil ls -A | grep -q part; do sleep 0.1; "
+               "done\nkill -$signal $!\nwait $!\n");
     std::filesystem::permissions(folder / "ended", std::filesystem::perms::owner_all);
     for (const int signal : {SIGTERM, SIGHUP}) {
         const auto outcome = livetet(folder, "solve long.yaml", fmt::format("./ended {}", signal));
         EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
         EXPECT_EQ(outcome.err.find("PETSC"), std::string::npos) << outcome.err;
         for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
-            EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos) << entry.path();
+            EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos)
+                << entry.path();
     }
     EXPECT_TRUE(text_of(folder / "result.h5") == before);
 }
@@ -242,18 +283,27 @@ TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
 /// A coarse mesh that nothing held would be a singular matrix.
 TEST(Solve, WhatIsHeldByAPatchThatIsSmallOnTheCoarsestMeshIsSolved) {
     const Folder folder;
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({16, 8, 8}, {0.2, 0.1, 0.1}), test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
-                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1}), test::block({2, 1, 1}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({16, 8, 8}, {0.2, 0.1, 0.1}),
+                                                         test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1}),
+                                                         test::block({2, 1, 1}, {0.2, 0.1, 0.1})},
+                                                        "a block"));
     for (const double radius_mm : {13., 20., 30., 60.})
-        for (const char* solver : {"multigrid, coarse: rediscretised", "multigrid, coarse: galerkin", "live"}) {
-            write_text(folder / "scene.yaml", fmt::format("mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 5000, poisson: 0.45}}]\n"
-                                                          "fix: [{{sphere_mm: [60, 40, 0, {}]}}]\ngravity_m_per_s2: [0, 0, -0.01]\n"
-                                                          "solver: {{kind: {}, relative_tolerance: 1e-6}}\noutput: {{file: none}}\n",
-                                                          radius_mm, solver));
+        for (const char* solver :
+             {"multigrid, coarse: rediscretised", "multigrid, coarse: galerkin", "live"}) {
+            write_text(
+                folder / "scene.yaml",
+                fmt::format(
+                    "mesh: {{file: block.h5}}\nstrain: linear\nmaterials: [{{young_Pa: 5000, "
+                    "poisson: 0.45}}]\n"
+                    "fix: [{{sphere_mm: [60, 40, 0, {}]}}]\ngravity_m_per_s2: [0, 0, -0.01]\n"
+                    "solver: {{kind: {}, relative_tolerance: 1e-6}}\noutput: {{file: none}}\n",
+                    radius_mm, solver));
             const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
             ASSERT_EQ(outcome.status, 0) << radius_mm << solver << outcome.err;
             const nlohmann::json told = nlohmann::json::parse(text_of(folder / "told.json"));
-            EXPECT_LE(told.at("iterations").get<int>(), solver == std::string("live") ? 400 : 30) << radius_mm << solver;
+            EXPECT_LE(told.at("iterations").get<int>(), solver == std::string("live") ? 400 : 30)
+                << radius_mm << solver;
         }
 }
 
@@ -270,18 +320,23 @@ TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
 TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     const Folder folder;
     prepare_press(folder);
-    expect_refused(livetet(folder, "solve scene.yaml -pc_type nonsense"), {"PETSc's options", "-pc_type nonsense"});
-    for (const char* bad : {"-ksp_max_it -5", "-mg_levels_1_ksp_type nonsense", "-ksp_monitor ascii:/nonexist/f"})
-        expect_refused(livetet(folder, std::string("solve scene.yaml ") + bad), {"PETSc cannot do this"});
+    expect_refused(livetet(folder, "solve scene.yaml -pc_type nonsense"),
+                   {"PETSc's options", "-pc_type nonsense"});
+    for (const char* bad :
+         {"-ksp_max_it -5", "-mg_levels_1_ksp_type nonsense", "-ksp_monitor ascii:/nonexist/f"})
+        expect_refused(livetet(folder, std::string("solve scene.yaml ") + bad),
+                       {"PETSc cannot do this"});
     write_text(folder / "pipe", "exec 3> >(true)\nsleep 0.5\n\"$@\" >&3\n");
     EXPECT_EQ(livetet(folder, "solve scene.yaml -ksp_monitor", "bash pipe").status, 128 + SIGPIPE);
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
         EXPECT_EQ(entry.path().filename().string().find("part"), std::string::npos) << entry.path();
     for (const char* bad : {"pc_type jacobi", "-pc_type jacobi 3"}) {
         std::string scene = press;
-        scene.replace(scene.find("solver: {"), 9, fmt::format("solver: {{petsc_options: \"{}\", ", bad));
+        scene.replace(scene.find("solver: {"), 9,
+                      fmt::format("solver: {{petsc_options: \"{}\", ", bad));
         write_text(folder / "other.yaml", scene);
-        expect_refused(livetet(folder, "solve other.yaml"), {"solver.petsc_options", bad, "an option's name"});
+        expect_refused(livetet(folder, "solve other.yaml"),
+                       {"solver.petsc_options", bad, "an option's name"});
     }
     const auto outcome = livetet(folder, "solve scene.yaml -ksp_rtoll 1e-4 -ksp_max_it 500");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -293,9 +348,11 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
     prepare_press(folder);
     write_text(folder / "swing.yaml",
-               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
+               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, "
+               "density_kg_per_m3: 1000}]\nfix: "
                "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
-               "gravity_m_per_s2: [0, 0, -9.81]\ntime: {scheme: newmark, step_s: 0.005, duration_s: 0.1}\nsolver: "
+               "gravity_m_per_s2: [0, 0, -9.81]\ntime: {scheme: newmark, step_s: 0.005, "
+               "duration_s: 0.1}\nsolver: "
                "{newton_tolerance: 1e-6}\noutput: {file: swing.h5}\n");
     const auto outcome = livetet(folder, "solve swing.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -307,12 +364,15 @@ TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     for (std::size_t k = 0; k < 20; ++k)
         for (const Vector3& u : result.displacement(k)) least = std::min(least, u.z());
     write_text(folder / "droop.yaml",
-               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
-               "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -9.81]\noutput: {file: droop.h5}\n");
+               "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e5, poisson: 0.3, "
+               "density_kg_per_m3: 1000}]\nfix: "
+               "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -9.81]\noutput: "
+               "{file: droop.h5}\n");
     ASSERT_EQ(livetet(folder, "solve droop.yaml").status, 0);
     double droop = 0;
     for (const Vector3& u : last_displacement(folder / "droop.h5")) droop = std::min(droop, u.z());
-    // Timoshenko: q L^4 / (8 E I) + q L^2 / (2 k G A) = 5.9 mm; linear tets on this mesh are stiffer.
+    // Timoshenko: q L^4 / (8 E I) + q L^2 / (2 k G A) = 5.9 mm; linear tets on this mesh are
+    // stiffer.
     EXPECT_NEAR(droop, -0.0059, 0.0012);
     EXPECT_LT(least, 1.3 * droop);
     EXPECT_GT(least, 2.3 * droop);
@@ -322,7 +382,8 @@ TEST(Solve, ARankThatFailsTakesTheOthersDownWithItsMessage) {
     const Folder folder;
     prepare_press(folder);
     write_text(folder / "scene.yaml", press + "output: {file: nofolder/x.h5}\n");
-    const auto outcome = livetet(folder, "solve scene.yaml", "timeout 60 mpirun --oversubscribe -n 2");
+    const auto outcome =
+        livetet(folder, "solve scene.yaml", "timeout 60 mpirun --oversubscribe -n 2");
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     EXPECT_NE(outcome.err.find("no folder"), std::string::npos) << outcome.err;
 }
@@ -330,9 +391,10 @@ TEST(Solve, ARankThatFailsTakesTheOthersDownWithItsMessage) {
 TEST(Solve, ALinearSceneConvergesAtTheDefaults) {
     const Folder folder;
     prepare_press(folder);
-    write_text(folder / "linear.yaml",
-               "mesh: {file: block.h5}\nstrain: linear\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
-               "gravity_m_per_s2: [0, 0, -9.81]\n");
+    write_text(
+        folder / "linear.yaml",
+        "mesh: {file: block.h5}\nstrain: linear\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+        "gravity_m_per_s2: [0, 0, -9.81]\n");
     const auto outcome = livetet(folder, "solve linear.yaml");
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
 }
@@ -359,8 +421,8 @@ TEST(Explain, SaysWhatIsBuiltAndWhatIsLeftOut) {
     prepare_press(folder);
     const auto outcome = livetet(folder, "explain scene.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    for (const char* part :
-         {"leaves out  mass, velocities", "leaves out  tracker", "builds      rotations", "builds      coarse levels"})
+    for (const char* part : {"leaves out  mass, velocities", "leaves out  tracker",
+                             "builds      rotations", "builds      coarse levels"})
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
 }
 
@@ -377,8 +439,10 @@ std::string press_with(const std::string& key, const std::string& line) {
 TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
     const Folder folder;
     prepare_press(folder);
-    const std::string scene = press_with("materials", "materials: [{young_Pa: 5000, poisson: 0.4999}]") +
-                              "elements: P2\noutput: {fields: [stress, von_mises, strain_energy, volume_change, reactions]}\n";
+    const std::string scene =
+        press_with("materials", "materials: [{young_Pa: 5000, poisson: 0.4999}]") +
+        "elements: P2\noutput: {fields: [stress, von_mises, strain_energy, volume_change, "
+        "reactions]}\n";
     write_text(folder / "scene.yaml", scene);
     const auto one = livetet(folder, "solve scene.yaml --json one.json");
     ASSERT_EQ(one.status, 0) << one.err;
@@ -388,12 +452,14 @@ TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
     // Little volume is lost in the mean, though the patch is pressed by an eighth of the height.
     const auto change = result.field("volume_change", 0, 1);
     double lost = 0;
-    for (std::size_t e = 0; e < change.size(); ++e) lost += change[e] * signed_volume(mesh, mesh.tets[e]);
+    for (std::size_t e = 0; e < change.size(); ++e)
+        lost += change[e] * signed_volume(mesh, mesh.tets[e]);
     EXPECT_LT(std::abs(lost), 2e-3 * volume(mesh));
     // Forces balance, and the press is pushed back.
     const auto reactions = result.field("reactions", 0, 3);
     Vector3 sum = Vector3::Zero();
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) sum += Eigen::Map<const Vector3>(&reactions[3 * n]);
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        sum += Eigen::Map<const Vector3>(&reactions[3 * n]);
     const auto json = nlohmann::json::parse(text_of(folder / "one.json"));
     const double pushed = json["reactions_N"]["drive[0]"][2];
     EXPECT_LT(pushed, -0.1);
@@ -402,7 +468,8 @@ TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
     const auto stress = result.field("stress", 0, 9), mises = result.field("von_mises", 0, 1);
     const auto* s = &stress[9 * 100];
     EXPECT_NEAR(mises[100],
-                std::sqrt(0.5 * (std::pow(s[0] - s[4], 2) + std::pow(s[4] - s[8], 2) + std::pow(s[8] - s[0], 2)) +
+                std::sqrt(0.5 * (std::pow(s[0] - s[4], 2) + std::pow(s[4] - s[8], 2) +
+                                 std::pow(s[8] - s[0], 2)) +
                           3 * (s[1] * s[1] + s[2] * s[2] + s[5] * s[5])),
                 1e-6 * mises[100]);
     EXPECT_NE(text_of(folder / "result.xdmf").find("Tetrahedron_10"), std::string::npos);
@@ -417,28 +484,36 @@ TEST(Solve, TenNodesAndPressuresKeepTheVolumeOnOneRankAndTwo) {
 TEST(Solve, ASoftPatchPullsWithItsStiffnessAndATurnedOneTurns) {
     const Folder folder;
     prepare_press(folder);
-    write_text(folder / "scene.yaml",
-               press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [5, 0, 0], "
-                                   "stiffness_N_per_m: 30}]"));
+    write_text(
+        folder / "scene.yaml",
+        press_with("drive",
+                   "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [5, 0, 0], "
+                   "stiffness_N_per_m: 30}]"));
     ASSERT_EQ(livetet(folder, "solve scene.yaml --json soft.json").status, 0);
     const auto u = last_displacement(folder / "result.h5");
     const TetMesh mesh = ResultReader(folder / "result.h5").mesh();
     double mean = 0;
     const auto end = test::nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; });
     for (const std::int32_t n : end) mean += u[n].x() / static_cast<double>(end.size());
-    const double force = nlohmann::json::parse(text_of(folder / "soft.json"))["reactions_N"]["drive[0]"][0];
+    const double force =
+        nlohmann::json::parse(text_of(folder / "soft.json"))["reactions_N"]["drive[0]"][0];
     EXPECT_NEAR(force, 30 * (5e-3 - mean), 1e-9);
     EXPECT_GT(mean, 1e-4);
     EXPECT_LT(mean, 4e-3);
 
-    write_text(folder / "scene.yaml", press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], rotation_deg: "
-                                                          "[40, 0, 0], displacement_mm: [3, 0, 0]}]"));
+    write_text(folder / "scene.yaml",
+               press_with("drive",
+                          "drive: [{box_mm: [199, -1, -1, 201, 101, 101], rotation_deg: "
+                          "[40, 0, 0], displacement_mm: [3, 0, 0]}]"));
     ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
     const auto turned = last_displacement(folder / "result.h5");
-    const Eigen::Matrix3d R = Eigen::AngleAxisd(40 * M_PI / 180, Vector3::UnitX()).toRotationMatrix();
+    const Eigen::Matrix3d R =
+        Eigen::AngleAxisd(40 * M_PI / 180, Vector3::UnitX()).toRotationMatrix();
     const Vector3 centre(0.2, 0.05, 0.05);
     for (const std::int32_t n : end)
-        EXPECT_LT((mesh.nodes[n] + turned[n] - (centre + R * (mesh.nodes[n] - centre) + Vector3(0.003, 0, 0))).norm(),
+        EXPECT_LT((mesh.nodes[n] + turned[n] -
+                   (centre + R * (mesh.nodes[n] - centre) + Vector3(0.003, 0, 0)))
+                      .norm(),
                   1e-12);
 }
 
@@ -447,8 +522,10 @@ TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
     prepare_press(folder);
     const auto swing = [&](const std::string& time) {
         write_text(folder / "swing.yaml",
-                   "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e4, poisson: 0.3, density_kg_per_m3: 1000}]\nfix: "
-                   "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -3]\nsolver: {newton_tolerance: "
+                   "mesh: {file: block.h5}\nmaterials: [{young_Pa: 5e4, poisson: 0.3, "
+                   "density_kg_per_m3: 1000}]\nfix: "
+                   "[{half_space_mm: [1, 0, 0, 1, 0, 0]}]\ngravity_m_per_s2: [0, 0, -3]\nsolver: "
+                   "{newton_tolerance: "
                    "1e-8, relative_tolerance: 1e-5}\ntime: {duration_s: 0.3, " +
                        time + "}\n");
         const auto outcome = livetet(folder, "solve swing.yaml --json swing.json");
@@ -458,9 +535,11 @@ TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
     const auto reference = swing("scheme: newmark, step_s: 5e-4");
     double last = 1;
     for (const double tolerance : {0.1, 0.01}) {
-        const auto u = swing("scheme: newmark, step_s: 0.01, adaptive_tolerance_mm: " + std::to_string(tolerance));
+        const auto u = swing("scheme: newmark, step_s: 0.01, adaptive_tolerance_mm: " +
+                             std::to_string(tolerance));
         double error = 0;
-        for (std::size_t n = 0; n < u.size(); ++n) error = std::max(error, (u[n] - reference[n]).norm());
+        for (std::size_t n = 0; n < u.size(); ++n)
+            error = std::max(error, (u[n] - reference[n]).norm());
         EXPECT_LT(error, 0.5 * last) << tolerance;
         last = error;
         const auto json = nlohmann::json::parse(text_of(folder / "swing.json"));
@@ -471,7 +550,8 @@ TEST(Solve, AdaptiveStepsFollowTheirTolerance) {
     EXPECT_LT(last, 1e-3);
     const auto alpha = swing("scheme: generalized_alpha, step_s: 2e-3, rho_inf: 0.9");
     double error = 0;
-    for (std::size_t n = 0; n < alpha.size(); ++n) error = std::max(error, (alpha[n] - reference[n]).norm());
+    for (std::size_t n = 0; n < alpha.size(); ++n)
+        error = std::max(error, (alpha[n] - reference[n]).norm());
     EXPECT_LT(error, 1e-3);
 }
 
@@ -479,12 +559,16 @@ TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
     const Folder folder;
     prepare_press(folder);
     // Green's strain collapses in compression beyond 1 / sqrt 3.
-    write_text(folder / "scene.yaml",
-               press_with("drive", "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [-190, 0, 0]}]") +
-                   "strain: green\ntime: {load_steps: 8}\n");
+    write_text(
+        folder / "scene.yaml",
+        press_with(
+            "drive",
+            "drive: [{box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [-190, 0, 0]}]") +
+            "strain: green\ntime: {load_steps: 8}\n");
     const auto outcome = livetet(folder, "solve scene.yaml --json failed.json");
     EXPECT_EQ(outcome.status, 3) << outcome.err;
-    EXPECT_NE(outcome.err.find("no equilibrium was found beyond"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no equilibrium was found beyond"), std::string::npos)
+        << outcome.err;
     const auto json = nlohmann::json::parse(text_of(folder / "failed.json"));
     const double share = json["share"];
     EXPECT_GT(share, 0);
@@ -497,24 +581,30 @@ TEST(Solve, AStaticSolveThatFindsNoEquilibriumKeepsTheLastOneAndExits3) {
 TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
     const Folder folder;
     prepare_press(folder);
-    const std::string scene = "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
-                              "solver: {kind: direct}\n";
-    write_text(folder / "steel.yaml", scene + "materials: [{young_Pa: 2.1e11, poisson: 0.3}]\n"
-                                              "loads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [1000, 0, 0]}]\n");
+    const std::string scene =
+        "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n"
+        "solver: {kind: direct}\n";
+    write_text(folder / "steel.yaml",
+               scene +
+                   "materials: [{young_Pa: 2.1e11, poisson: 0.3}]\n"
+                   "loads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [1000, 0, 0]}]\n");
     const auto steel = livetet(folder, "solve steel.yaml --json steel.json");
     ASSERT_EQ(steel.status, 0) << steel.err;
-    const auto forces = nlohmann::json::parse(text_of(folder / "steel.json"))["reactions_N"]["fix[0]"];
+    const auto forces =
+        nlohmann::json::parse(text_of(folder / "steel.json"))["reactions_N"]["fix[0]"];
     EXPECT_NEAR(forces[0].get<double>(), -10, 1e-3);
 
     int linearisations[2] = {0, 0};
     for (const bool mixed : {false, true}) {
-        write_text(folder / "bend.yaml",
-                   scene + "materials: [{young_Pa: 1e4, poisson: 0.4}]\nformulation: " +
-                       (mixed ? "mixed" : "displacement") +
-                       "\nloads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [0, 0, -200]}]\n");
+        write_text(
+            folder / "bend.yaml",
+            scene + "materials: [{young_Pa: 1e4, poisson: 0.4}]\nformulation: " +
+                (mixed ? "mixed" : "displacement") +
+                "\nloads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [0, 0, -200]}]\n");
         const auto bend = livetet(folder, "solve bend.yaml --json bend.json");
         ASSERT_EQ(bend.status, 0) << bend.err;
-        linearisations[mixed] = nlohmann::json::parse(text_of(folder / "bend.json"))["linearisations"];
+        linearisations[mixed] =
+            nlohmann::json::parse(text_of(folder / "bend.json"))["linearisations"];
     }
     EXPECT_LE(linearisations[1], 2 * linearisations[0] + 4);
 }
@@ -522,20 +612,25 @@ TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
 TEST(Solve, EachSetIsToldItsOwnForce) {
     const Folder folder;
     prepare_press(folder);
-    write_text(folder / "two.yaml",
-               press_with("drive", "drive:\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [1, 0, 0], "
-                                   "stiffness_N_per_m: 100}\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: "
-                                   "[3, 0, 0], stiffness_N_per_m: 100}"));
+    write_text(
+        folder / "two.yaml",
+        press_with(
+            "drive",
+            "drive:\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: [1, 0, 0], "
+            "stiffness_N_per_m: 100}\n- {box_mm: [199, -1, -1, 201, 101, 101], displacement_mm: "
+            "[3, 0, 0], stiffness_N_per_m: 100}"));
     ASSERT_EQ(livetet(folder, "solve two.yaml --json two.json").status, 0);
     const auto forces = nlohmann::json::parse(text_of(folder / "two.json"))["reactions_N"];
-    const double first = forces["drive[0]"][0], second = forces["drive[1]"][0], held = forces["fix[0]"][0];
+    const double first = forces["drive[0]"][0], second = forces["drive[1]"][0],
+                 held = forces["fix[0]"][0];
     EXPECT_NEAR(second - first, 100 * 2e-3, 1e-9);
     EXPECT_NEAR(first + second + held, 0, 1e-6);
 }
 
 std::vector<std::string> files_in(const Folder& folder) {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) names.push_back(entry.path().filename());
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        names.push_back(entry.path().filename());
     std::sort(names.begin(), names.end());
     return names;
 }
@@ -552,7 +647,9 @@ TEST(Solve, WithoutAFileNothingIsWritten) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("no result (output.file: none)"), std::string::npos) << outcome.out;
     EXPECT_EQ(files_in(folder), before);
-    write_text(folder / "scene.yaml", scene + "time: {scheme: euler, step_s: 0.1, duration_s: 0.2}\noutput: {file: none, checkpoint_every: 1}\n");
+    write_text(folder / "scene.yaml", scene +
+                                          "time: {scheme: euler, step_s: 0.1, duration_s: "
+                                          "0.2}\noutput: {file: none, checkpoint_every: 1}\n");
     test::expect_refused(livetet(folder, "solve scene.yaml"), {"output.file = none"});
 }
 
@@ -567,18 +664,22 @@ TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
         const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
         for (const auto& part : told.at("profile")) {
             parts[part.at("part")] = part;
-            EXPECT_NE(outcome.out.find("\n" + part.at("part").get<std::string>() + " "), std::string::npos) << outcome.out;
+            EXPECT_NE(outcome.out.find("\n" + part.at("part").get<std::string>() + " "),
+                      std::string::npos)
+                << outcome.out;
         }
         return parts;
     };
     const auto linear = profile("strain: linear\ntime: {load_steps: 4}\n");
-    for (const char* part : {"rotations", "mass", "velocities", "pressures"}) EXPECT_FALSE(linear.at(part).at("built")) << part;
+    for (const char* part : {"rotations", "mass", "velocities", "pressures"})
+        EXPECT_FALSE(linear.at(part).at("built")) << part;
     EXPECT_EQ(linear.at("rotations").at("times"), 0);
     EXPECT_EQ(linear.at("operators").at("times"), 1) << "four load steps, one operator";
     EXPECT_EQ(linear.at("preconditioner").at("times"), 1);
     EXPECT_GT(linear.at("linear solves").at("times"), 4);
     EXPECT_GT(linear.at("elements").at("bytes"), 1e5);
-    const auto moving = profile("formulation: mixed\ntime: {scheme: newmark, step_s: 0.1, duration_s: 0.2}\n");
+    const auto moving =
+        profile("formulation: mixed\ntime: {scheme: newmark, step_s: 0.1, duration_s: 0.2}\n");
     for (const char* part : {"rotations", "mass", "velocities", "pressures", "coarse levels"}) {
         EXPECT_TRUE(moving.at(part).at("built")) << part;
         EXPECT_GT(moving.at(part).at("bytes"), 1000) << part;
@@ -586,14 +687,17 @@ TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
     EXPECT_GT(moving.at("operators").at("times"), 2);
 }
 
-/// A step that Newton's linearisations do not suffice for is taken in parts, and the run goes on from there.
+/// A step that Newton's linearisations do not suffice for is taken in parts, and the run goes on
+/// from there.
 TEST(Solve, ADynamicStepThatDoesNotConvergeIsTakenInParts) {
     const Folder folder;
     prepare_press(folder);
     std::string scene = press;
-    scene.replace(scene.find("displacement_mm: [0, 2, -12]"), 28, "displacement_mm: [0, 5, -40], ramp_s: 0.2");
+    scene.replace(scene.find("displacement_mm: [0, 2, -12]"), 28,
+                  "displacement_mm: [0, 5, -40], ramp_s: 0.2");
     scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 4, ");
-    write_text(folder / "scene.yaml", scene + "time: {scheme: euler, step_s: 0.1, duration_s: 0.2}\n");
+    write_text(folder / "scene.yaml",
+               scene + "time: {scheme: euler, step_s: 0.1, duration_s: 0.2}\n");
     const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
@@ -609,7 +713,8 @@ TEST(Solve, ADynamicStepThatDoesNotConvergeIsTakenInParts) {
     }
     EXPECT_GT(refused, 0) << "else this test shows nothing";
     EXPECT_NEAR(time, 0.2, 1e-12);
-    EXPECT_EQ(ResultReader(folder / "result.h5").frame_count(), 2u) << "parts of a step are no frames";
+    EXPECT_EQ(ResultReader(folder / "result.h5").frame_count(), 2u)
+        << "parts of a step are no frames";
 }
 
 }  // namespace

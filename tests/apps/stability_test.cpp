@@ -1,4 +1,5 @@
-// The trials of `livetet bench stability`, and what judges them. Time is not: no frame here has a deadline to miss.
+// The trials of `livetet bench stability`, and what judges them. Time is not: no frame here has a
+// deadline to miss.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,10 @@ using test::livetet;
 using test::text_of;
 
 json cells_of(const Folder& folder, const std::string& options, int status = 0) {
-    const auto outcome = livetet(folder, "bench stability --cells 2 --noise-frames 1000 --budget 1e6 --json s.json --csv s.csv " + options);
+    const auto outcome = livetet(
+        folder,
+        "bench stability --cells 2 --noise-frames 1000 --budget 1e6 --json s.json --csv s.csv " +
+            options);
     EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
     return json::parse(text_of(folder / "s.json"));
 }
@@ -41,11 +45,13 @@ TEST(Stability, ABodyThatNothingHoldsInARotationIsRefusedWhereItIsStatic) {
     for (const json& c : cells_of(folder, "--only \"a line\"")) {
         const bool is_static = c.at("scheme") == "static";
         EXPECT_EQ(c.at("verdict"), is_static ? "refused" : "pass") << c.dump();
-        EXPECT_EQ(c.at("reason").get<std::string>().find("rotation about") != std::string::npos, is_static);
+        EXPECT_EQ(c.at("reason").get<std::string>().find("rotation about") != std::string::npos,
+                  is_static);
     }
 }
 
-/// The rules can be broken: Green's strain does not come back from inside out, and the cell says which rule, and why.
+/// The rules can be broken: Green's strain does not come back from inside out, and the cell says
+/// which rule, and why.
 TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
     const Folder folder;
     int failed = 0;
@@ -56,7 +62,9 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
         if (c.at("strain") != "green") continue;
         EXPECT_EQ(c.at("verdict"), "fail") << c.dump();
         const std::string reason = c.at("reason");
-        EXPECT_TRUE(reason.starts_with("rest:") || reason.starts_with("energy:") || reason.starts_with("solved:")) << reason;
+        EXPECT_TRUE(reason.starts_with("rest:") || reason.starts_with("energy:") ||
+                    reason.starts_with("solved:"))
+            << reason;
         EXPECT_TRUE(c.at("known_limit").get<std::string>().starts_with("Green's strain"));
         ++failed;
     }
@@ -69,7 +77,8 @@ TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
         if (c.least_dihedral_deg == 0 && c.edge_ratio == 1) continue;
         const MeshQuality q = measure_quality(stability_mesh(c, 4).levels.front());
         if (c.least_dihedral_deg > 0) {
-            EXPECT_NEAR(q.min_dihedral_deg, c.least_dihedral_deg, 0.011 * c.least_dihedral_deg) << c.value;
+            EXPECT_NEAR(q.min_dihedral_deg, c.least_dihedral_deg, 0.011 * c.least_dihedral_deg)
+                << c.value;
         } else {
             EXPECT_NEAR(q.min_edge_m, 0.025 / c.edge_ratio, 1e-6 * q.min_edge_m) << c.value;
         }
@@ -79,8 +88,10 @@ TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
 
 TEST(Stability, ACaseThatThereIsNotIsRefused) {
     const Folder folder;
-    expect_refused(livetet(folder, "bench stability --only nothing"), {"--only nothing", "no case has this in its name"});
-    expect_refused(livetet(folder, "bench stability --column nothing"), {"--column nothing", "no column has this in its name", "generalized_alpha"});
+    expect_refused(livetet(folder, "bench stability --only nothing"),
+                   {"--only nothing", "no case has this in its name"});
+    expect_refused(livetet(folder, "bench stability --column nothing"),
+                   {"--column nothing", "no column has this in its name", "generalized_alpha"});
 }
 
 TEST(Stability, ColumnsCanBeChosen) {

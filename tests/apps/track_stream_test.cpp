@@ -28,7 +28,8 @@ using test::Tracked;
 
 constexpr double step_s = 0.02;
 
-/// A tracker server as PLUS is one, scripted: TRANSFORMs of version 2 with their status, fifty times a second.
+/// A tracker server as PLUS is one, scripted: TRANSFORMs of version 2 with their status, fifty
+/// times a second.
 class ScriptedPlus {
   public:
     explicit ScriptedPlus(const SimulatedTrackerOptions& tracker) : tracker_(tracker) {}
@@ -50,23 +51,28 @@ class ScriptedPlus {
         for (int i = 0; i < steps; ++i) {
             std::this_thread::sleep_until(start + std::chrono::duration<double>(i * step_s));
             time_s_ += step_s;
-            send("ReferenceToTracker", true_tracker_from_image(tracker_, time_s_) * tracker_.image_from_reference, "OK");
+            send("ReferenceToTracker",
+                 true_tracker_from_image(tracker_, time_s_) * tracker_.image_from_reference, "OK");
             send_sensor(static_cast<double>(i) / steps);
         }
     }
-    igtl::Message sensor(double depth, const Vector3& off = Vector3::Zero(), const char* status = "OK") const {
+    igtl::Message sensor(double depth, const Vector3& off = Vector3::Zero(),
+                         const char* status = "OK") const {
         auto image_from_sensor = tracker_.image_from_sensor_at_rest;
         image_from_sensor.translation += Vector3(0, 0, -depth) + off;
-        return message("SensorToTracker", true_tracker_from_image(tracker_, time_s_) * image_from_sensor, status);
+        return message("SensorToTracker",
+                       true_tracker_from_image(tracker_, time_s_) * image_from_sensor, status);
     }
     Peer& peer() { return *peer_; }
 
   private:
     template <class Frame>
-    igtl::Message message(const char* name, const RigidTransform<Tracker, Frame>& pose, const char* status) const {
+    igtl::Message message(const char* name, const RigidTransform<Tracker, Frame>& pose,
+                          const char* status) const {
         const bool valid = std::string(status) == "OK";
-        return with_metadata(igtl::transform_message(name, pose, now()),
-                             {{"TransformValid", valid ? "true" : "false"}, {"TransformStatus", status}});
+        return with_metadata(
+            igtl::transform_message(name, pose, now()),
+            {{"TransformValid", valid ? "true" : "false"}, {"TransformStatus", status}});
     }
     template <class Frame>
     void send(const char* name, const RigidTransform<Tracker, Frame>& pose, const char* status) {
@@ -98,7 +104,8 @@ struct Received {
                     texts.insert(status->text);
                 }
                 if (const auto* surface = std::get_if<igtl::PolyData>(&m.content))
-                    for (const float mm : surface->attributes.at(0).values) deepest_mm = std::max(deepest_mm, double(mm));
+                    for (const float mm : surface->attributes.at(0).values)
+                        deepest_mm = std::max(deepest_mm, double(mm));
             }
         } catch (const std::exception&) {  // the run has ended
         }
@@ -119,21 +126,28 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
     ScriptedPlus plus(t.tracker);
     t.set_source("openigtlink://127.0.0.1:" + std::to_string(plus.port()));
-    t.set_track("base_window_s: 0.5, hold_s: 0.5, release_s: 0.4, max_displacement_mm: 50, budget: 15 ms, "
-                "tools: [{tool: Probe}]");
+    t.set_track(
+        "base_window_s: 0.5, hold_s: 0.5, release_s: 0.4, max_displacement_mm: 50, budget: 15 ms, "
+        "tools: [{tool: Probe}]");
     auto run = std::async(std::launch::async, [&] {
         return test::livetet(t.folder, "track scene.yaml --publish 0", "echo $$ > pid.txt && exec");
     });
-    ASSERT_TRUE(eventually([&] { return served_port(t) > 0; })) << test::text_of(t.folder / "stderr.txt");
+    ASSERT_TRUE(eventually([&] { return served_port(t) > 0; }))
+        << test::text_of(t.folder / "stderr.txt");
     plus.accept();
     const Peer never_reads = connect_to(served_port(t));
     Received received;
-    auto reading = std::async(std::launch::async, [&] { received.read(connect_to(served_port(t))); });
+    auto reading =
+        std::async(std::launch::async, [&] { received.read(connect_to(served_port(t))); });
 
-    const auto held = [&](double depth) { return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); }; };
+    const auto held = [&](double depth) {
+        return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); };
+    };
     std::map<std::string, double> at;  // when each part begins
     const auto begins = [&](const char* part) { at[part] = plus.now(); };
-    plus.run(0.8, [&](double) { plus.peer().send(plus.sensor(0, {0, 0, 0.1})); });  // not on the organ yet
+    plus.run(0.8, [&](double) {
+        plus.peer().send(plus.sensor(0, {0, 0, 0.1}));
+    });  // not on the organ yet
     plus.run(2, held(0));
     begins("press");
     plus.run(0.6, [&](double share) { plus.peer().send(plus.sensor(0.01 * share)); });
@@ -172,7 +186,8 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     plus.run(1.5, held(0.01));
     begins("end");
     plus.run(0.3, held(0.01));
-    ASSERT_EQ(::kill(std::stoi(test::text_of(t.folder / "pid.txt")), SIGINT), 0) << "Ctrl-C ends it";
+    ASSERT_EQ(::kill(std::stoi(test::text_of(t.folder / "pid.txt")), SIGINT), 0)
+        << "Ctrl-C ends it";
     try {
         for (;;) plus.run(0.1, held(0.01));
     } catch (const std::exception&) {  // it has ended
@@ -180,7 +195,8 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     const test::Outcome outcome = run.get();
     reading.wait();
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("no Probe yet; what comes: ReferenceToTracker, SensorToTracker"), std::string::npos)
+    EXPECT_NE(outcome.err.find("no Probe yet; what comes: ReferenceToTracker, SensorToTracker"),
+              std::string::npos)
         << outcome.err;
 
     const ResultReader result(t.folder / "result.h5");
@@ -190,12 +206,14 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     std::map<std::string, int> frames;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k], now = largest(result.displacement(k));
-        EXPECT_LT(now, 0.013) << "never farther than it was pressed, at " << time - at["press"] << " s";
+        EXPECT_LT(now, 0.013) << "never farther than it was pressed, at " << time - at["press"]
+                              << " s";
         std::string part = "start";
         for (const auto& [name, begin] : at)
             if (begin <= time && (part == "start" || begin > at[part])) part = name;
         const std::vector<double> sensors = result.values("sensors", k, 6);
-        seen[part].insert(static_cast<Status>(std::max_element(sensors.begin(), sensors.end()) - sensors.begin()));
+        seen[part].insert(static_cast<Status>(std::max_element(sensors.begin(), sensors.end()) -
+                                              sensors.begin()));
         ++frames[part];
         if (!least.count(part)) least[part] = 1;
         least[part] = std::min(least[part], now);
@@ -207,7 +225,8 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     EXPECT_GT(least["not a number"], 0.008) << "what is not a number, or has a wrong CRC, holds";
     EXPECT_TRUE(seen["not a number"].count(holding));
     EXPECT_GT(least["jump"], 0.008) << "one sample far off is not believed";
-    EXPECT_TRUE(seen["far away"].count(holding) && seen["far away"].count(releasing) && seen["far away"].count(released));
+    EXPECT_TRUE(seen["far away"].count(holding) && seen["far away"].count(releasing) &&
+                seen["far away"].count(released));
     EXPECT_LT(least["back"], 0.004) << "let go, it went home";
     EXPECT_TRUE(seen["back"].count(returning) && seen["back"].count(following));
     EXPECT_TRUE(seen["out of volume"].count(holding));
@@ -225,8 +244,9 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     EXPECT_TRUE(received.statuses.count(1) && received.statuses.count(7));
     std::string texts;
     for (const std::string& text : received.texts) texts += text + "\n";
-    for (const char* text : {"Sensor holding (not a pose)", "Sensor released (too far)", "Sensor holding (out of volume)",
-                             "Sensor released (stale)", "registration valid; Sensor following\n"})
+    for (const char* text : {"Sensor holding (not a pose)", "Sensor released (too far)",
+                             "Sensor holding (out of volume)", "Sensor released (stale)",
+                             "registration valid; Sensor following\n"})
         EXPECT_NE(texts.find(text), std::string::npos) << text << " is not in\n" << texts;
     EXPECT_TRUE(received.texts.count("registration valid; Sensor 100 mm off the organ"));
     EXPECT_NEAR(received.deepest_mm, 10, 1);
@@ -241,10 +261,13 @@ TEST(TrackStream, AServerThatComesLateAndFallsSilentIsFollowedAndLeftGently) {
     ScriptedPlus plus(t.tracker);
     t.set_source("openigtlink://127.0.0.1:" + std::to_string(plus.port()));
     t.set_track("base_window_s: 0.5, hold_s: 0.5, release_s: 1, budget: 15 ms");
-    auto run = std::async(std::launch::async, [&] { return test::livetet(t.folder, "track scene.yaml --for 8"); });
+    auto run = std::async(std::launch::async,
+                          [&] { return test::livetet(t.folder, "track scene.yaml --for 8"); });
     std::this_thread::sleep_for(std::chrono::milliseconds(2000));
     plus.accept();
-    const auto held = [&](double depth) { return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); }; };
+    const auto held = [&](double depth) {
+        return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); };
+    };
     plus.run(1.5, held(0));
     plus.run(0.5, [&](double share) { plus.peer().send(plus.sensor(0.01 * share)); });
     plus.run(0.3, held(0.01));
@@ -263,31 +286,38 @@ TEST(TrackStream, AServerThatComesLateAndFallsSilentIsFollowedAndLeftGently) {
         if (times[k] <= last_s) continue;
         releasing += result.values("sensors", k, 6)[4] == 1;
         least_gap_s = std::min(least_gap_s, times[k] - last_s);
-        const double step = std::abs(largest(result.displacement(k)) - largest(result.displacement(k - 1)));
+        const double step =
+            std::abs(largest(result.displacement(k)) - largest(result.displacement(k - 1)));
         EXPECT_LT(step, 0.0025) << "no jump, " << times[k] - last_s << " s after the last sample";
     }
     EXPECT_GT(valid, 30u);
     EXPECT_LT(least_gap_s, 0.5) << "not only when the connection counts as silent";
     EXPECT_GT(releasing, 7u) << "its grip falls little by little";
-    EXPECT_NEAR(nlohmann::json::parse(result.text("run"))["interval_ms"].get<double>(), 1e3 * step_s, 10);
+    EXPECT_NEAR(nlohmann::json::parse(result.text("run"))["interval_ms"].get<double>(),
+                1e3 * step_s, 10);
 }
 
 TEST(TrackStream, WhereEveryNameIsWrongItSaysWhichComeAndEnds) {
     Tracked t;
     ListeningPeer server;
     t.set_source("openigtlink://127.0.0.1:" + std::to_string(server.port()));
-    auto run = std::async(std::launch::async, [&] { return test::livetet(t.folder, "track scene.yaml --for 3"); });
+    auto run = std::async(std::launch::async,
+                          [&] { return test::livetet(t.folder, "track scene.yaml --for 3"); });
     Peer peer = server.accept();
     try {
         for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20)))
-            peer.send(igtl::transform_message("StylusToTracker", RigidTransform<Tracker, Tool>{}, utc_seconds()));
+            peer.send(igtl::transform_message("StylusToTracker", RigidTransform<Tracker, Tool>{},
+                                              utc_seconds()));
     } catch (const std::exception&) {  // it has ended
     }
     const test::Outcome outcome = run.get();
     EXPECT_EQ(outcome.status, 2) << outcome.err;
-    EXPECT_NE(outcome.err.find("no pose of a tool came, nothing is kept"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no pose of a tool came, nothing is kept"), std::string::npos)
+        << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5"));
-    EXPECT_NE(outcome.err.find("no Reference, Sensor yet; what comes: StylusToTracker"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no Reference, Sensor yet; what comes: StylusToTracker"),
+              std::string::npos)
+        << outcome.err;
 }
 
 TEST(TrackStream, NeitherCtrlCTwiceNorATerminalThatIsGoneNorSigkillLosesTheResult) {
@@ -299,20 +329,24 @@ TEST(TrackStream, NeitherCtrlCTwiceNorATerminalThatIsGoneNorSigkillLosesTheResul
     t.set_source(server.url());
     for (const int signal : {SIGINT, SIGHUP, SIGKILL}) {
         test::Running run(t.folder, "track", {"track", "scene.yaml", "--publish", "0"});
-        ASSERT_TRUE(eventually([&] { return run.errors().find("127.0.0.1 port ") != std::string::npos; }));
+        ASSERT_TRUE(
+            eventually([&] { return run.errors().find("127.0.0.1 port ") != std::string::npos; }));
         std::this_thread::sleep_for(std::chrono::milliseconds(5000));
-        for (int i = 0; i < 20; ++i, std::this_thread::sleep_for(std::chrono::milliseconds(20))) run.send(signal);
+        for (int i = 0; i < 20; ++i, std::this_thread::sleep_for(std::chrono::milliseconds(20)))
+            run.send(signal);
         const test::Outcome outcome = run.wait();
         std::string result = "result.h5";
         if (signal == SIGKILL) {
             for (const auto& entry : std::filesystem::directory_iterator(t.folder.path()))
-                if (entry.path().filename().string().starts_with(".result.part")) result = entry.path().filename();
+                if (entry.path().filename().string().starts_with(".result.part"))
+                    result = entry.path().filename();
         } else {
             EXPECT_EQ(outcome.status, 0) << signal << outcome.err;
         }
         const auto report = test::livetet(t.folder, "report " + result);
         EXPECT_EQ(report.status, 0) << report.err;
-        EXPECT_EQ(report.out.find("the program was killed") != std::string::npos, signal == SIGKILL) << report.out;
+        EXPECT_EQ(report.out.find("the program was killed") != std::string::npos, signal == SIGKILL)
+            << report.out;
         EXPECT_GT(ResultReader(t.folder / result).frame_count(), 10u);
         std::filesystem::remove(t.folder / result);
     }
@@ -323,8 +357,9 @@ TEST(TrackStream, APortThatIsTakenIsSaidAndNothingIsLeft) {
     t.record();
     write_sequence(t.folder / "press.igs.mha", t.recording);
     const ListeningPeer other;
-    test::expect_refused(test::livetet(t.folder, "track scene.yaml --publish " + std::to_string(other.port())),
-                         {"cannot listen on 127.0.0.1 port " + std::to_string(other.port()), "free port"});
+    test::expect_refused(
+        test::livetet(t.folder, "track scene.yaml --publish " + std::to_string(other.port())),
+        {"cannot listen on 127.0.0.1 port " + std::to_string(other.port()), "free port"});
     EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5"));
 }
 

@@ -37,14 +37,16 @@ TEST(Track, MovingTheWholeOrganDeformsNothingAndTheSensorIsFollowed) {
                                          true_tracker_from_image(t.tracker, 0).translation)
                                             .norm());
         if (time < t.tracker.rest_s) {
-            ASSERT_LT(largest(result.displacement(k)), 1e-7) << "at " << time << " s nothing pressed yet";
+            ASSERT_LT(largest(result.displacement(k)), 1e-7)
+                << "at " << time << " s nothing pressed yet";
         }
         deepest = std::max(deepest, result.values("press_mm", k, 1)[0]);
         ASSERT_NEAR(result.values("press_mm", k, 1)[0], 1e3 * depth, 4) << "at " << time << " s";
     }
     EXPECT_GT(travelled, 0.03);
     EXPECT_NEAR(deepest, 15, 0.5);
-    EXPECT_LT(largest(result.displacement(result.frame_count() - 1)), 1e-3) << "released, it comes home";
+    EXPECT_LT(largest(result.displacement(result.frame_count() - 1)), 1e-3)
+        << "released, it comes home";
 }
 
 TEST(Track, WithATrackersNoiseAndNothingPressedItMovesNoMoreThanTheNoise) {
@@ -52,11 +54,13 @@ TEST(Track, WithATrackersNoiseAndNothingPressedItMovesNoMoreThanTheNoise) {
     t.tracker.press_depth = 0;
     t.record();
     const ResultReader result = t.run();
-    // The sensor in the image by two noisy poses: position errors of both, and the reference's turn over their
-    // distance.
-    const double lever =
-        (t.tracker.image_from_sensor_at_rest.translation - t.tracker.image_from_reference.translation).norm();
-    const double noise = std::sqrt(2 * std::pow(1.4e-3, 2) + 2.0 / 3 * std::pow(0.5 * M_PI / 180 * lever, 2));
+    // The sensor in the image by two noisy poses: position errors of both, and the reference's turn
+    // over their distance.
+    const double lever = (t.tracker.image_from_sensor_at_rest.translation -
+                          t.tracker.image_from_reference.translation)
+                             .norm();
+    const double noise =
+        std::sqrt(2 * std::pow(1.4e-3, 2) + 2.0 / 3 * std::pow(0.5 * M_PI / 180 * lever, 2));
     double squares = 0;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double moved = largest(result.displacement(k));
@@ -70,15 +74,18 @@ TEST(Track, WithATrackersNoiseAndNothingPressedItMovesNoMoreThanTheNoise) {
 TEST(Track, ALostOrMadSensorNeverMakesTheModelExplode) {
     Tracked t;
     t.record();
-    const std::size_t sensor = tool_index(t.recording, "Sensor"), reference = tool_index(t.recording, "Reference");
+    const std::size_t sensor = tool_index(t.recording, "Sensor"),
+                      reference = tool_index(t.recording, "Reference");
     const std::size_t samples = t.recording.samples.size();
     for (std::size_t k = samples / 3; k < samples / 3 + 12; ++k)
         t.recording.samples[k].poses[sensor].status = PoseStatus::missing;
-    t.recording.samples[samples / 2].poses[sensor].translation += Vector3(0.3, 0, 0);  // one jump of 300 mm
+    t.recording.samples[samples / 2].poses[sensor].translation +=
+        Vector3(0.3, 0, 0);  // one jump of 300 mm
     for (std::size_t k = samples / 2 + 5; k < samples / 2 + 8; ++k)
         t.recording.samples[k].poses[reference].status = PoseStatus::invalid;
     const ResultReader result = t.run();
-    for (std::size_t k = 0; k < result.frame_count(); ++k) ASSERT_LT(largest(result.displacement(k)), 0.03);
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        ASSERT_LT(largest(result.displacement(k)), 0.03);
 }
 
 TEST(Track, AtTheRecordingsOwnPaceEachSampleIsAFrameOrMissed) {
@@ -89,7 +96,8 @@ TEST(Track, AtTheRecordingsOwnPaceEachSampleIsAFrameOrMissed) {
     const ResultReader result = t.run("--json report.json");
     const auto run = nlohmann::json::parse(result.text("run"));
     EXPECT_EQ(run["samples"].get<std::size_t>(), t.recording.samples.size());
-    EXPECT_EQ(run["frames"].get<std::size_t>() + run["missed"].get<std::size_t>(), t.recording.samples.size());
+    EXPECT_EQ(run["frames"].get<std::size_t>() + run["missed"].get<std::size_t>(),
+              t.recording.samples.size());
     EXPECT_GT(result.frame_count(), 5u);
     EXPECT_TRUE(std::filesystem::exists(t.folder / "report.json"));
 }
@@ -120,7 +128,8 @@ TEST(Track, ASensorThatIsNotOnTheOrganIsRefused) {
     t.tracker.image_from_sensor_at_rest.translation = {0.1, 0.05, 0.2};
     t.record();
     write_sequence(t.folder / "press.igs.mha", t.recording);
-    test::expect_refused(livetet(t.folder, "track scene.yaml --every-sample"), {"Sensor", "off the organ's surface"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml --every-sample"),
+                         {"Sensor", "off the organ's surface"});
     EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5"));
 }
 
@@ -170,20 +179,23 @@ TEST(Track, EachSensorMovesItsOwnPatchAndASoftOneLess) {
     RigidTransform<ImageFrame, Sensor> image_from_second;
     image_from_second.translation = {0.15, 0.05, 0.1};
     for (TrackerSample& s : t.recording.samples)
-        s.poses.push_back(pose_of(true_tracker_from_image(t.tracker, s.time_s) * image_from_second));
+        s.poses.push_back(
+            pose_of(true_tracker_from_image(t.tracker, s.time_s) * image_from_second));
     const double deepest_s = t.tracker.rest_s + t.tracker.ramp_s + 0.5 * t.tracker.hold_s;
     const auto moved = [&](const std::string& sensors, const Vector3& place) {
         t.set_track("sensors: [" + sensors + "]");
         const ResultReader result = t.run();
         const auto& times = result.times_s();
-        const auto k = static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), deepest_s) - times.begin());
+        const auto k = static_cast<std::size_t>(
+            std::lower_bound(times.begin(), times.end(), deepest_s) - times.begin());
         const Vector3 places[] = {place};
         return interpolate(map_into(result.mesh(), places), 0, result.displacement(k)).norm();
     };
     const Vector3 first(0.1, 0.05, 0.1), second = image_from_second.translation;
     const double alone = moved("{tool: Sensor}", second);
     EXPECT_GT(alone, 5e-4) << "pressed 50 mm away it goes along, else this test shows nothing";
-    EXPECT_LT(moved("{tool: Sensor}, {tool: Second}", second), 0.01 * alone) << "a sensor that stays holds its patch";
+    EXPECT_LT(moved("{tool: Sensor}, {tool: Second}", second), 0.01 * alone)
+        << "a sensor that stays holds its patch";
     const double hard = moved("{tool: Sensor}", first);
     EXPECT_NEAR(hard, 0.015, 1e-4);
     const double soft = moved("{tool: Sensor, stiffness_N_per_m: 50}", first);
@@ -193,7 +205,8 @@ TEST(Track, EachSensorMovesItsOwnPatchAndASoftOneLess) {
     EXPECT_GT(stiff, 0.95 * hard);
     EXPECT_LT(stiff, hard);
     // Where patches overlap, the mean: the first goes 15 mm, the second stays.
-    const double between = moved("{tool: Sensor, patch_radius_mm: 55}, {tool: Second, patch_radius_mm: 10}", second);
+    const double between =
+        moved("{tool: Sensor, patch_radius_mm: 55}, {tool: Second, patch_radius_mm: 10}", second);
     EXPECT_NEAR(between, 0.0075, 1e-4);
 }
 
@@ -205,15 +218,21 @@ TEST(Track, AReplayGivesTheSameFramesToTheBitAndSaysWhereNot) {
     auto outcome = livetet(t.folder, "track --replay result.h5");
     const std::string all = std::to_string(ResultReader(t.folder / "result.h5").frame_count());
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
-    EXPECT_NE(outcome.out.find(all + " of " + all + " frames are the same to the bit"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(all + " of " + all + " frames are the same to the bit"),
+              std::string::npos)
+        << outcome.out;
 
     const TetMesh finest = test::block({12, 6, 6}, {0.2, 0.1, 0.1});
-    write_hierarchy(t.folder / "block.h5", make_hierarchy({finest, test::block({5, 3, 3}, {0.2, 0.1, 0.1})}, "other levels"));
+    write_hierarchy(
+        t.folder / "block.h5",
+        make_hierarchy({finest, test::block({5, 3, 3}, {0.2, 0.1, 0.1})}, "other levels"));
     outcome = livetet(t.folder, "track --replay result.h5");
     EXPECT_EQ(outcome.status, 3) << "another preconditioner, other bits: " << outcome.out;
     EXPECT_NE(outcome.out.find("the first other one is frame"), std::string::npos) << outcome.out;
-    write_hierarchy(t.folder / "block.h5", make_hierarchy({test::block({11, 6, 6}, {0.2, 0.1, 0.1})}, "another mesh"));
-    test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "block.h5", "not the mesh"});
+    write_hierarchy(t.folder / "block.h5",
+                    make_hierarchy({test::block({11, 6, 6}, {0.2, 0.1, 0.1})}, "another mesh"));
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"),
+                         {"result.h5", "block.h5", "not the mesh"});
 }
 
 TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
@@ -227,23 +246,28 @@ TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
         write_text_file(t.folder / "scene.yaml", scene);
     };
     t.set_track("sensors: [{tool: Sensor}]");
-    std::thread editor([&] {  // by the recording's own clock, which starts when the program does, about
-        const auto after = [](double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); };
-        after(t.tracker.rest_s + t.tracker.ramp_s + 1);
-        edit("{tool: Sensor}", "{tool: Sensor, no_such_key: 1}");
-        after(1);
-        edit("[{tool: Sensor, no_such_key: 1}]", "[]");
-        after(2.5);
-        edit("fix: [", "fix: [{half_space_mm: [0, 0, 99, 0, 0, -1]}, ");
-    });
+    std::thread editor(
+        [&] {  // by the recording's own clock, which starts when the program does, about
+            const auto after = [](double seconds) {
+                std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+            };
+            after(t.tracker.rest_s + t.tracker.ramp_s + 1);
+            edit("{tool: Sensor}", "{tool: Sensor, no_such_key: 1}");
+            after(1);
+            edit("[{tool: Sensor, no_such_key: 1}]", "[]");
+            after(2.5);
+            edit("fix: [", "fix: [{half_space_mm: [0, 0, 99, 0, 0, -1]}, ");
+        });
     const ResultReader result = t.run("");
     editor.join();
     const std::string said = test::text_of(t.folder / "stderr.txt");
     EXPECT_NE(said.find("no_such_key"), std::string::npos) << said;
     const auto events = nlohmann::json::parse(result.text("replay"))["events"];
     ASSERT_EQ(events.size(), 2u) << said;
-    const auto removed = events[0]["frame"].get<std::size_t>(), fixed = events[1]["frame"].get<std::size_t>();
-    EXPECT_NEAR(largest(result.displacement(removed - 1)), 0.015, 1e-3) << "what is wrong in the file changes nothing";
+    const auto removed = events[0]["frame"].get<std::size_t>(),
+               fixed = events[1]["frame"].get<std::size_t>();
+    EXPECT_NEAR(largest(result.displacement(removed - 1)), 0.015, 1e-3)
+        << "what is wrong in the file changes nothing";
     EXPECT_LT(largest(result.displacement(fixed - 1)), 1e-3) << "removed, it is let go";
     const std::vector<Vector3> last = result.displacement(result.frame_count() - 1);
     for (std::size_t n = 0; n < last.size(); ++n)
@@ -263,16 +287,22 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     const auto outcome =
         livetet(t.folder, "track scene.yaml --every-sample", "trap '' XFSZ && ulimit -f 12288 &&");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"),
+              std::string::npos)
+        << outcome.err;
     const ResultReader result(t.folder / "result.h5");
     EXPECT_GT(result.frame_count(), 20u);
     const auto run = nlohmann::json::parse(result.text("run"));
     EXPECT_EQ(run["frames"].get<std::size_t>(), t.recording.samples.size()) << "tracked to its end";
-    EXPECT_EQ(run["not_kept"].get<std::size_t>(), t.recording.samples.size() - result.frame_count());
+    EXPECT_EQ(run["not_kept"].get<std::size_t>(),
+              t.recording.samples.size() - result.frame_count());
     EXPECT_NE(run["problem"].get<std::string>().find("no room"), std::string::npos);
-    EXPECT_NE(outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())), std::string::npos)
+    EXPECT_NE(
+        outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())),
+        std::string::npos)
         << outcome.err;
-    test::expect_refused(livetet(t.folder, "track --replay result.h5"), {"result.h5", "lacks", "expected all of them"});
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"),
+                         {"result.h5", "lacks", "expected all of them"});
 }
 
 TEST(Track, WhoReadsItsMessagesMayGo) {
@@ -289,23 +319,29 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     Tracked t;
     t.record();
     write_sequence(t.folder / "press.igs.mha", t.recording);
-    for (const char* source : {"openigtlink://", "openigtlink://host:0", "openigtlink://host:port", "openigtlink://host:70000",
-                               "http://localhost", "openigtlink://[::1"}) {
+    for (const char* source :
+         {"openigtlink://", "openigtlink://host:0", "openigtlink://host:port",
+          "openigtlink://host:70000", "http://localhost", "openigtlink://[::1"}) {
         t.set_source(source);
-        test::expect_refused(livetet(t.folder, "track scene.yaml"), {source, "openigtlink://host:port"});
+        test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                             {source, "openigtlink://host:port"});
     }
     t.set_source("press.igs.mha");
     t.set_track("sensors: [{tool: Sensor}, {tool: Sensor}]");
     test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor is named twice"});
     t.set_track("tools: [{tool: StylusTip}, {tool: Stylus, tip: stylus.json}]");
-    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.tools: Stylus", "StylusTipToRAS"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.tools: Stylus", "StylusTipToRAS"});
     t.set_track("smoothing_Hz: 0, ahead_ms: 40");
-    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"track.ahead_ms = 40", "smoothing_Hz = 0"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.ahead_ms = 40", "smoothing_Hz = 0"});
     write_tip(t.folder / "stylus.json", {"Stylus", {}, {}});
     t.set_track("tools: [{tool: Sensor, tip: stylus.json}]");
-    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"stylus.json", "is the tip of Stylus", "that of Sensor"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"stylus.json", "is the tip of Stylus", "that of Sensor"});
     t.set_track("");
-    test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"), {"--publish 70000", "65535"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"),
+                         {"--publish 70000", "65535"});
     test::expect_refused(livetet(t.folder, "track"), {"--replay"});
 }
 
@@ -313,14 +349,19 @@ TEST(Track, WithoutARecorderNoFileIsWritten) {
     Tracked t;
     t.record();
     write_sequence(t.folder / "press.igs.mha", t.recording);
-    const auto count = [&] { return std::distance(std::filesystem::directory_iterator(t.folder.path()), {}); };
-    write_text(t.folder / "scene.yaml", test::text_of(t.folder / "scene.yaml") + "\noutput: {file: none}\n");
+    const auto count = [&] {
+        return std::distance(std::filesystem::directory_iterator(t.folder.path()), {});
+    };
+    write_text(t.folder / "scene.yaml",
+               test::text_of(t.folder / "scene.yaml") + "\noutput: {file: none}\n");
     (void)livetet(t.folder, "scene");  // what the test itself keeps is there
     const auto before = count();
     const auto outcome = livetet(t.folder, "track scene.yaml --every-sample");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("nothing was recorded"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find(std::to_string(t.recording.samples.size()) + " frames"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(std::to_string(t.recording.samples.size()) + " frames"),
+              std::string::npos)
+        << outcome.out;
     EXPECT_EQ(count(), before);
 }
 

@@ -25,17 +25,20 @@ struct Tracked {
         tracker.image_from_reference.translation = {0.02, 0.1, 0.05};
         tracker.image_from_sensor_at_rest.translation = {0.1, 0.05, 0.1};
         tracker.press_direction = {0, 0, -1};
-        write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
-                                                             test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
-                                                             test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
-                                                            "a block"));
+        write_hierarchy(folder / "block.h5",
+                        make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
+                                        test::block({7, 4, 4}, {0.2, 0.1, 0.1}),
+                                        test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                       "a block"));
         FiducialRegistration registration;
         registration.reference_tool = "Reference";
         const auto reference_from_image = tracker.image_from_reference.inverse();
-        for (const Vector3& x : {Vector3(0, 0, 0), Vector3(0.2, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)})
+        for (const Vector3& x :
+             {Vector3(0, 0, 0), Vector3(0.2, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)})
             registration.fiducials.push_back({"F", x, x, reference_from_image * x, 0, 0});
         const auto& image_from_reference = tracker.image_from_reference;
-        registration.image_from_base = {1, image_from_reference.rotation, image_from_reference.translation};
+        registration.image_from_base = {1, image_from_reference.rotation,
+                                        image_from_reference.translation};
         write_registration(folder / "registration.json", registration);
         write_scene();
     }
@@ -62,7 +65,8 @@ struct Tracked {
         write_text(folder / "scene.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
                    "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
-                   "track: {source: \"" + source_ + "\", registration: registration.json" +
+                   "track: {source: \"" +
+                       source_ + "\", registration: registration.json" +
                        (track_.empty() ? "" : ", " + track_) + "}\n");
     }
     std::string source_ = "press.igs.mha", track_;

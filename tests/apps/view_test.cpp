@@ -13,7 +13,8 @@
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 
-// `livetet view` under a virtual X server. Kept pictures lie in tests/apps/view; LIVETET_KEEP_PICTURES=1 writes them anew.
+// `livetet view` under a virtual X server. Kept pictures lie in tests/apps/view;
+// LIVETET_KEEP_PICTURES=1 writes them anew.
 
 namespace livetet {
 namespace {
@@ -41,27 +42,36 @@ struct Picture {
         const auto* data = static_cast<unsigned char*>(reader->GetOutput()->GetScalarPointer());
         if (data) rgb.assign(data, data + 3 * width * height);
     }
-    const unsigned char* at(int x, int y) const { return &rgb[3 * (x + static_cast<std::size_t>(width) * y)]; }
+    const unsigned char* at(int x, int y) const {
+        return &rgb[3 * (x + static_cast<std::size_t>(width) * y)];
+    }
     /// The share of the pixels whose colours differ by more than this in some channel.
     /// `rows_left_out`: at the bottom.
     double share_differing(const Picture& other, int by, int rows_left_out = 0) const {
         if (rgb.size() != other.rgb.size() || rgb.empty()) return 1;
         std::size_t count = 0;
-        for (std::size_t p = 3 * static_cast<std::size_t>(width) * rows_left_out; p < rgb.size(); p += 3) {
+        for (std::size_t p = 3 * static_cast<std::size_t>(width) * rows_left_out; p < rgb.size();
+             p += 3) {
             int most = 0;
-            for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(rgb[p + c] - other.rgb[p + c]));
+            for (int c = 0; c < 3; ++c)
+                most = std::max(most, std::abs(rgb[p + c] - other.rgb[p + c]));
             count += most > by;
         }
         return 3.0 * static_cast<double>(count) / static_cast<double>(rgb.size());
     }
 };
 
-/// Another version of the renderer moves edges and letters by a pixel: four pixels in a thousand may be another (by more than
-/// 40 of 255). The press, slices at rest instead of deformed, or another colouring change more, which a test below holds.
-void expect_as_kept(const std::filesystem::path& written, const std::string& name, int rows_left_out = 0) {
+/// Another version of the renderer moves edges and letters by a pixel: four pixels in a thousand
+/// may be another (by more than 40 of 255). The press, slices at rest instead of deformed, or
+/// another colouring change more, which a test below holds.
+void expect_as_kept(const std::filesystem::path& written, const std::string& name,
+                    int rows_left_out = 0) {
     const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/view" / name;
-    if (std::getenv("LIVETET_KEEP_PICTURES")) std::filesystem::copy_file(written, kept, std::filesystem::copy_options::overwrite_existing);
-    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40, rows_left_out), 0.004) << written << " is not as " << kept;
+    if (std::getenv("LIVETET_KEEP_PICTURES"))
+        std::filesystem::copy_file(written, kept,
+                                   std::filesystem::copy_options::overwrite_existing);
+    EXPECT_LT(Picture(written).share_differing(Picture(kept), 40, rows_left_out), 0.004)
+        << written << " is not as " << kept;
 }
 
 /// Stripes across x and z, of 20 mm, about the block.
@@ -71,7 +81,8 @@ GreyImage striped_image() {
     image.ras_from_voxel.topRightCorner<3, 1>() = Vector3(-0.04, -0.04, -0.04);
     for (int k = 0; k < 45; ++k)
         for (int j = 0; j < 45; ++j)
-            for (int i = 0; i < 70; ++i) image.values.push_back(static_cast<float>(100 + 60 * ((i / 5 + k / 5) % 2) + j));
+            for (int i = 0; i < 70; ++i)
+                image.values.push_back(static_cast<float>(100 + 60 * ((i / 5 + k / 5) % 2) + j));
     return image;
 }
 
@@ -83,9 +94,11 @@ struct Viewed : Tracked {
         tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
         record();
     }
-    test::Outcome script(const std::string& text, const std::string& options = "", const std::string& input = "result.h5") const {
+    test::Outcome script(const std::string& text, const std::string& options = "",
+                         const std::string& input = "result.h5") const {
         test::write_text(folder / "script.txt", text);
-        return livetet(folder, "view " + input + " --script script.txt --size 640 400 " + options, with_display);
+        return livetet(folder, "view " + input + " --script script.txt --size 640 400 " + options,
+                       with_display);
     }
     /// What `tell` printed.
     static std::vector<json> told(const test::Outcome& outcome) {
@@ -97,18 +110,25 @@ struct Viewed : Tracked {
     }
 };
 
-double number(const json& list, int i) { return list.at(static_cast<std::size_t>(i)).get<double>(); }
+double number(const json& list, int i) {
+    return list.at(static_cast<std::size_t>(i)).get<double>();
+}
 
 TEST(View, ARecordedPressLooksAsKept) {
     Viewed viewed;
     const std::size_t frames = viewed.run().frame_count();
-    const auto outcome = viewed.script("frame 1\nscreenshot rest.png\ntime 4.8\ntell\nscreenshot pressed.png\nslices rest\nscreenshot image.png\n"
-                                       "slices deformed\nvolume on\nscreenshot volume.png\n", "--off-screen");
+    const auto outcome = viewed.script(
+        "frame 1\nscreenshot rest.png\ntime 4.8\ntell\nscreenshot pressed.png\nslices "
+        "rest\nscreenshot image.png\n"
+        "slices deformed\nvolume on\nscreenshot volume.png\n",
+        "--off-screen");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err.find("left out"), std::string::npos) << outcome.err;
     EXPECT_GT(frames, 50u);
-    for (const char* name : {"rest.png", "pressed.png", "image.png", "volume.png"}) expect_as_kept(viewed.folder / name, name);
-    const Picture rest(viewed.folder / "rest.png"), pressed(viewed.folder / "pressed.png"), image(viewed.folder / "image.png");
+    for (const char* name : {"rest.png", "pressed.png", "image.png", "volume.png"})
+        expect_as_kept(viewed.folder / name, name);
+    const Picture rest(viewed.folder / "rest.png"), pressed(viewed.folder / "pressed.png"),
+        image(viewed.folder / "image.png");
     EXPECT_GT(rest.share_differing(pressed, 40), 0.008);
     EXPECT_GT(image.share_differing(pressed, 40), 0.006);
     // The press, and what the sensor did, are the tracker's.
@@ -124,19 +144,22 @@ TEST(View, PlayMouseAndKeysInAWindow) {
     Viewed viewed;
     (void)viewed.run();
     // The axial slice's middle is at 0.83 of the width, 0.845 of the height.
-    const auto outcome = viewed.script("tell\nplay 1.5\ntell\ndrag left 531 338 541 338\ntell\ndrag right 531 338 571 338\ntell\n"
-                                       "key d\ntell\ndrag left 320 23 320 23\ntell\nkey Right\ntell\ndrag left 200 200 260 220\nscreenshot turned.png\n");
+    const auto outcome = viewed.script(
+        "tell\nplay 1.5\ntell\ndrag left 531 338 541 338\ntell\ndrag right 531 338 571 338\ntell\n"
+        "key d\ntell\ndrag left 320 23 320 23\ntell\nkey Right\ntell\ndrag left 200 200 260 "
+        "220\nscreenshot turned.png\n");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::vector<json> told = Viewed::told(outcome);
     ASSERT_EQ(told.size(), 7u);
     const double played = told[1].at("time_s").get<double>() - told[0].at("time_s").get<double>();
     EXPECT_GT(played, 0.5);  // a slow machine leaves frames out, but not time
     EXPECT_LT(played, 1.6);
-    // The image is 280 mm wide about x = 98 mm, its 180 mm fill the slice's 123 pixels: 9.2 to the right of the middle are 13.5 mm
-    // towards the patient's left.
+    // The image is 280 mm wide about x = 98 mm, its 180 mm fill the slice's 123 pixels: 9.2 to the
+    // right of the middle are 13.5 mm towards the patient's left.
     EXPECT_NEAR(number(told[2].at("cross_mm"), 0), 98 - 13.5, 2);
     EXPECT_EQ(number(told[2].at("cross_mm"), 2), number(told[1].at("cross_mm"), 2));
-    EXPECT_NEAR(told[3].at("window").get<double>() / told[2].at("window").get<double>(), std::pow(1 + 5.0 / 200, 8), 1e-6);
+    EXPECT_NEAR(told[3].at("window").get<double>() / told[2].at("window").get<double>(),
+                std::pow(1 + 5.0 / 200, 8), 1e-6);
     EXPECT_EQ(told[3].at("cross_mm"), told[2].at("cross_mm"));
     EXPECT_FALSE(told[4].at("deformed"));
     EXPECT_GT(told[5].at("time_s"), told[1].at("time_s"));  // the middle of the time line
@@ -147,9 +170,12 @@ TEST(View, PlayMouseAndKeysInAWindow) {
 TEST(View, AScreenshotNeedsNoDisplayAndAWindowSaysThatItDoes) {
     Viewed viewed;
     const ResultReader run = viewed.run();
-    test::expect_refused(livetet(viewed.folder, "view result.h5", without_display), {"result.h5", "no X server", "--screenshot"});
-    test::expect_refused(livetet(viewed.folder, "view scene.yaml", without_display), {"no X server", "livetet track"});
-    const auto outcome = livetet(viewed.folder, "view result.h5 --screenshot shot.png --size 640 400", without_display);
+    test::expect_refused(livetet(viewed.folder, "view result.h5", without_display),
+                         {"result.h5", "no X server", "--screenshot"});
+    test::expect_refused(livetet(viewed.folder, "view scene.yaml", without_display),
+                         {"no X server", "livetet track"});
+    const auto outcome = livetet(
+        viewed.folder, "view result.h5 --screenshot shot.png --size 640 400", without_display);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const Picture shot(viewed.folder / "shot.png");
     EXPECT_EQ(shot.width, 640);
@@ -159,7 +185,12 @@ TEST(View, AScreenshotNeedsNoDisplayAndAWindowSaysThatItDoes) {
         if (run.values("press_mm", k, 1)[0] > run.values("press_mm", deepest, 1)[0]) deepest = k;
     const auto frame = [&](std::size_t k) {
         const std::string name = std::to_string(k) + ".png";
-        EXPECT_EQ(livetet(viewed.folder, "view result.h5 --frame " + std::to_string(k + 1) + " --screenshot " + name + " --size 640 400", without_display).status, 0);
+        EXPECT_EQ(livetet(viewed.folder,
+                          "view result.h5 --frame " + std::to_string(k + 1) + " --screenshot " +
+                              name + " --size 640 400",
+                          without_display)
+                      .status,
+                  0);
         return Picture(viewed.folder / name);
     };
     EXPECT_EQ(shot.share_differing(frame(deepest), 10), 0);
@@ -170,18 +201,23 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     Viewed viewed;
     viewed.tracker.press_depth = 1e-6;
     viewed.tracker.rest_s = 6;
-    viewed.tracker.position_rms_mm = viewed.tracker.rotation_rms_deg = 0;  // marks where the kept picture has them, whenever it is taken
+    viewed.tracker.position_rms_mm = viewed.tracker.rotation_rms_deg =
+        0;  // marks where the kept picture has them, whenever it is taken
     viewed.record();
-    test::write_text(viewed.folder / "pull.txt", "play 2\npull 30 50 100 0 0 -8\nplay 1.5\ntell\nscreenshot pulled.png\nrelease\nplay 2.5\ntell\n");
+    test::write_text(viewed.folder / "pull.txt",
+                     "play 2\npull 30 50 100 0 0 -8\nplay 1.5\ntell\nscreenshot "
+                     "pulled.png\nrelease\nplay 2.5\ntell\n");
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
-    const auto outcome = livetet(viewed.folder, "view scene.yaml --script pull.txt --size 640 400", with_display);
+    const auto outcome =
+        livetet(viewed.folder, "view scene.yaml --script pull.txt --size 640 400", with_display);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::vector<json> told = Viewed::told(outcome);
     ASSERT_EQ(told.size(), 2u);
     EXPECT_NEAR(told[0].at("largest_mm"), 8, 0.5);
     EXPECT_NEAR(number(told[0].at("pull").at("to_mm"), 2), 92, 1e-6);
     EXPECT_LT(told[1].at("largest_mm"), 2);  // let go: held half a second, then released
-    expect_as_kept(viewed.folder / "pulled.png", "pulled.png", 60);  // the strip tells what the moment's frame took
+    expect_as_kept(viewed.folder / "pulled.png", "pulled.png",
+                   60);  // the strip tells what the moment's frame took
     const auto replayed = livetet(viewed.folder, "track --replay result.h5");
     EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
     // What was pulled is the patch about the marker.
@@ -190,7 +226,8 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     std::size_t node = 0;
     for (std::size_t n = 0; n < reader.mesh().nodes.size(); ++n)
         if ((reader.mesh().nodes[n] - Vector3(0.0333, 0.05, 0.1)).norm() < 0.005) node = n;
-    for (std::size_t k = 0; k < reader.frame_count(); ++k) deepest = std::min(deepest, reader.displacement(k)[node].z());
+    for (std::size_t k = 0; k < reader.frame_count(); ++k)
+        deepest = std::min(deepest, reader.displacement(k)[node].z());
     EXPECT_NEAR(deepest, -0.008, 1e-5);
 }
 
@@ -198,7 +235,8 @@ TEST(View, WithoutAnImageSlicesAreLeftOutAndSaid) {
     Tracked tracked;
     tracked.record();
     (void)tracked.run();
-    const auto outcome = livetet(tracked.folder, "view result.h5 --screenshot shot.png --size 640 400", with_display);
+    const auto outcome = livetet(
+        tracked.folder, "view result.h5 --screenshot shot.png --size 640 400", with_display);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("left out: slices"), std::string::npos) << outcome.err;
     EXPECT_EQ(Picture(tracked.folder / "shot.png").height, 400);
@@ -209,9 +247,11 @@ TEST(View, AKilledRunIsShownAsFarAsItIsWhole) {
     viewed.tracker.hold_s = 40;
     viewed.record();
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
-    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 12").status, 128 + SIGKILL);
+    EXPECT_EQ(livetet(viewed.folder, "track scene.yaml", "timeout -s KILL 12").status,
+              128 + SIGKILL);
     for (const auto& entry : std::filesystem::directory_iterator(viewed.folder.path()))
-        if (entry.path().filename().string().starts_with(".result.part")) std::filesystem::rename(entry.path(), viewed.folder / "left.h5");
+        if (entry.path().filename().string().starts_with(".result.part"))
+            std::filesystem::rename(entry.path(), viewed.folder / "left.h5");
     // `timeout` ends before the run that it killed, which holds its file for a moment more.
     const auto is_free = [&] {
         try {
@@ -220,23 +260,29 @@ TEST(View, AKilledRunIsShownAsFarAsItIsWhole) {
             return false;
         }
     };
-    for (int i = 0; i < 100 && !is_free(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    for (int i = 0; i < 100 && !is_free(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
     const std::size_t frames = ResultReader(viewed.folder / "left.h5").frame_count();
     EXPECT_GT(frames, 30u);
-    const auto outcome = viewed.script("time 1000\ntell\nscreenshot last.png\n", "--off-screen", "left.h5");
+    const auto outcome =
+        viewed.script("time 1000\ntell\nscreenshot last.png\n", "--off-screen", "left.h5");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("killed"), std::string::npos) << outcome.err;
-    EXPECT_NEAR(number(Viewed::told(outcome).at(0).at("sensors").at("Sensor").at("base_mm"), 2), 100, 0.5);
+    EXPECT_NEAR(number(Viewed::told(outcome).at(0).at("sensors").at("Sensor").at("base_mm"), 2),
+                100, 0.5);
 }
 
 TEST(View, ASolveIsColouredByStress) {
     Viewed viewed;
-    test::write_text(viewed.folder / "solve.yaml",
-                     "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\nimage: block.nii.gz\n"
-                     "drive: [{sphere_mm: [100, 50, 100, 20], where: surface, displacement_mm: [0, 0, -10]}]\n"
-                     "output: {file: solved.h5, fields: [von_mises]}\n");
+    test::write_text(
+        viewed.folder / "solve.yaml",
+        "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\nimage: block.nii.gz\n"
+        "drive: [{sphere_mm: [100, 50, 100, 20], where: surface, displacement_mm: [0, 0, -10]}]\n"
+        "output: {file: solved.h5, fields: [von_mises]}\n");
     ASSERT_EQ(livetet(viewed.folder, "solve solve.yaml").status, 0);
-    const auto outcome = livetet(viewed.folder, "view solved.h5 --colour stress --screenshot stress.png --size 640 400", with_display);
+    const auto outcome = livetet(
+        viewed.folder, "view solved.h5 --colour stress --screenshot stress.png --size 640 400",
+        with_display);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     expect_as_kept(viewed.folder / "stress.png", "stress.png");
 }
@@ -244,7 +290,8 @@ TEST(View, ASolveIsColouredByStress) {
 TEST(View, WhatIsWrongIsOneLine) {
     Viewed viewed;
     (void)viewed.run();
-    const auto refused = [&](const std::string& arguments, std::initializer_list<std::string> parts) {
+    const auto refused = [&](const std::string& arguments,
+                             std::initializer_list<std::string> parts) {
         test::expect_refused(livetet(viewed.folder, arguments, with_display), parts);
     };
     refused("view nowhere.h5", {"nowhere.h5"});
@@ -260,8 +307,13 @@ TEST(View, WhatIsWrongIsOneLine) {
     away.ras_from_voxel(0, 3) = 5;
     write_image(viewed.folder / "away.nii.gz", away);
     refused("view result.h5 --image away.nii.gz --screenshot a.png", {"away.nii.gz", "same place"});
-    for (const auto& [text, part] : {std::pair("sceenshot a.png\n", "did you mean screenshot?"), {"screenshot result.h5\n", "expected a name that ends in .png"}, {"\nframe\n", "script.txt:2"},
-                                     {"frame 99999", "holds"}, {"colour red", "expected one of displacement, stress"}, {"# nothing", "no command"}})
+    for (const auto& [text, part] :
+         {std::pair("sceenshot a.png\n", "did you mean screenshot?"),
+          {"screenshot result.h5\n", "expected a name that ends in .png"},
+          {"\nframe\n", "script.txt:2"},
+          {"frame 99999", "holds"},
+          {"colour red", "expected one of displacement, stress"},
+          {"# nothing", "no command"}})
         test::expect_refused(viewed.script(text, "--off-screen"), {"script.txt", part});
     EXPECT_FALSE(std::filesystem::exists(viewed.folder / "a.png"));
 }
@@ -269,9 +321,15 @@ TEST(View, WhatIsWrongIsOneLine) {
 TEST(View, ARecordingBecomesAVideoOrPictures) {
     Viewed viewed;
     (void)viewed.run();
-    ASSERT_EQ(livetet(viewed.folder, "view result.h5 --record all.ogv --rate 5 --size 320 240", with_display).status, 0);
+    ASSERT_EQ(livetet(viewed.folder, "view result.h5 --record all.ogv --rate 5 --size 320 240",
+                      with_display)
+                  .status,
+              0);
     EXPECT_EQ(test::text_of(viewed.folder / "all.ogv").substr(0, 4), "OggS");
-    ASSERT_EQ(livetet(viewed.folder, "view result.h5 --record all --rate 2 --size 320 240", with_display).status, 0);
+    ASSERT_EQ(
+        livetet(viewed.folder, "view result.h5 --record all --rate 2 --size 320 240", with_display)
+            .status,
+        0);
     EXPECT_EQ(Picture(viewed.folder / "all/000003.png").width, 320);
 }
 

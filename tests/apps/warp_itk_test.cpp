@@ -1,4 +1,5 @@
-// The fields and images of `livetet warp` by the eyes of ITK: its readers, its transforms, its resampling.
+// The fields and images of `livetet warp` by the eyes of ITK: its readers, its transforms, its
+// resampling.
 #ifdef LIVETET_IMAGES
 #define ITK_USE_SYSTEM_EIGEN
 #include <itkAffineTransform.h>
@@ -36,7 +37,8 @@ Grey::Pointer resample(Grey* image, const itk::Transform<double, 3, 3>* transfor
     return filter->GetOutput();
 }
 
-itk::DisplacementFieldTransform<double, 3>::Pointer transform_of(const std::filesystem::path& path) {
+itk::DisplacementFieldTransform<double, 3>::Pointer transform_of(
+    const std::filesystem::path& path) {
     auto transform = itk::DisplacementFieldTransform<double, 3>::New();
     transform->SetDisplacementField(read<Field>(path));
     return transform;
@@ -53,19 +55,24 @@ Eigen::Affine3d affine_motion() {
 
 /// Grey values that are no plane: interpolation counts.
 float wave(const Vector3& x) {
-    return static_cast<float>(500 + 200 * std::sin(150 * x.x()) + 100 * std::cos(130 * x.y() + 90 * x.z()));
+    return static_cast<float>(500 + 200 * std::sin(150 * x.x()) +
+                              100 * std::cos(130 * x.y() + 90 * x.z()));
 }
 
 /// The largest difference of two images, over the block's inside as `motion` leaves it.
-double largest_difference(const WarpedBlock& block, const Eigen::Affine3d& motion, const GreyImage& ours, Grey* theirs) {
+double largest_difference(const WarpedBlock& block, const Eigen::Affine3d& motion,
+                          const GreyImage& ours, Grey* theirs) {
     double worst = 0;
     std::size_t compared = 0;
     for (int k = 0; k < 40; ++k)
         for (int j = 0; j < 40; ++j)
             for (int i = 0; i < 40; ++i) {
                 const Vector3 rest = motion.inverse() * block.place(i, j, k);
-                if ((rest.array() < 1e-4).any() || (rest.array() > Eigen::Array3d(0.06, 0.05, 0.04) - 1e-4).any()) continue;
-                worst = std::max<double>(worst, std::abs(ours.at(i, j, k) - theirs->GetPixel({i, j, k})));
+                if ((rest.array() < 1e-4).any() ||
+                    (rest.array() > Eigen::Array3d(0.06, 0.05, 0.04) - 1e-4).any())
+                    continue;
+                worst = std::max<double>(worst,
+                                         std::abs(ours.at(i, j, k) - theirs->GetPixel({i, j, k})));
                 ++compared;
             }
     EXPECT_GT(compared, 5000u);
@@ -79,8 +86,10 @@ class WarpByItk : public testing::TestWithParam<bool> {
     GreyImage warp(const WarpedBlock::Move& move) {
         write_image(block.folder / "image.nii.gz", block.image<float>(wave));
         block.write_result("result.h5", {move});
-        const auto outcome = livetet(block.folder, "warp result.h5 --image image.nii.gz -o out.nii.gz --rind-mm 0 "
-                                                   "--inverse-field inverse.nii.gz --forward-field forward.nii.gz");
+        const auto outcome =
+            livetet(block.folder,
+                    "warp result.h5 --image image.nii.gz -o out.nii.gz --rind-mm 0 "
+                    "--inverse-field inverse.nii.gz --forward-field forward.nii.gz");
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return read_grey_image(block.folder / "out.nii.gz");
     }
@@ -101,12 +110,15 @@ TEST_P(WarpByItk, AnAffineMotionIsItsAffineResample) {
     transform->SetMatrix(A);
     transform->SetOffset(t);
     const Grey::Pointer image = read<Grey>(block.folder / "image.nii.gz");
-    EXPECT_LT(largest_difference(block, motion, ours, resample(image, transform)), 0.05);  // of values of 200 to 800
+    EXPECT_LT(largest_difference(block, motion, ours, resample(image, transform)),
+              0.05);  // of values of 200 to 800
 }
 
 TEST_P(WarpByItk, ItsResamplingByTheInverseFieldGivesTheSameImage) {
     const Eigen::Affine3d motion = affine_motion();
-    const auto bend = [&](const Vector3& x) { return Vector3(motion * x + Vector3(0, 0, 4 * x.x() * x.y())); };
+    const auto bend = [&](const Vector3& x) {
+        return Vector3(motion * x + Vector3(0, 0, 4 * x.x() * x.y()));
+    };
     const GreyImage ours = warp(bend);
     const Grey::Pointer image = read<Grey>(block.folder / "image.nii.gz");
     const Grey::Pointer theirs = resample(image, transform_of(block.folder / "inverse.nii.gz"));
@@ -126,10 +138,13 @@ TEST_P(WarpByItk, ItsResamplingByTheInverseFieldGivesTheSameImage) {
 }
 
 TEST_P(WarpByItk, ItMovesPointsByTheForwardField) {
-    const auto bend = [](const Vector3& x) { return Vector3(x.x() + 0.004, x.y() + 2 * x.x() * x.x(), x.z() - 0.1 * x.y()); };
+    const auto bend = [](const Vector3& x) {
+        return Vector3(x.x() + 0.004, x.y() + 2 * x.x() * x.x(), x.z() - 0.1 * x.y());
+    };
     warp(bend);
     const auto transform = transform_of(block.folder / "forward.nii.gz");
-    for (const Vector3& x : {Vector3(0.03, 0.025, 0.02), Vector3(0.012, 0.041, 0.008), Vector3(0.05, 0.01, 0.03)}) {
+    for (const Vector3& x :
+         {Vector3(0.03, 0.025, 0.02), Vector3(0.012, 0.041, 0.008), Vector3(0.05, 0.01, 0.03)}) {
         const double lps[] = {-1e3 * x.x(), -1e3 * x.y(), 1e3 * x.z()};
         const auto moved = transform->TransformPoint(itk::Point<double, 3>(lps));
         const Vector3 ras(-moved[0] / 1e3, -moved[1] / 1e3, moved[2] / 1e3);

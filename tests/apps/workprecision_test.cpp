@@ -4,8 +4,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "apps/plots/pareto.hpp"
 #include "apps/bench/sampled_run.hpp"
+#include "apps/plots/pareto.hpp"
 #include "io/hierarchy_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -21,7 +21,9 @@ using test::text_of;
 using test::write_text;
 
 void prepare_load(const Folder& folder, const std::string& time = "") {
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}), test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
+                                                         test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
+                                                        "a block"));
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
     write_text(folder / "scene.yaml", R"(
 mesh: {file: block.h5}
@@ -37,18 +39,21 @@ std::map<std::string, json> choices_of(const Folder& folder) {
     std::map<std::string, json> by_name;
     const json all = json::parse(text_of(folder / "w.json"));
     for (const json& choice : all.at("choices"))
-        by_name[choice.at("varied").get<std::string>() + "|" + choice.at("name").get<std::string>()] = choice;
+        by_name[choice.at("varied").get<std::string>() + "|" +
+                choice.at("name").get<std::string>()] = choice;
     return by_name;
 }
 
 TEST(Pareto, HoldsWhatNothingIsBetterThan) {
-    EXPECT_EQ(pareto_front({4, 1, 2, 3, 2}, {1, 9, 5, 6, 5.5}), (std::vector<std::size_t>{1, 2, 0}));
+    EXPECT_EQ(pareto_front({4, 1, 2, 3, 2}, {1, 9, 5, 6, 5.5}),
+              (std::vector<std::size_t>{1, 2, 0}));
     EXPECT_EQ(pareto_front({}, {}), std::vector<std::size_t>{});
     EXPECT_EQ(pareto_front({1, 1}, {2, 2}).size(), 1u);
 }
 
 TEST(Samples, DifferencesAreWeighedByVolumeAndTakenAtTimesThatBothHave) {
-    const TetMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}, {}, {}, {}, {}};
+    const TetMesh mesh{
+        {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}, {}, {}, {}, {}};
     const SamplePoints points(mesh, {{"middle", {0.25, 0.25, 0.25}}});
     SampledRun a, b;
     a.times_s = {1, 2, 3};
@@ -67,42 +72,58 @@ TEST(Samples, DifferencesAreWeighedByVolumeAndTakenAtTimesThatBothHave) {
 TEST(WorkPrecision, FinerMeshesAndTighterSolvesAreNearerAndThePartsSayWhy) {
     const Folder folder;
     prepare_load(folder);
-    const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --json w.json --csv w.csv --folder kept");
+    const auto outcome = livetet(
+        folder,
+        "bench workprecision scene.yaml --repeats 1 --json w.json --csv w.csv --folder kept");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     auto all = choices_of(folder);
-    const auto of = [&](const std::string& name, const char* key) { return all.at(name).at(key).get<double>(); };
-    const std::string fine = "P1, to 1e-04|level 0, P1, 1e-04", coarse = "P1, to 1e-04|level 1, P1, 1e-04", loose = "P1, to 1e-01|level 0, P1, 1e-01";
+    const auto of = [&](const std::string& name, const char* key) {
+        return all.at(name).at(key).get<double>();
+    };
+    const std::string fine = "P1, to 1e-04|level 0, P1, 1e-04",
+                      coarse = "P1, to 1e-04|level 1, P1, 1e-04",
+                      loose = "P1, to 1e-01|level 0, P1, 1e-01";
     EXPECT_LT(of(fine, "largest_mm"), 0.6 * of(coarse, "largest_mm"));
-    EXPECT_LT(of("P2, to 1e-04|level 1, P2, 1e-04", "largest_mm"), of(fine, "largest_mm")) << "ten nodes on half the edges' number";
+    EXPECT_LT(of("P2, to 1e-04|level 1, P2, 1e-04", "largest_mm"), of(fine, "largest_mm"))
+        << "ten nodes on half the edges' number";
     EXPECT_GT(of(loose, "algebraic_mm"), 3 * of(fine, "algebraic_mm"));
     EXPECT_GT(of("strain model|level 0, P1, linear", "model_mm"), 20 * of(fine, "algebraic_mm"));
     EXPECT_EQ(of(fine, "model_mm"), 0);
     EXPECT_EQ(of(fine, "time_mm"), 0);
     for (const auto& [name, c] : all) {
         ASSERT_TRUE(c.at("converged").get<bool>()) << name << c;
-        const double parts = of(name, "mesh_mm") + of(name, "time_mm") + of(name, "algebraic_mm") + of(name, "model_mm");
+        const double parts = of(name, "mesh_mm") + of(name, "time_mm") + of(name, "algebraic_mm") +
+                             of(name, "model_mm");
         EXPECT_LE(of(name, "l2_mm"), parts * (1 + 1e-9)) << name;
         EXPECT_LE(of(name, "l2_mm"), of(name, "largest_mm")) << name;
         EXPECT_LE(c.at("probes_mm").at("tip").get<double>(), 1.5 * of(name, "largest_mm")) << name;
         EXPECT_GT(of(name, "total_s"), of(name, "setup_s")) << name;
         EXPECT_GT(of(name, "peak_bytes"), 1e7) << name;
     }
-    for (const char* solver : {"multigrid, Galerkin", "live kernels", "BoomerAMG", "GAMG", "Cholesky", "ICC"})
-        EXPECT_NEAR(of(std::string("solver|level 0, P1, ") + solver, "largest_mm"), of(fine, "largest_mm"), 0.03 * of(fine, "largest_mm")) << solver;
-    EXPECT_NE(outcome.out.find("cheapest with an error (largest) under 1 mm:"), std::string::npos) << outcome.out;
+    for (const char* solver :
+         {"multigrid, Galerkin", "live kernels", "BoomerAMG", "GAMG", "Cholesky", "ICC"})
+        EXPECT_NEAR(of(std::string("solver|level 0, P1, ") + solver, "largest_mm"),
+                    of(fine, "largest_mm"), 0.03 * of(fine, "largest_mm"))
+            << solver;
+    EXPECT_NE(outcome.out.find("cheapest with an error (largest) under 1 mm:"), std::string::npos)
+        << outcome.out;
     const std::string csv = text_of(folder / "w.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), static_cast<std::ptrdiff_t>(all.size()) + 1);
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'),
+              static_cast<std::ptrdiff_t>(all.size()) + 1);
     EXPECT_NE(csv.find(",tip_mm,"), std::string::npos);
 }
 
 TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {
     const Folder folder;
-    prepare_load(folder, "time: {scheme: euler, step_s: 0.02, duration_s: 0.16, rayleigh_beta: 0.01}\n");
-    const auto outcome = livetet(folder, "bench workprecision scene.yaml --repeats 1 --only Euler --json w.json");
+    prepare_load(folder,
+                 "time: {scheme: euler, step_s: 0.02, duration_s: 0.16, rayleigh_beta: 0.01}\n");
+    const auto outcome =
+        livetet(folder, "bench workprecision scene.yaml --repeats 1 --only Euler --json w.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     auto all = choices_of(folder);
     ASSERT_EQ(all.size(), 2u);
-    const double twice = all.at("Euler|level 0, P1, Euler, 40 ms").at("time_mm"), four_times = all.at("Euler|level 0, P1, Euler, 80 ms").at("time_mm");
+    const double twice = all.at("Euler|level 0, P1, Euler, 40 ms").at("time_mm"),
+                 four_times = all.at("Euler|level 0, P1, Euler, 80 ms").at("time_mm");
     EXPECT_GT(four_times, 1.3 * twice);
     EXPECT_GT(twice, 0);
 }
@@ -110,42 +131,53 @@ TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {
 TEST(WorkPrecision, WhatIsWrongIsOneLine) {
     const Folder folder;
     prepare_load(folder);
-    expect_refused(livetet(folder, "bench workprecision scene.yaml --only nonsense"), {"--only nonsense", "no choice"});
+    expect_refused(livetet(folder, "bench workprecision scene.yaml --only nonsense"),
+                   {"--only nonsense", "no choice"});
     expect_refused(livetet(folder, "tune scene.yaml --error 0.5"), {"--error 0.5", "0.5mm"});
-    expect_refused(livetet(folder, "tune scene.yaml --error 1mm --budget 12"), {"--budget 12", "12ms"});
-    expect_refused(livetet(folder, "tune scene.yaml --error 1mm -o scene.yaml"), {"scene.yaml", "another file"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 1mm --budget 12"),
+                   {"--budget 12", "12ms"});
+    expect_refused(livetet(folder, "tune scene.yaml --error 1mm -o scene.yaml"),
+                   {"scene.yaml", "another file"});
     write_text(folder / "free.yaml", "mesh: {file: block.h5}\n");
     expect_refused(livetet(folder, "bench workprecision free.yaml"), {"the reference failed"});
 }
 
 TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     const Folder folder;
-    const auto outcome = livetet(folder, "bench convergence --most-nodes 1100 --nodes 400 --json c.json --csv c.csv");
+    const auto outcome = livetet(
+        folder, "bench convergence --most-nodes 1100 --nodes 400 --json c.json --csv c.csv");
     EXPECT_EQ(outcome.status, 0) << "no mesh of 10^4 nodes to judge by: " << outcome.err;
     std::map<std::string, json> rows;
     const json all = json::parse(text_of(folder / "c.json"));
     for (const json& row : all)
-        rows[row.at("against").get<std::string>() + "|" + row.at("preconditioner").get<std::string>() + "|" + std::to_string(row.at("value").get<int>())] = row;
-    const auto iterations = [&](const std::string& name) { return rows.at(name).at("iterations").get<double>(); };
+        rows[row.at("against").get<std::string>() + "|" +
+             row.at("preconditioner").get<std::string>() + "|" +
+             std::to_string(row.at("value").get<int>())] = row;
+    const auto iterations = [&](const std::string& name) {
+        return rows.at(name).at("iterations").get<double>();
+    };
     EXPECT_LT(iterations("nodes|multigrid|1050"), 15);
     EXPECT_LT(iterations("nodes|multigrid, Galerkin|1050"), 15);
     EXPECT_LT(iterations("nodes|multigrid, nested|1050"), 15);
     EXPECT_GT(iterations("nodes|Jacobi|1050"), 2 * iterations("nodes|ICC|1050"));
     EXPECT_GT(iterations("nodes|ICC|1050"), 3 * iterations("nodes|multigrid|1050"));
     EXPECT_GT(iterations("smoothing|multigrid|1"), 1.5 * iterations("smoothing|multigrid|8"));
-    EXPECT_NEAR(rows.at("nodes|Jacobi|1050").at("factor").get<double>(), std::pow(1e-8, 1 / iterations("nodes|Jacobi|1050")), 1e-12);
+    EXPECT_NEAR(rows.at("nodes|Jacobi|1050").at("factor").get<double>(),
+                std::pow(1e-8, 1 / iterations("nodes|Jacobi|1050")), 1e-12);
     EXPECT_NE(outcome.out.find("contrast"), std::string::npos) << outcome.out;
     EXPECT_NE(text_of(folder / "c.csv").find("anisotropy,0.03"), std::string::npos);
 }
 
 TEST(Convergence, OnlyWhatIsAskedForIsSolved) {
     const Folder folder;
-    const auto outcome = livetet(folder, "bench convergence --nodes 400 --only \"levels, multigrid, G\" --csv c.csv");
+    const auto outcome = livetet(
+        folder, "bench convergence --nodes 400 --only \"levels, multigrid, G\" --csv c.csv");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const std::string text = text_of(folder / "c.csv");
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 3) << text;
     expect_refused(livetet(folder, "bench convergence --only lewels"), {"--only lewels"});
-    expect_refused(livetet(folder, "bench convergence --only levels --figure c.png"), {"--only levels", "--figure"});
+    expect_refused(livetet(folder, "bench convergence --only levels --figure c.png"),
+                   {"--only levels", "--figure"});
     EXPECT_FALSE(std::filesystem::exists(folder / "c.png"));
 }
 
@@ -154,7 +186,9 @@ TEST(Tune, WritesTheChoiceAsASceneThatSolvesAndSaysSoWhereNoneIsGoodEnough) {
     prepare_load(folder);
     const Folder other("other");
     prepare_load(other);
-    auto none = std::async(std::launch::async, [&] { return livetet(other, "tune scene.yaml --error 0.000001mm --repeats 1 -o none.yaml"); });
+    auto none = std::async(std::launch::async, [&] {
+        return livetet(other, "tune scene.yaml --error 0.000001mm --repeats 1 -o none.yaml");
+    });
     const auto outcome = livetet(folder, "tune scene.yaml --error 1.5mm --repeats 1 -o cheap.yaml");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("chosen"), std::string::npos) << outcome.out;

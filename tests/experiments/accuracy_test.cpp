@@ -20,7 +20,8 @@ class Accuracy : public testing::Test {
         session_ = new PetscSession("livetet", {});
         const PhantomImages images = make_phantom_images(0.003, 1);
         organ_ = new PressedOrgan(press_organ(images, 2500, {0.008, 0.015}));
-        model_ = new AccuracyModel(accuracy_scene(), mesh_for_truth(images.labels, images.fixed_mask, 2000), *organ_);
+        model_ = new AccuracyModel(accuracy_scene(),
+                                   mesh_for_truth(images.labels, images.fixed_mask, 2000), *organ_);
     }
     static void TearDownTestSuite() {
         delete model_;
@@ -31,10 +32,13 @@ class Accuracy : public testing::Test {
     static double true_motion_mm(std::size_t depth) {
         double squares = 0;
         const auto judged = judged_targets(organ_->truth);
-        for (const std::size_t i : judged) squares += organ_->truth.targets[i].displacement[depth].squaredNorm();
+        for (const std::size_t i : judged)
+            squares += organ_->truth.targets[i].displacement[depth].squaredNorm();
         return 1e3 * std::sqrt(squares / static_cast<double>(judged.size()));
     }
-    static AccuracyErrors at(const AccuracyCase& c, std::size_t depth) { return model_->run(c)[depth]; }
+    static AccuracyErrors at(const AccuracyCase& c, std::size_t depth) {
+        return model_->run(c)[depth];
+    }
 
     static PetscSession* session_;
     static PressedOrgan* organ_;
@@ -51,13 +55,15 @@ TEST_F(Accuracy, WithoutNoiseTheRigidErrorIsTheTrueMotionAndDeformingTakesMostOf
             EXPECT_NEAR(errors[d].registration, 0, 1e-6);
             EXPECT_NEAR(errors[d].rigid, true_motion_mm(d), 1e-6);
             EXPECT_NEAR(errors[d].deforming, errors[d].deformation, 1e-6);
-            EXPECT_LT(errors[d].deforming, 0.4 * errors[d].rigid) << sensors << " sensors";  // by 2,000 tets; 6,000 leave a fifth to a third
+            EXPECT_LT(errors[d].deforming, 0.4 * errors[d].rigid)
+                << sensors << " sensors";  // by 2,000 tets; 6,000 leave a fifth to a third
         }
     }
 }
 
 TEST_F(Accuracy, TheReferenceSensorsNoiseIsTheSameWhateverOtherSensorsThereAre) {
-    const AccuracyErrors one = at({1.4, 0.5, 1, 7}, 1), three = at({1.4, 0.5, 3, 7}, 1), other = at({1.4, 0.5, 1, 8}, 1);
+    const AccuracyErrors one = at({1.4, 0.5, 1, 7}, 1), three = at({1.4, 0.5, 3, 7}, 1),
+                         other = at({1.4, 0.5, 1, 8}, 1);
     EXPECT_NEAR(one.rigid, three.rigid, 1e-9);
     EXPECT_NEAR(one.registration, three.registration, 1e-9);
     EXPECT_GT(std::abs(one.deforming - three.deforming), 1e-4);
@@ -93,7 +99,8 @@ TEST_F(Accuracy, SensorsRestOnTheFreeSurfaceAndRideOnIt) {
 }
 
 TEST(AccuracyTables, AVerdictNamesEachLostCellWhereThePressIsLargerThanTheNoise) {
-    AccuracySeries series{{{{3, 2, 1, 1}, {3, 4, 1, 1}, {3, 1, 1, 1}}, {{5, 2, 1, 1}, {3, 4, 1, 1}, {3, 2, 1, 1}}}};
+    AccuracySeries series{
+        {{{3, 2, 1, 1}, {3, 4, 1, 1}, {3, 1, 1, 1}}, {{5, 2, 1, 1}, {3, 4, 1, 1}, {3, 2, 1, 1}}}};
     EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).mean, 4);
     EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).sd, std::sqrt(2.0));
     const AccuracyTable table{{1.4, 0.5}, {1, 5, 10}, {0.4, 2, 4}, {series}};

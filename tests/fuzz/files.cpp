@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/simulation/checkpoint.hpp"
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
+#include "apps/phantom/truth_file.hpp"
 #include "apps/scene/scene.hpp"
+#include "apps/simulation/checkpoint.hpp"
 #include "apps/study/study.hpp"
 #include "apps/study/study_store.hpp"
-#include "apps/phantom/truth_file.hpp"
 #include "apps/viewer/script.hpp"
 #include "base/file.hpp"
 #include "fuzz/fuzz.hpp"
@@ -52,10 +52,12 @@ const fs::path& folder() {
 Bytes bytes_of_text(std::string_view text) { return {text.begin(), text.end()}; }
 
 /// A target for files named `in<ending>`.
-Target target(std::string name, const std::string& ending, Reader read, std::function<std::vector<Bytes>()> seeds) {
+Target target(std::string name, const std::string& ending, Reader read,
+              std::function<std::vector<Bytes>()> seeds) {
     const auto run = [ending, read = std::move(read)](ByteView bytes) {
         const fs::path path = folder() / ("in" + ending);
-        std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
+        std::ofstream(path, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
         read(path);
     };
     return {std::move(name), run, std::move(seeds)};
@@ -112,21 +114,27 @@ FiducialRegistration small_registration() {
 std::string with_voxels(const std::string& header) { return header + std::string(24, '\1'); }
 
 const std::string nrrd =
-    "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nspace: left-posterior-superior\n"
+    "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nspace: "
+    "left-posterior-superior\n"
     "space directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (-10,-20,30)\n\n";
 const std::string meta_image =
-    "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nTransformMatrix = 1 0 0 0 1 0 0 "
+    "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = "
+    "False\nTransformMatrix = 1 0 0 0 1 0 0 "
     "0 "
-    "1\nOffset = -10 -20 30\nElementSpacing = 1 2 3\nDimSize = 4 3 2\nElementType = MET_UCHAR\nElementDataFile = "
+    "1\nOffset = -10 -20 30\nElementSpacing = 1 2 3\nDimSize = 4 3 2\nElementType = "
+    "MET_UCHAR\nElementDataFile = "
     "LOCAL\n";
 const std::string vtu =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-    "<UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n<Points><DataArray type=\"Float64\" "
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+    "byte_order=\"LittleEndian\">\n"
+    "<UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n<Points><DataArray "
+    "type=\"Float64\" "
     "NumberOfComponents=\"3\" format=\"ascii\">0 0 0  10 0 0  0 10 0  0 0 10</DataArray></Points>\n"
     "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>\n"
     "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray>\n"
     "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray></Cells>\n"
-    "<CellData><DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">7</DataArray></CellData>\n"
+    "<CellData><DataArray type=\"Int32\" Name=\"region\" "
+    "format=\"ascii\">7</DataArray></CellData>\n"
     "</Piece></UnstructuredGrid></VTKFile>\n";
 const std::string vtp =
     "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
@@ -135,19 +143,23 @@ const std::string vtp =
     "NumberOfPolys=\"1\">\n<Points><DataArray "
     "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 10 0 0 0 10 0 0 0 "
     "10</DataArray></Points>\n<Strips>"
-    "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray><DataArray type=\"Int32\" "
-    "Name=\"offsets\" format=\"ascii\">4</DataArray></Strips>\n<Polys><DataArray type=\"Int32\" Name=\"connectivity\" "
+    "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 "
+    "3</DataArray><DataArray type=\"Int32\" "
+    "Name=\"offsets\" format=\"ascii\">4</DataArray></Strips>\n<Polys><DataArray type=\"Int32\" "
+    "Name=\"connectivity\" "
     "format=\"ascii\">0 2 1</DataArray><DataArray type=\"Int32\" Name=\"offsets\" "
     "format=\"ascii\">3</DataArray></Polys>\n"
     "</Piece></PolyData></VTKFile>\n";
 const std::string fcsv =
     "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = "
-    "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n1,10,20,30,0,0,0,1,1,1,0,F-1,,\n";
+    "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n1,10,20,30,0,0,0,1,1,1,0,F-1,,"
+    "\n";
 const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 const std::string off = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
 const std::string sequence_nrrd =
-    "NRRD0005\n# Complete NRRD file format specification at:\ntype: unsigned char\ndimension: 3\nsizes: 0 0 2\n"
+    "NRRD0005\n# Complete NRRD file format specification at:\ntype: unsigned char\ndimension: "
+    "3\nsizes: 0 0 2\n"
     "kinds: domain domain list\nencoding: raw\n"
     "Seq_Frame0000_StylusToTrackerTransform:=1 0 0 10 0 1 0 20 0 0 1 30 0 0 0 1\n"
     "Seq_Frame0000_StylusToTrackerTransformStatus:=OK\nSeq_Frame0000_Timestamp:=0.5\n"
@@ -156,18 +168,23 @@ const std::string sequence_nrrd =
 const std::string scene =
     "mesh: {file: liver.nii.gz, labels: [1, 2], tets: 6000, threshold: \"100:\"}\n"
     "materials: [{young_Pa: 3000, poisson: 0.45, region: 1}]\nstrain: green\nelements: P2\n"
-    "time: {scheme: newmark, rayleigh_alpha: 10}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}, {mask: m.nii}]\n"
-    "drive:\n  - sphere_mm: [-30, 20, 40, 15]\n    where: surface\n    displacement_mm: [0, 0, -15]\n"
+    "time: {scheme: newmark, rayleigh_alpha: 10}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}, "
+    "{mask: m.nii}]\n"
+    "drive:\n  - sphere_mm: [-30, 20, 40, 15]\n    where: surface\n    displacement_mm: [0, 0, "
+    "-15]\n"
     "solver: {kind: live, petsc_options: \"-ksp_view\"}\n"
-    "track: {source: \"openigtlink://a:1\", registration: r.json, budget: 10 ms, publish: {port: 1},\n"
+    "track: {source: \"openigtlink://a:1\", registration: r.json, budget: 10 ms, publish: {port: "
+    "1},\n"
     "  sensors: [{tool: Sensor, stiffness_N_per_m: 10}], tools: [{tool: Stylus, tip: tip.json}]}\n"
     "probes: {points: p.csv}\noutput: {every: 2, fields: [stress]}\n";
 const std::string script =
     "rate_Hz: 20\nduration_s: 12\nposition_noise_mm: 1.4\ndropout_rate: 0.02\nlatency_ms: 40\n"
     "organ: {at_mm: [300, 0, -100], moves: [{at_s: 12, by_mm: [40, 0, 0], turn_deg: [0, 20, 0]}]}\n"
     "tools:\n  - {tool: Reference, at_mm: [20, 100, 50]}\n"
-    "  - tool: Sensor\n    at_mm: [100, 50, 100]\n    moves: [{at_s: 3}, {at_s: 4, by_mm: [0, 0, -15]}]\n    lost_s: [5, 5.4]\n"
-    "  - {tool: Stylus, on: tracker, tip_mm: [4, -2, 150], moves: [{at_s: 6, turn_deg: [30, 20, 0]}]}\n";
+    "  - tool: Sensor\n    at_mm: [100, 50, 100]\n    moves: [{at_s: 3}, {at_s: 4, by_mm: [0, 0, "
+    "-15]}]\n    lost_s: [5, 5.4]\n"
+    "  - {tool: Stylus, on: tracker, tip_mm: [4, -2, 150], moves: [{at_s: 6, turn_deg: [30, 20, "
+    "0]}]}\n";
 
 /// A header whose voxels lie in a file beside it.
 std::function<std::vector<Bytes>()> header_of_voxels(std::string header) {
@@ -186,19 +203,21 @@ void write_run(const fs::path& path) {
     const TetMesh cube = testing_meshes::cube();
     ResultWriter writer(path, cube, scene, Precision::single);
     for (int k = 1; k <= 2; ++k) {
-        std::vector<double> arrival{1.0 * k, 0.1 * k, 0.1 * k, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        std::vector<double> arrival{1.0 * k, 0.1 * k, 0.1 * k, 0, 0, 1, 0, 0, 0,
+                                    0,       1,       0,       0, 0, 0, 1, 0};
         writer.append_row("arrivals", arrival);
         writer.append(0.1 * k, std::vector<Vector3>(cube.nodes.size(), Vector3(0, 0, 1e-3 * k)));
         writer.append_values("tracker_from_image", {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
-        for (const char* name : {"frame_ms", "sensor_ms", "forces_ms", "operator_ms", "solve_ms", "finish_ms", "output_ms",
-                                 "iterations", "residual", "cut_short", "press_mm", "registration_status", "converged",
-                                 "checksum"})
+        for (const char* name : {"frame_ms", "sensor_ms", "forces_ms", "operator_ms", "solve_ms",
+                                 "finish_ms", "output_ms", "iterations", "residual", "cut_short",
+                                 "press_mm", "registration_status", "converged", "checksum"})
             writer.append_values(name, {{1.0}});
         writer.append_values("sample", {{1.0 * k}});
         writer.append_values("solves", std::vector<double>(2 * most_recorded_solves, 1));
     }
-    writer.write_text("run",
-                      R"({"samples": 2, "frames": 2, "missed": 0, "budget_ms": 10.0, "fre_mm": 0.3, "fiducials": [],
+    writer.write_text(
+        "run",
+        R"({"samples": 2, "frames": 2, "missed": 0, "budget_ms": 10.0, "fre_mm": 0.3, "fiducials": [],
                           "tets": 6, "nodes": 8, "levels": 1, "version": "1"})");
     writer.close();
 }
@@ -213,13 +232,17 @@ Truth small_truth() {
 }
 
 const std::string study =
-    "scene: beside.yaml\ndesign: grid\noutput: study.h5\nvary:\n  - {key: \"materials[0].young_Pa\", from: 2000, to: 8000, count: 3, spacing: log}\n"
+    "scene: beside.yaml\ndesign: grid\noutput: study.h5\nvary:\n  - {key: "
+    "\"materials[0].young_Pa\", from: 2000, to: 8000, count: 3, spacing: log}\n"
     "  - {key: strain, values: [linear, corotated]}\nplots: [largest_displacement_mm]\n";
 const std::string hypercube =
-    "scene: beside.yaml\ndesign: latin-hypercube\nsamples: 3\nseed: 2\nvary: [{key: \"fix[0].half_space_mm[2]\", from: 0, to: 1}]\nkeep_displacements: false\n";
+    "scene: beside.yaml\ndesign: latin-hypercube\nsamples: 3\nseed: 2\nvary: [{key: "
+    "\"fix[0].half_space_mm[2]\", from: 0, to: 1}]\nkeep_displacements: false\n";
 
 fs::path beside() {
-    write_text_file(folder() / "beside.yaml", "mesh: {file: cube.h5}\nmaterials: [{young_Pa: 3000}]\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n");
+    write_text_file(folder() / "beside.yaml",
+                    "mesh: {file: cube.h5}\nmaterials: [{young_Pa: 3000}]\nfix: [{half_space_mm: "
+                    "[0, 0, 1, 0, 0, 1]}]\n");
     return folder() / "beside.yaml";
 }
 
@@ -231,12 +254,15 @@ StudyRow small_row() {
     return row;
 }
 
-/// A study of two solves in a folder of its own, which `use` gets; of its files only those that `use` leaves.
+/// A study of two solves in a folder of its own, which `use` gets; of its files only those that
+/// `use` leaves.
 template <class Use>
 void with_study(const Use& use) {
     beside();
     write_hierarchy(folder() / "cube.h5", make_hierarchy({testing_meshes::cube()}, ""));
-    write_text_file(folder() / "kept.yaml", "scene: beside.yaml\noutput: kept.h5\nvary: [{key: strain, values: [linear, green]}]\n");
+    write_text_file(
+        folder() / "kept.yaml",
+        "scene: beside.yaml\noutput: kept.h5\nvary: [{key: strain, values: [linear, green]}]\n");
     const Study of = load_study(folder() / "kept.yaml");
     fs::remove_all(folder() / "kept.h5.parts");
     fs::remove(folder() / "kept.h5");
@@ -266,7 +292,9 @@ std::vector<Bytes> good_checkpoint() {
 
 std::vector<Bytes> good_frame() {
     begun("");
-    checkpoints().keep(0, {0.1, testing_meshes::cube().nodes, {{"von_mises", FieldPlace::tet, 1, {1, 2, 3, 4, 5, 6}}}});
+    checkpoints().keep(0, {0.1,
+                           testing_meshes::cube().nodes,
+                           {{"von_mises", FieldPlace::tet, 1, {1, 2, 3, 4, 5, 6}}}});
     return {bytes_of(begun("frame_000000.h5"))};
 }
 
@@ -276,13 +304,16 @@ Reader surface_reader() {
 
 Target surface(const std::string& ending) {
     return target("surface_" + ending.substr(1), ending, surface_reader(),
-                  written(ending, [](const fs::path& path) { write_surface(path, cube_surface(), Space::ras); }));
+                  written(ending, [](const fs::path& path) {
+                      write_surface(path, cube_surface(), Space::ras);
+                  }));
 }
 
 }  // namespace
 
 std::vector<Target> targets() {
-    // A reader that believes a size before it has seen the bytes shall fail here, not on somebody's machine.
+    // A reader that believes a size before it has seen the bytes shall fail here, not on somebody's
+    // machine.
     const rlimit memory{rlim_t(6) << 30, rlim_t(6) << 30};
     setrlimit(RLIMIT_AS, &memory);
     return {
@@ -290,7 +321,8 @@ std::vector<Target> targets() {
             "sequence", ".mha", [](const fs::path& p) { read_sequence(p); },
             written(".mha", [](const fs::path& p) { write_sequence(p, small_recording()); })),
         target(
-            "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); }, texts({sequence_nrrd})),
+            "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); },
+            texts({sequence_nrrd})),
         target(
             "scene", ".yaml", [](const fs::path& p) { load_scene(p); }, texts({scene})),
         target(
@@ -303,8 +335,10 @@ std::vector<Target> targets() {
             "study_row", ".h5",
             [](const fs::path& p) {
                 with_study([&](const Study&, StudyStore& store) {
-                    fs::copy_file(p, folder() / "kept.h5.parts/000000.h5", fs::copy_options::overwrite_existing);
-                    fs::copy_file(p, folder() / "kept.h5.parts/000001.h5", fs::copy_options::overwrite_existing);
+                    fs::copy_file(p, folder() / "kept.h5.parts/000000.h5",
+                                  fs::copy_options::overwrite_existing);
+                    fs::copy_file(p, folder() / "kept.h5.parts/000001.h5",
+                                  fs::copy_options::overwrite_existing);
                     store.check_rows();
                     store.row(0);
                 });
@@ -342,10 +376,13 @@ std::vector<Target> targets() {
             },
             good_frame),
         target(
-            "view_script", ".txt", [](const fs::path& p) { ViewScript(read_text_file(p), p.string()); },
-            texts({"frame 2\ntime 0.5 # s\ncolour stress\nslices deformed\ncross 1 2 3\nvolume on\nlook front\nscreenshot a.png\n"})),
+            "view_script", ".txt",
+            [](const fs::path& p) { ViewScript(read_text_file(p), p.string()); },
+            texts({"frame 2\ntime 0.5 # s\ncolour stress\nslices deformed\ncross 1 2 3\nvolume "
+                   "on\nlook front\nscreenshot a.png\n"})),
         target(
-            "motion_script", ".yaml", [](const fs::path& p) { parse_motion_script(read_text_file(p), p.string()); },
+            "motion_script", ".yaml",
+            [](const fs::path& p) { parse_motion_script(read_text_file(p), p.string()); },
             texts({script})),
         target(
             "truth", ".json", [](const fs::path& p) { read_truth(p); },
@@ -371,7 +408,8 @@ std::vector<Target> targets() {
             texts({"name,x_mm,y_mm,z_mm\nA,1,2,3\n\"B, b\",4,5,6\n"})),
         target(
             "registration", ".json", [](const fs::path& p) { read_registration(p); },
-            written(".json", [](const fs::path& p) { write_registration(p, small_registration()); })),
+            written(".json",
+                    [](const fs::path& p) { write_registration(p, small_registration()); })),
         target(
             "tip", ".json", [](const fs::path& p) { read_tip(p); },
             written(".json",
@@ -385,12 +423,15 @@ std::vector<Target> targets() {
             "nifti_gz", ".nii.gz", [](const fs::path& p) { read_label_image(p); },
             written(".nii.gz", [](const fs::path& p) { write_image(p, small_image()); })),
         target(
-            "nrrd", ".nrrd", [](const fs::path& p) { read_grey_image(p); }, texts({with_voxels(nrrd)})),
+            "nrrd", ".nrrd", [](const fs::path& p) { read_grey_image(p); },
+            texts({with_voxels(nrrd)})),
         target(
-            "meta_image", ".mha", [](const fs::path& p) { read_grey_image(p); }, texts({with_voxels(meta_image)})),
+            "meta_image", ".mha", [](const fs::path& p) { read_grey_image(p); },
+            texts({with_voxels(meta_image)})),
         target(
             "nrrd_header", ".nhdr", [](const fs::path& p) { read_grey_image(p); },
-            header_of_voxels(replaced(nrrd, "encoding: raw\n", "encoding: raw\ndata file: voxels.raw\n"))),
+            header_of_voxels(
+                replaced(nrrd, "encoding: raw\n", "encoding: raw\ndata file: voxels.raw\n"))),
         target(
             "meta_header", ".mhd", [](const fs::path& p) { read_grey_image(p); },
             header_of_voxels(replaced(meta_image, "LOCAL", "voxels.raw"))),

@@ -12,7 +12,8 @@ namespace livetet::fuzz {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-/// A reader of hostile bytes. `run` may return, or throw livetet::Error; all else is a fault of the reader.
+/// A reader of hostile bytes. `run` may return, or throw livetet::Error; all else is a fault of the
+/// reader.
 struct Target {
     std::string name;
     std::function<void(ByteView)> run;

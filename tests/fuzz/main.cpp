@@ -1,8 +1,9 @@
 // fuzz_... [TARGET ...] [--seconds N] [--seed S] [--inputs FOLDER] [--replay FILE]
-// Feeds changed inputs to each target (all of the program's, where none is named) for N seconds each, the same ones for
-// the same seed; the files of FOLDER join the good inputs. Whatever ends a reader other than by a livetet::Error, runs
-// for more than 30 s of processor time or 3 minutes of any, or takes too much memory ends the program with status 1 and
-// leaves the input as fuzz_TARGET.bin.
+// Feeds changed inputs to each target (all of the program's, where none is named) for N seconds
+// each, the same ones for the same seed; the files of FOLDER join the good inputs. Whatever ends a
+// reader other than by a livetet::Error, runs for more than 30 s of processor time or 3 minutes of
+// any, or takes too much memory ends the program with status 1 and leaves the input as
+// fuzz_TARGET.bin.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -51,12 +52,15 @@ void leave_input(const char* what) {
     const int file = ::open(fault_path, O_CREAT | O_TRUNC | O_WRONLY, 0644);
     if (file < 0 || ::write(file, under_way.data(), under_way.size()) < 0) return;
     ::close(file);
-    for (const char* text : std::initializer_list<const char*>{"\nfault: ", what, "; its input is ", fault_path, "\n"})
+    for (const char* text :
+         std::initializer_list<const char*>{"\nfault: ", what, "; its input is ", fault_path, "\n"})
         if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) return;
 }
 
 extern "C" void on_signal(int signal) {
-    leave_input(signal == SIGALRM ? "runs for more than 3 minutes" : signal == SIGPROF ? "takes more than 30 s of processor time" : ::strsignal(signal));
+    leave_input(signal == SIGALRM   ? "runs for more than 3 minutes"
+                : signal == SIGPROF ? "takes more than 30 s of processor time"
+                                    : ::strsignal(signal));
     ::_exit(1);
 }
 
@@ -105,17 +109,20 @@ void run(const Target& target, const Arguments& arguments) {
             seeds.push_back(bytes_of(entry.path()));
     for (std::size_t i = 0; i < seeds.size(); ++i)
         if (refused(target, seeds[i]) && arguments.inputs.empty())
-            throw std::runtime_error(fmt::format("{}: the good input {} is refused", target.name, i));
+            throw std::runtime_error(
+                fmt::format("{}: the good input {} is refused", target.name, i));
     std::mt19937_64 random(arguments.seed);
     std::uint64_t inputs = 0, errors = 0;
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(arguments.seconds);
+    const auto end =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(arguments.seconds);
     for (; std::chrono::steady_clock::now() < end; ++inputs) {
         const Bytes input = mutated(seeds, random);
         errors += refused(target, input);
     }
     fmt::print("{}: {} inputs, {} refused\n", target.name, inputs, errors);
     std::fflush(stdout);
-    if (inputs == 0 || errors == 0) throw std::runtime_error(target.name + ": nothing was refused: nothing was tried");
+    if (inputs == 0 || errors == 0)
+        throw std::runtime_error(target.name + ": nothing was refused: nothing was tried");
 }
 
 Arguments parse(int count, char** texts) {
@@ -150,7 +157,8 @@ int main_of(int count, char** texts) {
             run(target, arguments);
             ++ran;
         }
-    if (ran < std::max<std::size_t>(arguments.names.size(), 1)) throw std::runtime_error("no target of that name");
+    if (ran < std::max<std::size_t>(arguments.names.size(), 1))
+        throw std::runtime_error("no target of that name");
     return 0;
 }
 

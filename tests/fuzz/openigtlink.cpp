@@ -1,4 +1,5 @@
-// The path of a message: bytes in pieces, header, body, content, pose, sample; and what was read back onto the wire.
+// The path of a message: bytes in pieces, header, body, content, pose, sample; and what was read
+// back onto the wire.
 #include <algorithm>
 #include <stdexcept>
 
@@ -18,8 +19,10 @@ Bytes with_right_crcs(ByteView input) {
         std::uint64_t size = 0;
         for (int i = 0; i < 8; ++i) size = size << 8 | bytes[at + 42 + i];
         if (size > bytes.size() - at - igtl::header_size) break;
-        const std::uint64_t crc = igtl::crc64(ByteView(bytes).subspan(at + igtl::header_size, size));
-        for (int i = 0; i < 8; ++i) bytes[at + 50 + i] = static_cast<std::uint8_t>(crc >> (56 - 8 * i));
+        const std::uint64_t crc =
+            igtl::crc64(ByteView(bytes).subspan(at + igtl::header_size, size));
+        for (int i = 0; i < 8; ++i)
+            bytes[at + 50 + i] = static_cast<std::uint8_t>(crc >> (56 - 8 * i));
         at += igtl::header_size + size;
     }
     return bytes;
@@ -30,28 +33,35 @@ void check_way_back(const igtl::Message& message) {
     Bytes once, twice;
     try {
         once = encode(message);
-        const igtl::Message again = decode_body(igtl::decode_header(ByteView(once).first(igtl::header_size)),
-                                                ByteView(once).subspan(igtl::header_size));
+        const igtl::Message again =
+            decode_body(igtl::decode_header(ByteView(once).first(igtl::header_size)),
+                        ByteView(once).subspan(igtl::header_size));
         twice = encode(again);
     } catch (const Error& error) {
-        throw std::logic_error(std::string("a message that was decoded cannot be encoded: ") + error.what());
+        throw std::logic_error(std::string("a message that was decoded cannot be encoded: ") +
+                               error.what());
     }
     if (once != twice) throw std::logic_error(message.type + ": not the same after a second way");
 }
 
 void run(ByteView bytes) {
     double now_s = 100;
-    PoseGatherer gatherer({"Stylus", "Reference"}, {}, [](const StreamSample& sample) {
-        for (const TrackedPose& pose : sample.sample.poses)
-            if (pose.status == PoseStatus::ok && !(pose.rotation.allFinite() && pose.translation.allFinite()))
-                throw std::logic_error("a pose that is ok and not finite");
-    }, now_s, now_s);
+    PoseGatherer gatherer(
+        {"Stylus", "Reference"}, {},
+        [](const StreamSample& sample) {
+            for (const TrackedPose& pose : sample.sample.poses)
+                if (pose.status == PoseStatus::ok &&
+                    !(pose.rotation.allFinite() && pose.translation.allFinite()))
+                    throw std::logic_error("a pose that is ok and not finite");
+        },
+        now_s, now_s);
     igtl::MessageParser parser;
     const auto take = [&](igtl::Message&& message) {
         check_way_back(message);
         gatherer.take(message, now_s += 0.01);
         if (const auto* bind = std::get_if<igtl::Bind>(&message.content))
-            for (const igtl::BoundMessage& bound : bind->messages) igtl::decode_content(bound.type, bound.content);
+            for (const igtl::BoundMessage& bound : bind->messages)
+                igtl::decode_content(bound.type, bound.content);
     };
     const std::size_t piece = bytes.empty() ? 1 : 1 + bytes[0] % 97;
     for (; !bytes.empty(); bytes = bytes.subspan(std::min(piece, bytes.size())))
@@ -72,7 +82,9 @@ std::vector<Bytes> seeds() {
     for (igtl::Message m : igtl::testing_messages::one_of_each())
         for (const std::uint16_t version : {1, 2}) {
             m.version = version;
-            if (version == 2) m.metadata = {{"TransformStatus", 3, "OK"}, {"StylusTransformStatus", 3, "MISSING"}};
+            if (version == 2)
+                m.metadata = {{"TransformStatus", 3, "OK"},
+                              {"StylusTransformStatus", 3, "MISSING"}};
             m.device = "StylusToTracker";
             all.push_back(encode(m));
             joined.insert(joined.end(), all.back().begin(), all.back().end());

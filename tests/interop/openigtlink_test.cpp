@@ -33,8 +33,8 @@ namespace {
 using namespace testing_messages;
 using namespace testing_sockets;
 
-/// What the library sends, as our codec reads it; its body must come back from there to the byte. `unset`: bytes of it
-/// that the library leaves as it finds them in memory.
+/// What the library sends, as our codec reads it; its body must come back from there to the byte.
+/// `unset`: bytes of it that the library leaves as it finds them in memory.
 template <class Theirs>
 Message from_library(typename Theirs::Pointer theirs, const std::vector<std::size_t>& unset = {}) {
     theirs->SetDeviceName("Device");
@@ -50,7 +50,8 @@ Message from_library(typename Theirs::Pointer theirs, const std::vector<std::siz
     const Message message = decode_body(header, ByteView(bytes).subspan(header_size));
     for (const std::size_t place : unset) bytes.at(header_size + place) = 0;
     const Bytes ours = encode(message);
-    EXPECT_EQ(Bytes(ours.begin() + header_size, ours.end()), Bytes(bytes.begin() + header_size, bytes.end()))
+    EXPECT_EQ(Bytes(ours.begin() + header_size, ours.end()),
+              Bytes(bytes.begin() + header_size, bytes.end()))
         << message.type;
     if (unset.empty()) {
         EXPECT_EQ(ours, bytes) << message.type << ", header";
@@ -79,8 +80,10 @@ typename Theirs::Pointer to_library(const Message& message) {
     theirs->SetMessageHeader(header);
     theirs->AllocatePack();
     if (theirs->GetPackBodySize() == 0) return theirs;
-    EXPECT_EQ(socket->Receive(theirs->GetPackBodyPointer(), theirs->GetPackBodySize()), theirs->GetPackBodySize());
-    EXPECT_TRUE(theirs->Unpack(1) & ::igtl::MessageHeader::UNPACK_BODY) << message.type << ": CRC or content";
+    EXPECT_EQ(socket->Receive(theirs->GetPackBodyPointer(), theirs->GetPackBodySize()),
+              theirs->GetPackBodySize());
+    EXPECT_TRUE(theirs->Unpack(1) & ::igtl::MessageHeader::UNPACK_BODY)
+        << message.type << ": CRC or content";
     return theirs;
 }
 
@@ -142,7 +145,8 @@ TEST(Interop, TrackingData) {
         tool->SetMatrix(m);
         theirs->AddTrackingDataElement(tool);
     }
-    const auto ours = content_of<TrackingData>(from_library<::igtl::TrackingDataMessage>(theirs, {21, 91}));
+    const auto ours =
+        content_of<TrackingData>(from_library<::igtl::TrackingDataMessage>(theirs, {21, 91}));
     ASSERT_EQ(ours.tools.size(), 2);
     EXPECT_EQ(ours.tools[1].name, "Reference");
     EXPECT_EQ(ours.tools[1].matrix, matrix);
@@ -164,10 +168,11 @@ TEST(Interop, QuaternionTrackingData) {
     tool->SetPosition(1, -2, 3.5);
     tool->SetQuaternion(0.5, -0.5, 0.5, 0.5);
     theirs->AddQuaternionTrackingDataElement(tool);
-    const auto ours =
-        content_of<QuaternionTrackingData>(from_library<::igtl::QuaternionTrackingDataMessage>(theirs, {21}));
+    const auto ours = content_of<QuaternionTrackingData>(
+        from_library<::igtl::QuaternionTrackingDataMessage>(theirs, {21}));
     EXPECT_EQ(ours.tools.at(0).quaternion[1], -0.5f);
-    auto back = to_library<::igtl::QuaternionTrackingDataMessage>(one<QuaternionTrackingData>("QTDATA"));
+    auto back =
+        to_library<::igtl::QuaternionTrackingDataMessage>(one<QuaternionTrackingData>("QTDATA"));
     back->GetQuaternionTrackingDataElement(0, tool);
     float p[3];
     tool->GetPosition(p);
@@ -178,12 +183,18 @@ TEST(Interop, QueriesForTrackingData) {
     auto start = ::igtl::StartTrackingDataMessage::New();
     start->SetResolution(50);
     start->SetCoordinateName("Patient");
-    EXPECT_EQ(content_of<StartTracking>(from_library<::igtl::StartTrackingDataMessage>(start)).coordinates, "Patient");
-    EXPECT_EQ(to_library<::igtl::StartTrackingDataMessage>(one<StartTracking>("STT_TDATA"))->GetResolution(), 50);
+    EXPECT_EQ(content_of<StartTracking>(from_library<::igtl::StartTrackingDataMessage>(start))
+                  .coordinates,
+              "Patient");
+    EXPECT_EQ(to_library<::igtl::StartTrackingDataMessage>(one<StartTracking>("STT_TDATA"))
+                  ->GetResolution(),
+              50);
     auto start_q = ::igtl::StartQuaternionTrackingDataMessage::New();
     start_q->SetResolution(20);
     EXPECT_EQ(
-        content_of<StartTracking>(from_library<::igtl::StartQuaternionTrackingDataMessage>(start_q)).resolution_ms, 20);
+        content_of<StartTracking>(from_library<::igtl::StartQuaternionTrackingDataMessage>(start_q))
+            .resolution_ms,
+        20);
     auto stop = ::igtl::StopTrackingDataMessage::New();
     EXPECT_TRUE(content_of<Raw>(from_library<::igtl::StopTrackingDataMessage>(stop)).bytes.empty());
     auto ready = ::igtl::RTSTrackingDataMessage::New();
@@ -193,11 +204,16 @@ TEST(Interop, QueriesForTrackingData) {
 }
 
 TEST(Interop, QueriesWithoutContent) {
-    EXPECT_EQ(from_library<::igtl::GetTransformMessage>(::igtl::GetTransformMessage::New()).type, "GET_TRANS");
-    EXPECT_EQ(from_library<::igtl::GetPolyDataMessage>(::igtl::GetPolyDataMessage::New()).type, "GET_POLYDATA");
-    EXPECT_EQ(from_library<::igtl::GetPointMessage>(::igtl::GetPointMessage::New()).type, "GET_POINT");
-    EXPECT_EQ(from_library<::igtl::GetCapabilityMessage>(::igtl::GetCapabilityMessage::New()).type, "GET_CAPABIL");
-    EXPECT_EQ(from_library<::igtl::GetColorTableMessage>(::igtl::GetColorTableMessage::New()).type, "GET_COLORT");
+    EXPECT_EQ(from_library<::igtl::GetTransformMessage>(::igtl::GetTransformMessage::New()).type,
+              "GET_TRANS");
+    EXPECT_EQ(from_library<::igtl::GetPolyDataMessage>(::igtl::GetPolyDataMessage::New()).type,
+              "GET_POLYDATA");
+    EXPECT_EQ(from_library<::igtl::GetPointMessage>(::igtl::GetPointMessage::New()).type,
+              "GET_POINT");
+    EXPECT_EQ(from_library<::igtl::GetCapabilityMessage>(::igtl::GetCapabilityMessage::New()).type,
+              "GET_CAPABIL");
+    EXPECT_EQ(from_library<::igtl::GetColorTableMessage>(::igtl::GetColorTableMessage::New()).type,
+              "GET_COLORT");
     to_library<::igtl::GetPolyDataMessage>(message("GET_POLYDATA", Raw{}));
 }
 
@@ -207,7 +223,8 @@ TEST(Interop, Status) {
     theirs->SetSubCode(-7);
     theirs->SetErrorName("NOT_FOUND");
     theirs->SetStatusString("no such device");
-    const auto ours = content_of<livetet::igtl::Status>(from_library<::igtl::StatusMessage>(theirs));
+    const auto ours =
+        content_of<livetet::igtl::Status>(from_library<::igtl::StatusMessage>(theirs));
     EXPECT_EQ(ours.subcode, -7);
     EXPECT_EQ(ours.text, "no such device");
     auto back = to_library<::igtl::StatusMessage>(one<livetet::igtl::Status>("STATUS"));
@@ -221,7 +238,8 @@ TEST(Interop, String) {
     auto theirs = ::igtl::StringMessage::New();
     theirs->SetString("Leber");
     theirs->SetEncoding(106);
-    EXPECT_EQ(content_of<livetet::igtl::String>(from_library<::igtl::StringMessage>(theirs)).text, "Leber");
+    EXPECT_EQ(content_of<livetet::igtl::String>(from_library<::igtl::StringMessage>(theirs)).text,
+              "Leber");
     auto back = to_library<::igtl::StringMessage>(one<livetet::igtl::String>("STRING"));
     EXPECT_STREQ(back->GetString(), "Leber");
     EXPECT_EQ(back->GetEncoding(), 106);
@@ -237,7 +255,10 @@ TEST(Interop, Points) {
     point->SetRadius(2);
     point->SetOwner("CT");
     theirs->AddPointElement(point);
-    EXPECT_EQ(content_of<livetet::igtl::Points>(from_library<::igtl::PointMessage>(theirs)).points.at(0).owner, "CT");
+    EXPECT_EQ(content_of<livetet::igtl::Points>(from_library<::igtl::PointMessage>(theirs))
+                  .points.at(0)
+                  .owner,
+              "CT");
     auto back = to_library<::igtl::PointMessage>(one<livetet::igtl::Points>("POINT"));
     back->GetPointElement(0, point);
     EXPECT_STREQ(point->GetGroupName(), "Fiducial");
@@ -281,7 +302,8 @@ TEST(Interop, PolyData) {
     theirs->SetPoints(points);
     theirs->SetPolygons(polygons);
     theirs->AddAttribute(scalars);
-    const auto ours = content_of<livetet::igtl::PolyData>(from_library<::igtl::PolyDataMessage>(theirs));
+    const auto ours =
+        content_of<livetet::igtl::PolyData>(from_library<::igtl::PolyDataMessage>(theirs));
     EXPECT_EQ(ours.polygons.list, (std::vector<std::uint32_t>{3, 0, 1, 2, 3, 0, 2, 3}));
     EXPECT_EQ(ours.attributes.at(0).values[3], 3);
 
@@ -330,7 +352,8 @@ TEST(Interop, ListsOfImagesAndLabels) {
     image->SetSize(5, 6, 7);
     image->SetScalarType(4);
     images->AddImageMetaElement(image);
-    const auto ours = content_of<ImageList>(from_library<::igtl::ImageMetaMessage>(images, {259})).images;
+    const auto ours =
+        content_of<ImageList>(from_library<::igtl::ImageMetaMessage>(images, {259})).images;
     EXPECT_EQ(ours.at(0).patient_id, "17");
     to_library<::igtl::ImageMetaMessage>(one<ImageList>("IMGMETA"))->GetImageMetaElement(0, image);
     EXPECT_STREQ(image->GetModality(), "MR");
@@ -344,7 +367,10 @@ TEST(Interop, ListsOfImagesAndLabels) {
     label->SetSize(5, 6, 7);
     label->SetOwner("I1");
     labels->AddLabelMetaElement(label);
-    EXPECT_EQ(content_of<LabelList>(from_library<::igtl::LabelMetaMessage>(labels, {85})).labels.at(0).label, 3);
+    EXPECT_EQ(content_of<LabelList>(from_library<::igtl::LabelMetaMessage>(labels, {85}))
+                  .labels.at(0)
+                  .label,
+              3);
     to_library<::igtl::LabelMetaMessage>(one<LabelList>("LBMETA"))->GetLabelMetaElement(0, label);
     EXPECT_STREQ(label->GetOwner(), "I1");
 }
@@ -355,7 +381,8 @@ TEST(Interop, ColorTable) {
     theirs->SetMapType(::igtl::ColorTableMessage::MAP_RGB);
     theirs->AllocateTable();
     std::memset(theirs->GetTablePointer(), 9, 768);
-    EXPECT_EQ(content_of<livetet::igtl::ColorTable>(from_library<::igtl::ColorTableMessage>(theirs)).table,
+    EXPECT_EQ(content_of<livetet::igtl::ColorTable>(from_library<::igtl::ColorTableMessage>(theirs))
+                  .table,
               Bytes(768, 9));
     auto back = to_library<::igtl::ColorTableMessage>(one<livetet::igtl::ColorTable>("COLORT"));
     EXPECT_EQ(static_cast<std::uint8_t*>(back->GetTablePointer())[100], 100);
@@ -364,7 +391,8 @@ TEST(Interop, ColorTable) {
 TEST(Interop, Capability) {
     auto theirs = ::igtl::CapabilityMessage::New();
     theirs->SetTypes({"TRANSFORM", "GET_POLYDATA"});
-    EXPECT_EQ(content_of<livetet::igtl::Capability>(from_library<::igtl::CapabilityMessage>(theirs)).types,
+    EXPECT_EQ(content_of<livetet::igtl::Capability>(from_library<::igtl::CapabilityMessage>(theirs))
+                  .types,
               (std::vector<std::string>{"TRANSFORM", "GET_POLYDATA"}));
     auto back = to_library<::igtl::CapabilityMessage>(one<livetet::igtl::Capability>("CAPABILITY"));
     EXPECT_STREQ(back->GetType(1), "GET_POLYDATA");
@@ -389,7 +417,8 @@ TEST(Interop, NdArray) {
     const igtlInt16 values[] = {1, 2, 3, -4, -5, 32767};
     std::memcpy(array.GetRawArray(), values, sizeof values);
     theirs->SetArray(::igtl::NDArrayMessage::TYPE_INT16, &array);
-    const auto ours = content_of<livetet::igtl::NdArray>(from_library<::igtl::NDArrayMessage>(theirs));
+    const auto ours =
+        content_of<livetet::igtl::NdArray>(from_library<::igtl::NDArrayMessage>(theirs));
     EXPECT_EQ(ours.size, (std::vector<std::uint16_t>{2, 3}));
     EXPECT_EQ(ours.values, (std::vector<double>{1, 2, 3, -4, -5, 32767}));
     auto back = to_library<::igtl::NDArrayMessage>(one<livetet::igtl::NdArray>("NDARRAY"));
@@ -410,7 +439,8 @@ TEST(Interop, Bind) {
     transform->Pack();
     theirs->AppendChildMessage(text);
     theirs->AppendChildMessage(transform);
-    const auto ours = content_of<livetet::igtl::Bind>(from_library<::igtl::BindMessage>(theirs)).messages;
+    const auto ours =
+        content_of<livetet::igtl::Bind>(from_library<::igtl::BindMessage>(theirs)).messages;
     ASSERT_EQ(ours.size(), 2);
     EXPECT_EQ(ours[1].device, "bc");
     EXPECT_EQ(std::get<Transform>(decode_content(ours[1].type, ours[1].content)).matrix, matrix);

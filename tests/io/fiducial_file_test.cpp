@@ -22,20 +22,25 @@ std::string markups(const std::string& points, const std::string& more = "") {
 }
 void expect_at(const NamedPoint& point, const std::string& name, double x, double y, double z) {
     EXPECT_EQ(point.name, name);
-    EXPECT_LT((point.position - Eigen::Vector3d(x, y, z)).norm(), 1e-15) << point.position.transpose();
+    EXPECT_LT((point.position - Eigen::Vector3d(x, y, z)).norm(), 1e-15)
+        << point.position.transpose();
 }
 
 TEST(FiducialFile, MarkupsAreLpsUnlessTheySayRas) {
     const std::string point = R"({"label":"F-1","position":[10,20,-30.5]})";
     expect_at(read_markups(markups(point)).at(0), "F-1", -0.010, -0.020, -0.0305);
-    expect_at(read_markups(markups(point, R"("coordinateSystem":"LPS",)")).at(0), "F-1", -0.010, -0.020, -0.0305);
-    expect_at(read_markups(markups(point, R"("coordinateSystem":"RAS",)")).at(0), "F-1", 0.010, 0.020, -0.0305);
+    expect_at(read_markups(markups(point, R"("coordinateSystem":"LPS",)")).at(0), "F-1", -0.010,
+              -0.020, -0.0305);
+    expect_at(read_markups(markups(point, R"("coordinateSystem":"RAS",)")).at(0), "F-1", 0.010,
+              0.020, -0.0305);
     EXPECT_TRUE(
-        says(error_of([&] { read_markups(markups(point, R"("coordinateSystem":"XYZ",)")); }), {"'XYZ'", "LPS"}));
+        says(error_of([&] { read_markups(markups(point, R"("coordinateSystem":"XYZ",)")); }),
+             {"'XYZ'", "LPS"}));
 }
 
 TEST(FiducialFile, PointsThatAreNotPlacedAreSkipped) {
-    const auto points = read_markups(markups(R"({"label":"a","positionStatus":"undefined","position":[]},
+    const auto points =
+        read_markups(markups(R"({"label":"a","positionStatus":"undefined","position":[]},
         {"label":"b","positionStatus":"defined","position":[0,0,1]},{"label":"c","positionStatus":"preview"})"));
     ASSERT_EQ(points.size(), 1u);
     expect_at(points[0], "b", 0, 0, 1e-3);
@@ -46,7 +51,8 @@ TEST(FiducialFile, MalformedMarkupsAreErrors) {
         EXPECT_TRUE(says(error_of([&] { read_markups(text); }), words)) << text;
     };
     refuses("", {"f.mrk.json", "not JSON"});
-    refuses(markups(R"({"label":"F","position":[1,2,3]})").substr(0, 60), {"not JSON", "truncated"});
+    refuses(markups(R"({"label":"F","position":[1,2,3]})").substr(0, 60),
+            {"not JSON", "truncated"});
     refuses("[]", {"\"markups\""});
     refuses(R"({"markups":[3]})", {"\"controlPoints\""});
     refuses(markups(""), {"no placed point"});
@@ -65,10 +71,10 @@ TEST(FiducialFile, FcsvOfBothStylesAreRead) {
     ASSERT_EQ(recent.size(), 2u);
     expect_at(recent[0], "F \"one\", left", -0.0105, 0.020, 0.030);
     expect_at(recent[1], "2", -0.001, -0.002, 0.003);
-    expect_at(read_fcsv("# CoordinateSystem = 0\n# columns = id,x,y,z,label\n1,1,2,3,A\n").at(0), "A", .001, .002,
-              .003);
-    expect_at(read_fcsv("# CoordinateSystem = 1\n# columns = id,x,y,z,label\n1,1,2,3,A\n").at(0), "A", -.001, -.002,
-              .003);
+    expect_at(read_fcsv("# CoordinateSystem = 0\n# columns = id,x,y,z,label\n1,1,2,3,A\n").at(0),
+              "A", .001, .002, .003);
+    expect_at(read_fcsv("# CoordinateSystem = 1\n# columns = id,x,y,z,label\n1,1,2,3,A\n").at(0),
+              "A", -.001, -.002, .003);
     expect_at(read_fcsv("# numPoints = 1\nA,1,2,3,1,1\n").at(0), "A", 0.001, 0.002, 0.003);
 }
 
@@ -86,19 +92,25 @@ TEST(FiducialFile, MalformedFcsvAreErrorsWithTheirLine) {
 }
 
 TEST(FiducialFile, WhatIsWrittenIsReadBackAndIsLps) {
-    const std::vector<NamedPoint> points{{"F-1", {0.01, -0.02, 0.03}}, {"with \"quotes\"", {1e-9, 0.1, -7}}};
+    const std::vector<NamedPoint> points{{"F-1", {0.01, -0.02, 0.03}},
+                                         {"with \"quotes\"", {1e-9, 0.1, -7}}};
     const auto path = fresh_folder() / "p.mrk.json";
     write_fiducials(path, points);
     const auto back = read_fiducials(path);
     ASSERT_EQ(back.size(), 2u);
     for (int i = 0; i < 2; ++i)
-        expect_at(back[i], points[i].name, points[i].position.x(), points[i].position.y(), points[i].position.z());
+        expect_at(back[i], points[i].name, points[i].position.x(), points[i].position.y(),
+                  points[i].position.z());
     const auto json = nlohmann::json::parse(read_text_file(path));
     EXPECT_TRUE(json["@schema"].get<std::string>().ends_with("markups-schema-v1.0.3.json#"));
     EXPECT_EQ(json["markups"][0]["coordinateSystem"], "LPS");
     EXPECT_NEAR(json["markups"][0]["controlPoints"][0]["position"][1].get<double>(), 20, 1e-12);
-    EXPECT_TRUE(says(error_of([&] { write_fiducials(path.parent_path() / "p.json", points); }), {".mrk.json"}));
-    EXPECT_TRUE(says(error_of([&] { write_fiducials(path, {{"n", {0, NAN, 0}}}); }), {"'n'", "finite"}));
+    EXPECT_TRUE(says(error_of([&] { write_fiducials(path.parent_path() / "p.json", points); }),
+                     {".mrk.json"}));
+    EXPECT_TRUE(says(error_of([&] {
+                         write_fiducials(path, {{"n", {0, NAN, 0}}});
+                     }),
+                     {"'n'", "finite"}));
     EXPECT_EQ(read_fiducials(path).size(), 2u) << "a failed write leaves the old file";
 }
 
@@ -110,7 +122,8 @@ TEST(FiducialFile, RealFcsv) {
 }
 
 TEST(PointsCsv, PointsAreReadBackWithTheirNames) {
-    const std::vector<NamedPoint> points{{"a", {0.01, -0.02, 0.03}}, {"b, \"the other\"", {0, 0, 1}}};
+    const std::vector<NamedPoint> points{{"a", {0.01, -0.02, 0.03}},
+                                         {"b, \"the other\"", {0, 0, 1}}};
     const auto path = fresh_folder() / "p.csv";
     write_points_csv(path, points);
     const auto back = read_points_csv(path);
@@ -126,7 +139,8 @@ TEST(PointsCsv, DisplacementsStandBesideTheirPoints) {
     write_displacements_csv(path, points, std::vector<Eigen::Vector3d>{{0.001, -0.002, 0.25}});
     EXPECT_EQ(read_text_file(path), "name,x_mm,y_mm,z_mm,ux_mm,uy_mm,uz_mm\na,500,0,0,1,-2,250\n");
     EXPECT_EQ(read_points_csv(path).size(), 1u) << "more columns are ignored";
-    EXPECT_TRUE(says(error_of([&] { write_displacements_csv(path, points, {}); }), {"0 displacements for 1"}));
+    EXPECT_TRUE(says(error_of([&] { write_displacements_csv(path, points, {}); }),
+                     {"0 displacements for 1"}));
 }
 
 TEST(PointsCsv, MalformedLinesAreNamed) {

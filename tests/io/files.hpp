@@ -16,20 +16,22 @@ namespace livetet::testing_files {
 /// A folder of this test's own, emptied when it starts.
 inline std::filesystem::path fresh_folder() {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    const auto folder =
-        std::filesystem::path(testing::TempDir()) / "livetet_io" / test->test_suite_name() / test->name();
+    const auto folder = std::filesystem::path(testing::TempDir()) / "livetet_io" /
+                        test->test_suite_name() / test->name();
     std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
     return folder;
 }
 
-inline std::filesystem::path write_bytes(const std::filesystem::path& path, const std::string& bytes) {
+inline std::filesystem::path write_bytes(const std::filesystem::path& path,
+                                         const std::string& bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
 }
 
 inline void truncate_to(const std::filesystem::path& path, double part) {
-    std::filesystem::resize_file(path, static_cast<std::uintmax_t>(part * std::filesystem::file_size(path)));
+    std::filesystem::resize_file(
+        path, static_cast<std::uintmax_t>(part * std::filesystem::file_size(path)));
 }
 
 /// The folder of real inputs, if there is one on this machine.
@@ -44,14 +46,16 @@ inline std::string error_of(const std::function<void()>& action) {
     try {
         action();
     } catch (const Error& error) {
-        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << "an error is one line: " << error.what();
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos)
+            << "an error is one line: " << error.what();
         return error.what();
     }
     return {};
 }
 
 /// Whether an error message holds all of `words`.
-inline testing::AssertionResult says(const std::string& message, std::initializer_list<const char*> words) {
+inline testing::AssertionResult says(const std::string& message,
+                                     std::initializer_list<const char*> words) {
     if (message.empty()) return testing::AssertionFailure() << "no error was thrown";
     for (const char* word : words)
         if (message.find(word) == std::string::npos)

@@ -14,7 +14,8 @@ namespace {
 using namespace testing_files;
 using namespace testing_meshes;
 
-/// One tet in mm whose tags are sparse and in no order, one node too many, and an inward-wound unnamed surface.
+/// One tet in mm whose tags are sparse and in no order, one node too many, and an inward-wound
+/// unnamed surface.
 const std::string small = R"($MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -44,7 +45,9 @@ std::string with(std::string text, const std::string& from, const std::string& t
     return text.replace(at, from.size(), to);
 }
 
-TetMesh read_gmsh_text(const std::string& text) { return read_gmsh(write_bytes(fresh_folder() / "m.msh", text), 1e-3); }
+TetMesh read_gmsh_text(const std::string& text) {
+    return read_gmsh(write_bytes(fresh_folder() / "m.msh", text), 1e-3);
+}
 
 TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {
     const TetMesh mesh = read_gmsh_text(small);
@@ -60,7 +63,8 @@ TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {
 TEST(GmshFile, PhysicalSurfacesAreWoundOutwards) {
     const TetMesh mesh = read_gmsh_text(small);  // the file's triangle is seen from within
     const Triangle t = mesh.triangle_sets.at("surface_3").at(0);
-    const Vector3 normal = (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
+    const Vector3 normal =
+        (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
     EXPECT_LT(normal.z(), 0);
 }
 
@@ -86,21 +90,24 @@ TEST(GmshFile, MalformedMeshesAreRefused) {
         EXPECT_TRUE(says(error_of([&] { read_gmsh_text(text); }), words)) << text;
     };
     refuses("", {"m.msh:1", "expected $MeshFormat"});
-    refuses("SystemCall \"true\";\nPoint(1) = {0,0,0};\n", {"m.msh:1", "SystemCall", "expected $MeshFormat"});
+    refuses("SystemCall \"true\";\nPoint(1) = {0,0,0};\n",
+            {"m.msh:1", "SystemCall", "expected $MeshFormat"});
     refuses(with(small, "2.2 0 8", "3.7 0 8"), {"m.msh:2", "'3.7'", "2.2"});
     refuses(with(small, "2 4 2 6 1 3 1000 40 70", "2 4 2 6 1 3 40 1000 70"), {"tet 0", "inverted"});
     refuses(with(small, "2 4 2 6 1 3 1000 40 70", "2 2 2 3 1 3 1000 40"), {"no tetrahedra"});
     refuses(with(small, "3 1000 40 70", "3 1000 40 71"), {"m.msh"});
     refuses(with(small, "0 0 10", "0 0 nan"), {"m.msh"});
     refuses(with(small, "5 15 2 9 1 70", "5 15 2 9 1 12"), {"'tip'", "no node"});
-    refuses(with(small, "2 4 2 6 1 3 1000 40 70", "2 6 2 6 1 3 1000 40 70 12 12"), {"type Prism", "4-node tetrahedra"});
+    refuses(with(small, "2 4 2 6 1 3 1000 40 70", "2 6 2 6 1 3 1000 40 70 12 12"),
+            {"type Prism", "4-node tetrahedra"});
     refuses(with(small, "2 4 2 6 1 3 1000 40 70", "2 11 2 6 1 3 1000 40 70 12 12 12 12 12 12"),
             {"Tetrahedron", "order 2"});
 }
 
 TEST(GmshFile, WhatGmshsReaderDoesNotSurviveIsAnError) {
     // Seven partitions are announced and two follow.
-    const std::string partitioned = with(small, "2 4 2 6 1 3 1000 40 70", "2 4 5 6 1 7 4 2 3 1000 40 70");
+    const std::string partitioned =
+        with(small, "2 4 2 6 1 3 1000 40 70", "2 4 5 6 1 7 4 2 3 1000 40 70");
     EXPECT_TRUE(says(error_of([&] { read_gmsh_text(partitioned); }), {"m.msh", "Gmsh crashed"}));
 }
 
@@ -111,7 +118,8 @@ TEST(GmshFile, TruncationIsAnError) {
 
 TEST(GmshFile, WrongNamesAreErrors) {
     EXPECT_TRUE(says(error_of([] { read_gmsh(fresh_folder() / "a.geo", 1); }), {"'.geo'", ".msh"}));
-    EXPECT_TRUE(says(error_of([] { read_gmsh(fresh_folder() / "a.msh", 1); }), {"a.msh", "no such file"}));
+    EXPECT_TRUE(
+        says(error_of([] { read_gmsh(fresh_folder() / "a.msh", 1); }), {"a.msh", "no such file"}));
 }
 
 TEST(GmshFile, RealMeshesOfBothVersionsAreTheSameBody) {
@@ -128,7 +136,8 @@ TEST(GmshFile, RealMeshesOfBothVersionsAreTheSameBody) {
 TEST(GmshFile, Msh41WithNamedGroupsIsRead) {
     // A tet of unit edges: volume 1 in group 4, its face z = 0 in the group "wall".
     const TetMesh mesh = read_gmsh_text(
-        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 2 \"wall\"\n3 4 \"body\"\n$EndPhysicalNames\n"
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 2 \"wall\"\n3 4 "
+        "\"body\"\n$EndPhysicalNames\n"
         "$Entities\n0 0 1 1\n5 0 0 0 1 1 0 1 2 0\n1 0 0 0 1 1 1 1 4 1 5\n$EndEntities\n"
         "$Nodes\n1 4 10 13\n3 1 0 4\n10\n11\n12\n13\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n"
         "$Elements\n2 2 1 2\n2 5 2 1\n1 10 11 12\n3 1 4 1\n2 10 11 12 13\n$EndElements\n");
@@ -142,7 +151,9 @@ TEST(GmshFile, ATruncatedRealBinaryMeshIsAnError) {
     LIVETET_DATA_OR_SKIP(data);
     const std::string whole = read_text_file(data / "meshes" / "mfem_piece.bin.v22.msh");
     for (const double part : {0.01, 0.2, 0.6, 0.99})
-        EXPECT_FALSE(error_of([&] { read_gmsh_text(whole.substr(0, whole.size() * part)); }).empty()) << part;
+        EXPECT_FALSE(
+            error_of([&] { read_gmsh_text(whole.substr(0, whole.size() * part)); }).empty())
+            << part;
 }
 
 }  // namespace

@@ -11,7 +11,9 @@ using namespace testing_files;
 
 /// `bytes` with each 4-byte little-endian `from` that `number`s among them (from 0) made `to`.
 std::string with_number(std::string bytes, std::uint32_t from, std::uint32_t to, int number) {
-    const auto text = [](std::uint32_t x) { return std::string(reinterpret_cast<const char*>(&x), sizeof x); };
+    const auto text = [](std::uint32_t x) {
+        return std::string(reinterpret_cast<const char*>(&x), sizeof x);
+    };
     std::size_t at = bytes.find(text(from));
     for (; number > 0 && at != std::string::npos; --number) at = bytes.find(text(from), at + 1);
     return at == std::string::npos ? std::string() : bytes.replace(at, 4, text(to));
@@ -31,12 +33,15 @@ TEST(Hdf5, ATextThatIsLongerThanWhatIsStoredOfItIsRefused) {
         for (int number = 0; number < 2; ++number) {
             const std::string bad = with_number(good, size, wrong, number);
             ASSERT_FALSE(bad.empty());
-            refused += !error_of([&] { (void)File::open(write_bytes(path, bad)).read_text("text"); }).empty();
+            refused += !error_of([&] {
+                            (void)File::open(write_bytes(path, bad)).read_text("text");
+                        }).empty();
         }
     EXPECT_GE(refused, 4);
 }
 
-/// Found by fuzzing: HDF5 1.10 reads from nowhere where a group's heap of names has no address, but only when a name is looked up.
+/// Found by fuzzing: HDF5 1.10 reads from nowhere where a group's heap of names has no address, but
+/// only when a name is looked up.
 TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
     const auto path = fresh_folder() / "t.h5";
     {
@@ -44,10 +49,13 @@ TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
         file.write_text("a/b/text", "x");
     }
     const std::string good = read_text_file(path);
-    const std::string message("\x11\0\x10\0", 4);  // of a group: four bytes on, the addresses of its tree and its heap, 8 bytes each
+    const std::string message(
+        "\x11\0\x10\0",
+        4);  // of a group: four bytes on, the addresses of its tree and its heap, 8 bytes each
     const std::string nowhere(8, '\xff'), far_away("\0\0\2\0\xff\xff\xff\xff", 8);
     int groups = 0;
-    for (std::size_t at = good.find(message); at != std::string::npos; at = good.find(message, at + 1), ++groups)
+    for (std::size_t at = good.find(message); at != std::string::npos;
+         at = good.find(message, at + 1), ++groups)
         for (const std::string& tree : {good.substr(at + 8, 8), nowhere, far_away}) {
             std::string bad = good;
             bad.replace(at + 8, 8, tree).replace(at + 16, 8, nowhere);

@@ -47,7 +47,8 @@ TEST(HierarchyFile, WhatIsWrittenIsReadBack) {
 TEST(HierarchyFile, KnowsWhereTheImagesVoxelsLie) {
     const auto path = fresh_folder() / "h.h5";
     ImageGrid grid{{512, 511, 40}, Eigen::Matrix4d::Identity()};
-    grid.ras_from_voxel << 6e-4, -1.6e-3, 0, 0.01, 8e-4, 1.2e-3, 0, 0.02, 0, 0, -3e-3, 0.03, 0, 0, 0, 1;
+    grid.ras_from_voxel << 6e-4, -1.6e-3, 0, 0.01, 8e-4, 1.2e-3, 0, 0.02, 0, 0, -3e-3, 0.03, 0, 0,
+        0, 1;
     write_hierarchy(path, example(), grid);
     const std::optional<ImageGrid> back = read_image_grid(path);
     ASSERT_TRUE(back);
@@ -64,7 +65,8 @@ TEST(HierarchyFile, KnowsWhereTheImagesVoxelsLie) {
         if (spoilt == 1) wrong.ras_from_voxel.col(0).setZero();
         if (spoilt == 2) wrong.ras_from_voxel(3, 0) = 1;
         write_hierarchy(path, example(), wrong);
-        EXPECT_TRUE(says(error_of([&] { read_image_grid(path); }), {"h.h5", spoilt == 0 ? "image/size" : "image/ras_from_voxel"}));
+        EXPECT_TRUE(says(error_of([&] { read_image_grid(path); }),
+                         {"h.h5", spoilt == 0 ? "image/size" : "image/ras_from_voxel"}));
     }
 }
 
@@ -79,15 +81,24 @@ TEST(HierarchyFile, HostileNumbersAreRefusedWithTheirTable) {
     };
     refuses([](auto& h) { h.levels[0].tets[2][1] = 99; }, {"h.h5: levels/0", "tet 2", "99"});
     refuses([](auto& h) { h.levels[0].tets[2][1] = -1; }, {"h.h5: levels/0", "tet 2", "-1"});
-    refuses([](auto& h) { std::swap(h.levels[0].tets[3][0], h.levels[0].tets[3][1]); }, {"tet 3", "inverted"});
+    refuses([](auto& h) { std::swap(h.levels[0].tets[3][0], h.levels[0].tets[3][1]); },
+            {"tet 3", "inverted"});
     refuses([](auto& h) { h.levels[0].nodes[4].x() = NAN; }, {"levels/0", "node 4", "finite"});
     refuses([](auto& h) { h.levels[0].regions.pop_back(); }, {"levels/0", "5 region"});
-    refuses([](auto& h) { h.levels[0].node_sets["bottom"][3] = 8; }, {"levels/0/node_sets/bottom", "node 8", "0 to 7"});
-    refuses([](auto& h) { h.levels[0].node_sets["bottom"][3] = 1; }, {"levels/0/node_sets/bottom", "order"});
-    refuses([](auto& h) { h.levels[0].triangle_sets["bottom"][1][2] = -7; }, {"triangle_sets/bottom", "node -7"});
-    refuses([](auto& h) { h.transfers[0].nodes[5][0] = 4; }, {"transfers/0/nodes", "node 4", "0 to 3"});
+    refuses([](auto& h) { h.levels[0].node_sets["bottom"][3] = 8; },
+            {"levels/0/node_sets/bottom", "node 8", "0 to 7"});
+    refuses([](auto& h) { h.levels[0].node_sets["bottom"][3] = 1; },
+            {"levels/0/node_sets/bottom", "order"});
+    refuses([](auto& h) { h.levels[0].triangle_sets["bottom"][1][2] = -7; },
+            {"triangle_sets/bottom", "node -7"});
+    refuses([](auto& h) { h.transfers[0].nodes[5][0] = 4; },
+            {"transfers/0/nodes", "node 4", "0 to 3"});
     refuses([](auto& h) { h.transfers[0].weights[5][0] = NAN; }, {"transfers/0/weights", "row 5"});
-    refuses([](auto& h) { h.transfers[0].weights[5] = {1, 1, 0, 0}; }, {"transfers/0/weights", "row 5"});
+    refuses(
+        [](auto& h) {
+            h.transfers[0].weights[5] = {1, 1, 0, 0};
+        },
+        {"transfers/0/weights", "row 5"});
     refuses([](auto& h) { h.transfers[0].distance[5] = -1; }, {"transfers/0/distance", "row 5"});
     refuses([](auto& h) { h.transfers[0].weights.pop_back(); }, {"transfers/0", "7 weights"});
     refuses([](auto& h) { h.transfers.clear(); }, {"no table transfers/0/nodes"});
@@ -96,25 +107,30 @@ TEST(HierarchyFile, HostileNumbersAreRefusedWithTheirTable) {
 
 TEST(HierarchyFile, OtherFilesAreErrors) {
     const auto folder = fresh_folder();
-    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "none.h5"); }), {"none.h5", "no such file"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_hierarchy(folder / "none.h5"); }), {"none.h5", "no such file"}));
     write_bytes(folder / "text.h5", "not HDF5 at all");
-    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "text.h5"); }), {"text.h5", "no HDF5"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_hierarchy(folder / "text.h5"); }), {"text.h5", "no HDF5"}));
     hdf5::File::create(folder / "empty.h5", "empty.h5");
-    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "empty.h5"); }), {"empty.h5", "another program"}));
+    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "empty.h5"); }),
+                     {"empty.h5", "another program"}));
     {
         auto file = hdf5::File::create(folder / "later.h5", "later.h5");
         hdf5::write_format(file, "livetet mesh hierarchy", 9);
     }
-    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "later.h5"); }), {"later.h5", "version 9", "expected 1"}));
+    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "later.h5"); }),
+                     {"later.h5", "version 9", "expected 1"}));
     {
         auto file = hdf5::File::create(folder / "shape.h5", "shape.h5");
         hdf5::write_format(file, "livetet mesh hierarchy", 1);
         file.write_text("provenance", "");
         file.write<double>("levels/0/nodes", std::vector<double>(8), 2);
     }
+    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "shape.h5"); }),
+                     {"levels/0/nodes", "2 columns", "3 columns"}));
     EXPECT_TRUE(
-        says(error_of([&] { read_hierarchy(folder / "shape.h5"); }), {"levels/0/nodes", "2 columns", "3 columns"}));
-    EXPECT_TRUE(says(error_of([&] { write_hierarchy(folder / "no" / "h.h5", example()); }), {"no folder"}));
+        says(error_of([&] { write_hierarchy(folder / "no" / "h.h5", example()); }), {"no folder"}));
 }
 
 /// HDF5 follows wrong addresses and sizes to where there is nothing.
@@ -133,7 +149,8 @@ TEST(HierarchyFile, AWrongNumberAnywhereInItNeverCrashes) {
             read_hierarchy(path);
         } catch (const Error& error) {
             ++refused;
-            EXPECT_NE(std::string(error.what()).find("h.h5"), std::string::npos) << at << ": " << error.what();
+            EXPECT_NE(std::string(error.what()).find("h.h5"), std::string::npos)
+                << at << ": " << error.what();
         }
     }
     EXPECT_GT(refused, 20);

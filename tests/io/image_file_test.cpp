@@ -52,7 +52,8 @@ TEST(ImageFile, LabelsComeBackAtTheirPlaceInSpace) {
 
 TEST(ImageFile, LabelsAreStoredInTheSmallestTypeThatFits) {
     const auto folder = fresh_folder();
-    for (const auto& [largest, bytes] : std::map<int, int>{{255, 1}, {256, 2}, {-1, 2}, {70000, 4}}) {
+    for (const auto& [largest, bytes] :
+         std::map<int, int>{{255, 1}, {256, 2}, {-1, 2}, {70000, 4}}) {
         write_image(folder / "a.nii", oblique(1, largest));
         EXPECT_EQ(std::filesystem::file_size(folder / "a.nii"), 352u + 60 * bytes) << largest;
         expect_same_image(read_label_image(folder / "a.nii"), oblique(1, largest));
@@ -92,29 +93,34 @@ TEST(ImageFile, GreyValuesAreScaledAsTheHeaderSays) {
                      }),
                      {"voxel (0, 0, 0)", "whole number"}));
     patch<float>(path, 356, NAN);
-    EXPECT_TRUE(says(error_of([&] { read_grey_image(path); }), {"voxel (1, 0, 0)", "nan", "finite"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_grey_image(path); }), {"voxel (1, 0, 0)", "nan", "finite"}));
 }
 
 TEST(ImageFile, TruncationIsSeenAtAnyPlace) {
     const auto folder = fresh_folder();
     LabelImage image = oblique(1, 7);
-    for (std::size_t n = 0; n < image.values.size(); ++n) image.values[n] = static_cast<int>(n * 37 % 251);
+    for (std::size_t n = 0; n < image.values.size(); ++n)
+        image.values[n] = static_cast<int>(n * 37 % 251);
     for (const char* name : {"a.nii", "a.nii.gz"}) {
         write_image(folder / name, image);
         const std::string whole = read_text_file(folder / name);
         for (std::size_t n = 0; n < whole.size(); ++n) {
             write_bytes(folder / name, whole.substr(0, n));
-            ASSERT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name})) << n << " bytes";
+            ASSERT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name}))
+                << n << " bytes";
         }
     }
     write_image(folder / "a.nii", image);
     truncate_to(folder / "a.nii", 0.95);
-    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "a.nii"); }), {"expected 4 x 3 x 5", "truncated"}));
+    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "a.nii"); }),
+                     {"expected 4 x 3 x 5", "truncated"}));
 }
 
 TEST(ImageFile, HostileHeadersAreRefused) {
     const auto path = fresh_folder() / "a.nii";
-    const auto refuses = [&](std::size_t offset, auto value, std::initializer_list<const char*> words) {
+    const auto refuses = [&](std::size_t offset, auto value,
+                             std::initializer_list<const char*> words) {
         write_image(path, oblique(1, 7));
         patch(path, offset, value);
         EXPECT_TRUE(says(error_of([&] { read_label_image(path); }), words)) << "at " << offset;
@@ -144,10 +150,13 @@ TEST(ImageFile, HostileHeadersAreRefused) {
 
 TEST(ImageFile, OtherEndingsAndMissingFilesAreErrors) {
     const auto folder = fresh_folder();
-    EXPECT_TRUE(says(error_of([&] { read_grey_image(folder / "a.tif"); }), {"'.tif'", ".nii.gz", ".nrrd"}));
-    EXPECT_TRUE(says(error_of([&] { read_grey_image(folder / "a.nii"); }), {"a.nii", "no such file"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_grey_image(folder / "a.tif"); }), {"'.tif'", ".nii.gz", ".nrrd"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_grey_image(folder / "a.nii"); }), {"a.nii", "no such file"}));
     EXPECT_TRUE(says(error_of([&] { write_image(folder / "a.png", GreyImage{}); }), {"'.png'"}));
-    EXPECT_TRUE(says(error_of([&] { write_image(folder / "a.nii", LabelImage{}); }), {"no voxels"}));
+    EXPECT_TRUE(
+        says(error_of([&] { write_image(folder / "a.nii", LabelImage{}); }), {"no voxels"}));
     EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
@@ -170,7 +179,8 @@ TEST(ImageFile, RealCtShowsALiverWhereItsSegmentationDoes) {
     EXPECT_EQ(ct.size, (std::array<int, 3>{122, 101, 112}));
     EXPECT_EQ(ct.ras_from_voxel, labels.ras_from_voxel);
     EXPECT_NEAR(ct.ras_from_voxel(0, 3), -0.17795632934570312, 1e-9);
-    // By its header the segmentation lies on the CT's lowest slices; by what it shows, on the 30 highest.
+    // By its header the segmentation lies on the CT's lowest slices; by what it shows, on the 30
+    // highest.
     const int shift = ct.size[2] - labels.size[2];
     double sum = 0;
     int count = 0;
@@ -182,7 +192,8 @@ TEST(ImageFile, RealCtShowsALiverWhereItsSegmentationDoes) {
                     ++count;
                 }
     ASSERT_GT(count, 100);
-    EXPECT_NEAR(sum / count, 45, 5) << "Hounsfield units of a liver: the voxels' order is wrong otherwise";
+    EXPECT_NEAR(sum / count, 45, 5)
+        << "Hounsfield units of a liver: the voxels' order is wrong otherwise";
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// NRRD and MetaImage, by files whose headers are written here by hand, so that no writer shares a reader's mistake.
+// NRRD and MetaImage, by files whose headers are written here by hand, so that no writer shares a
+// reader's mistake.
 #include <zlib.h>
 
 #include <cstring>
@@ -23,7 +24,8 @@ std::string voxels() {
 /// zlib's format, or gzip's.
 std::string packed(std::string bytes, bool gzip) {
     z_stream stream{};
-    EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, gzip ? 15 + 16 : 15, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, gzip ? 15 + 16 : 15, 8, Z_DEFAULT_STRATEGY),
+              Z_OK);
     std::string out(bytes.size() + 1000, '\0');
     stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
     stream.avail_in = static_cast<uInt>(bytes.size());
@@ -35,31 +37,38 @@ std::string packed(std::string bytes, bool gzip) {
     return out;
 }
 
-// Oblique and left-handed: in RAS, mm, i steps by (0.6, 0.8, 0), j by 2 (-0.8, 0.6, 0), k by 3 (0, 0, -1), from
-// (10, 20, 30).
+// Oblique and left-handed: in RAS, mm, i steps by (0.6, 0.8, 0), j by 2 (-0.8, 0.6, 0), k by 3 (0,
+// 0, -1), from (10, 20, 30).
 const std::string ras_lines =
-    "space: right-anterior-superior\nspace directions: (0.6,0.8,0) (-1.6,1.2,0) (0,0,-3)\nspace origin: (10,20,30)\n";
+    "space: right-anterior-superior\nspace directions: (0.6,0.8,0) (-1.6,1.2,0) (0,0,-3)\nspace "
+    "origin: (10,20,30)\n";
 const std::string lps_lines =
-    "space: left-posterior-superior\nspace directions: (-0.6,-0.8,0) (1.6,-1.2,0) (0,0,-3)\nspace origin: "
+    "space: left-posterior-superior\nspace directions: (-0.6,-0.8,0) (1.6,-1.2,0) (0,0,-3)\nspace "
+    "origin: "
     "(-10,-20,30)\n";
 const std::string las_lines =
     "space: LAS\nspace directions: (-0.6,0.8,0) (1.6,1.2,0) (0,0,-3)\nspace origin: (-10,20,30)\n";
 
 std::string nrrd(const std::string& lines, const std::string& encoding = "raw") {
-    return "NRRD0005\n# by hand\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: " + encoding + "\n" + lines;
+    return "NRRD0005\n# by hand\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: " + encoding +
+           "\n" + lines;
 }
 
 const std::string meta_place =
-    "TransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -10 -20 30\nElementSpacing = 1 2 3\n";
+    "TransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -10 -20 30\nElementSpacing = 1 2 "
+    "3\n";
 
-std::string meta(const std::string& place, const std::string& data = "LOCAL", const std::string& more = "") {
-    return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" + more + place +
-           "DimSize = 4 3 2\nElementType = MET_UCHAR\nElementDataFile = " + data + "\n";
+std::string meta(const std::string& place, const std::string& data = "LOCAL",
+                 const std::string& more = "") {
+    return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" +
+           more + place + "DimSize = 4 3 2\nElementType = MET_UCHAR\nElementDataFile = " + data +
+           "\n";
 }
 
 std::string meta_packed(const std::string& bytes) {
     const std::string z = packed(bytes, false);
-    return meta(meta_place, "LOCAL", "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n") +
+    return meta(meta_place, "LOCAL",
+                "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n") +
            z;
 }
 
@@ -110,35 +119,45 @@ TEST(ImageFormats, OneImageInEveryFormatLiesAtTheSamePoints) {
         {"lps.nrrd", nrrd(lps_lines) + "\n" + raw},
         {"las.nrrd", nrrd(las_lines) + "\n" + raw},
         {"gz.nrrd", nrrd(lps_lines, "gzip") + "\n" + packed(raw, true)},
-        {"members.nrrd", nrrd(lps_lines, "gzip") + "\n" + packed(raw.substr(0, 9), true) + packed(raw.substr(9), true)},
+        {"members.nrrd", nrrd(lps_lines, "gzip") + "\n" + packed(raw.substr(0, 9), true) +
+                             packed(raw.substr(9), true)},
         {"text.nrrd", nrrd(ras_lines, "ascii") + "\n" + numbers},
         {"upper.NRRD", nrrd(lps_lines) + "\n" + raw},
         {"apart.nhdr", nrrd(lps_lines) + "data file: apart.raw\n"},
         {"apart_gz.nhdr", nrrd(ras_lines, "gz") + "data file: apart.raw.gz\n\n"},
-        {"metres.nrrd", nrrd("space: RAS\nspace units: \"m\" \"m\" \"m\"\nspace directions: (0.0006,0.0008,0) "
-                             "(-0.0016,0.0012,0) (0,0,-0.003)\nspace origin: (0.01,0.02,0.03)\n") +
-                            "\n" + raw},
+        {"metres.nrrd",
+         nrrd("space: RAS\nspace units: \"m\" \"m\" \"m\"\nspace directions: (0.0006,0.0008,0) "
+              "(-0.0016,0.0012,0) (0,0,-0.003)\nspace origin: (0.01,0.02,0.03)\n") +
+             "\n" + raw},
         {"a.mha", meta(meta_place) + raw},
         {"z.mha", meta_packed(raw)},
         {"apart.mhd", meta(meta_place, "apart.raw")},
-        {"apart_z.mhd", meta(meta_place, "apart.zraw",
-                             "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n")},
+        {"apart_z.mhd",
+         meta(meta_place, "apart.zraw",
+              "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n")},
         // The j axis turned round by its direction, and back by its spacing.
-        {"negative.mha",
-         meta("TransformMatrix = -0.6 -0.8 0 -0.8 0.6 0 0 0 -1\nOffset = -10 -20 30\nElementSpacing = 1 "
-              "-2 3\n") +
-             raw},
-        // What AnatomicalOrientation says beside a TransformMatrix is not used, as in ITK and Slicer.
+        {"negative.mha", meta("TransformMatrix = -0.6 -0.8 0 -0.8 0.6 0 0 0 -1\nOffset = -10 -20 "
+                              "30\nElementSpacing = 1 "
+                              "-2 3\n") +
+                             raw},
+        // What AnatomicalOrientation says beside a TransformMatrix is not used, as in ITK and
+        // Slicer.
         {"oriented.mha", meta("AnatomicalOrientation = RAS\n" + meta_place) + raw},
-        {"cm.mha", meta("DistanceUnits = cm\nTransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -1 -2 "
-                        "3\nElementSpacing = 0.1 0.2 0.3\n") +
-                       raw},
+        {"cm.mha",
+         meta("DistanceUnits = cm\nTransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -1 -2 "
+              "3\nElementSpacing = 0.1 0.2 0.3\n") +
+             raw},
         {"text.mha",
-         meta(meta_place).replace(meta(meta_place).find("BinaryData = True"), 17, "BinaryData = False") + numbers},
+         meta(meta_place)
+                 .replace(meta(meta_place).find("BinaryData = True"), 17, "BinaryData = False") +
+             numbers},
     };
     for (const auto& [name, bytes] : files) {
         SCOPED_TRACE(name);
-        EXPECT_EQ(error_of([&] { expect_known_points(read_label_image(write_bytes(folder / name, bytes))); }), "");
+        EXPECT_EQ(error_of([&] {
+                      expect_known_points(read_label_image(write_bytes(folder / name, bytes)));
+                  }),
+                  "");
     }
 }
 
@@ -155,7 +174,8 @@ TEST(ImageFormats, SlicesInFilesOfTheirOwnAreRead) {
         EXPECT_EQ(error_of([&] { expect_known_points(read_label_image(folder / name)); }), "");
     }
     truncate_to(folder / "s1.raw", 0.5);
-    for (const char* name : names) EXPECT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name}));
+    for (const char* name : names)
+        EXPECT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name}));
 }
 
 TEST(ImageFormats, SpacingsWithoutASpaceLieAlongLps) {
@@ -169,39 +189,47 @@ TEST(ImageFormats, SpacingsWithoutASpaceLieAlongLps) {
 
 TEST(ImageFormats, ShearedAxesStaySheared) {
     const auto path = fresh_folder() / "a.nrrd";
-    write_bytes(path, nrrd("space: RAS\nspace directions: (1,0,0) (0.5,1,0) (0,0,3)\nspace origin: (0,0,0)\n") + "\n" +
-                          voxels());
+    write_bytes(
+        path,
+        nrrd("space: RAS\nspace directions: (1,0,0) (0.5,1,0) (0,0,3)\nspace origin: (0,0,0)\n") +
+            "\n" + voxels());
     EXPECT_LT((mm(read_label_image(path), 2, 2, 1) - Eigen::Vector3d(3, 2, 3)).norm(), 1e-9);
 }
 
 TEST(ImageFormats, TypesAndByteOrdersAreRead) {
     const auto folder = fresh_folder();
     const std::string place = "DimSize = 2 1 1\nElementSpacing = 1 1 1\n";
-    const std::string nrrd_head = "NRRD0004\ndimension: 3\nsizes: 2 1 1\nspacings: 1 1 1\nencoding: raw\n";
-    const std::string big = {'\x01', '\x02', '\xff', '\xfe'}, little = {'\x02', '\x01', '\xfe', '\xff'};
+    const std::string nrrd_head =
+        "NRRD0004\ndimension: 3\nsizes: 2 1 1\nspacings: 1 1 1\nencoding: raw\n";
+    const std::string big = {'\x01', '\x02', '\xff', '\xfe'},
+                      little = {'\x02', '\x01', '\xfe', '\xff'};
     const std::vector<std::int32_t> expected{258, -2};
     write_bytes(folder / "big.nrrd", nrrd_head + "type: short\nendian: big\n\n" + big);
     write_bytes(folder / "little.nrrd", nrrd_head + "type: int16\nendian: little\n\n" + little);
     write_bytes(folder / "big.mha", "NDims = 3\nBinaryDataByteOrderMSB = True\n" + place +
                                         "ElementType = MET_SHORT\nElementDataFile = LOCAL\n" + big);
     write_bytes(folder / "little.mha", "NDims = 3\nElementByteOrderMSB = False\n" + place +
-                                           "ElementType = MET_SHORT\nElementDataFile = LOCAL\n" + little);
+                                           "ElementType = MET_SHORT\nElementDataFile = LOCAL\n" +
+                                           little);
     for (const char* name : {"big.nrrd", "little.nrrd", "big.mha", "little.mha"})
         EXPECT_EQ(read_label_image(folder / name).values, expected) << name;
     const float values[2] = {1.5f, -1000};
     const std::string floats(reinterpret_cast<const char*>(values), 8);
     write_bytes(folder / "f.nrrd", nrrd_head + "type: float\nendian: little\n\n" + floats);
     EXPECT_EQ(read_grey_image(folder / "f.nrrd").values, (std::vector<float>{1.5f, -1000}));
-    EXPECT_TRUE(
-        says(error_of([&] { read_label_image(folder / "f.nrrd"); }), {"voxel (0, 0, 0) is 1.5", "whole number"}));
+    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "f.nrrd"); }),
+                     {"voxel (0, 0, 0) is 1.5", "whole number"}));
     const float nan[2] = {0, NAN};
-    write_bytes(folder / "n.mha", "NDims = 3\n" + place + "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
+    write_bytes(folder / "n.mha", "NDims = 3\n" + place +
+                                      "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
                                       std::string(reinterpret_cast<const char*>(nan), 8));
-    EXPECT_TRUE(says(error_of([&] { read_grey_image(folder / "n.mha"); }), {"voxel (1, 0, 0)", "nan", "finite"}));
+    EXPECT_TRUE(says(error_of([&] { read_grey_image(folder / "n.mha"); }),
+                     {"voxel (1, 0, 0)", "nan", "finite"}));
     const std::int64_t labels[2] = {70000, 5'000'000'000};
-    write_bytes(folder / "l.nrrd",
-                nrrd_head + "type: int64\nendian: little\n\n" + std::string(reinterpret_cast<const char*>(labels), 16));
-    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "l.nrrd"); }), {"voxel (1, 0, 0)", "5000000000"}));
+    write_bytes(folder / "l.nrrd", nrrd_head + "type: int64\nendian: little\n\n" +
+                                       std::string(reinterpret_cast<const char*>(labels), 16));
+    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "l.nrrd"); }),
+                     {"voxel (1, 0, 0)", "5000000000"}));
 }
 
 const std::string segments =
@@ -210,14 +238,15 @@ const std::string segments =
 
 TEST(ImageFormats, SlicersSegmentationIsReadWhereItHasOneLayer) {
     const auto folder = fresh_folder();
-    write_bytes(folder / "one.seg.nrrd",
-                nrrd("kinds: domain domain domain\n" + lps_lines, "gzip") + segments + "\n" + packed(voxels(), true));
+    write_bytes(folder / "one.seg.nrrd", nrrd("kinds: domain domain domain\n" + lps_lines, "gzip") +
+                                             segments + "\n" + packed(voxels(), true));
     expect_known_points(read_label_image(folder / "one.seg.nrrd"));
     const auto layers = [&](int count, const std::string& bytes) {
         std::string lines = lps_lines;
         lines.insert(lines.find("directions: ") + 12, "none ");
         return "NRRD0005\ntype: uint8\ndimension: 4\nsizes: " + std::to_string(count) +
-               " 4 3 2\nkinds: list domain domain domain\nencoding: raw\n" + lines + segments + "\n" + bytes;
+               " 4 3 2\nkinds: list domain domain domain\nencoding: raw\n" + lines + segments +
+               "\n" + bytes;
     };
     write_bytes(folder / "list.seg.nrrd", layers(1, voxels()));
     expect_known_points(read_label_image(folder / "list.seg.nrrd"));
@@ -237,18 +266,21 @@ TEST(ImageFormats, TruncationIsSeenAtAnyPlace) {
     for (const auto& [name, whole] : files)
         for (std::size_t n = 0; n < whole.size(); ++n) {
             write_bytes(folder / name, whole.substr(0, n));
-            ASSERT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name})) << n << " bytes";
+            ASSERT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name}))
+                << n << " bytes";
         }
     write_bytes(folder / "short.raw", voxels().substr(5));
     write_bytes(folder / "a.mhd", meta(meta_place, "short.raw"));
     write_bytes(folder / "a.nhdr", nrrd(lps_lines) + "data file: short.raw\n");
     for (const char* name : {"a.mhd", "a.nhdr"})
-        EXPECT_TRUE(says(error_of([&] { read_label_image(folder / name); }), {name, "found 19 bytes", "expected 24"}));
+        EXPECT_TRUE(says(error_of([&] { read_label_image(folder / name); }),
+                         {name, "found 19 bytes", "expected 24"}));
 }
 
 TEST(ImageFormats, HeadersThatLieAreRefused) {
     const auto folder = fresh_folder();
-    const auto refuses = [&](const char* name, const std::string& bytes, std::initializer_list<const char*> words) {
+    const auto refuses = [&](const char* name, const std::string& bytes,
+                             std::initializer_list<const char*> words) {
         write_bytes(folder / name, bytes);
         const std::string error = error_of([&] { read_label_image(folder / name); });
         EXPECT_TRUE(says(error, {name}));
@@ -263,55 +295,76 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     for (const char* size : {"1500 1500 1500", "4 3 3"}) {
         refuses("a.nrrd", with(n, "4 3 2", size), {"found 24 bytes", "truncated"});
         refuses("a.mha", with(m, "4 3 2", size), {"found 24 bytes", "truncated"});
-        refuses("z.nrrd", with(nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true), "4 3 2", size),
+        refuses("z.nrrd",
+                with(nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true), "4 3 2", size),
                 {"found 24 bytes", "truncated"});
-        refuses("z.mha", with(meta_packed(voxels()), "4 3 2", size), {"found 24 bytes", "truncated"});
+        refuses("z.mha", with(meta_packed(voxels()), "4 3 2", size),
+                {"found 24 bytes", "truncated"});
     }
     refuses("a.nrrd", with(n, "4 3 2", "4 3 1"), {"expected 12", "wrong size"});
     refuses("a.mha", with(m, "4 3 2", "4 3 1"), {"expected 12", "wrong size"});
     refuses("z.mha", with(meta_packed(voxels()), "4 3 2", "4 3 1"), {"expected 12", "wrong size"});
-    refuses("a.nrrd", with(n, "4 3 2", "4294967300 3 2"), {"4294967300", "1048576"});  // 4 in 32 bits
+    refuses("a.nrrd", with(n, "4 3 2", "4294967300 3 2"),
+            {"4294967300", "1048576"});  // 4 in 32 bits
     refuses("a.mha", with(m, "4 3 2", "4294967300 3 2"), {"4294967300"});
     refuses("a.mha", with(m, "4 3 2", "-4 3 2"), {"-4"});
     refuses("a.nrrd", with(n, "4 3 2", "1000000 1000000 1000000"), {"4e9"});
     refuses("a.nrrd", with(n, "sizes: 4 3 2", "sizes: 4 3"), {"dimension"});
-    refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 99999999999"),
-            {"truncated"});
-    refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize", "Comment"), {"CompressedDataSize"});
-    refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 8\nComment = "), {"truncated"});
+    refuses(
+        "z.mha",
+        with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 99999999999"),
+        {"truncated"});
+    refuses("z.mha", with(meta_packed(voxels()), "CompressedDataSize", "Comment"),
+            {"CompressedDataSize"});
+    refuses(
+        "z.mha",
+        with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 8\nComment = "),
+        {"truncated"});
     refuses("a.mha", with(m, "DimSize", "HeaderSize = 12\nDimSize"), {"HeaderSize"});
     write_bytes(folder / "whole.raw", voxels());
-    refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"), {"found 12", "expected 24"});
+    refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"),
+            {"found 12", "expected 24"});
     write_bytes(folder / "long.raw", voxels() + voxels());  // as of 16 bits
     refuses("a.mhd", meta(meta_place, "long.raw"), {"found 48", "expected 24", "wrong size"});
-    refuses("a.nhdr", nrrd(lps_lines) + "data file: long.raw\n", {"found 48", "expected 24", "wrong size"});
+    refuses("a.nhdr", nrrd(lps_lines) + "data file: long.raw\n",
+            {"found 48", "expected 24", "wrong size"});
     refuses("a.nii", nifti() + "x", {"more bytes"});
     refuses("a.nii.gz", packed(nifti() + "x", true), {"more bytes"});
     // Readers that differ in which of two counts must not be led apart.
     refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
     refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});
-    refuses("a.mha", with(m, "ElementDataFile", "nothing to tell\nElementDataFile"), {"nothing to tell", "Name = value"});
+    refuses("a.mha", with(m, "ElementDataFile", "nothing to tell\nElementDataFile"),
+            {"nothing to tell", "Name = value"});
     refuses("a.nrrd", with(n, "sizes: 4 3 2", "sizes: 4 3 2\nsizes: 4 3 2"), {"sizes", "twice"});
-    refuses("a.mhd", with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"), {"at most 79"});
+    refuses("a.mhd",
+            with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"),
+            {"at most 79"});
     refuses("a.mhd", with(meta(meta_place, "LIST"), "4 3 2", "4000 1000 900"), {"beside it"});
     std::string damaged = nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true);
     damaged[damaged.size() - 12] ^= 0x55;
     refuses("z.nrrd", damaged, {"damaged"});
     // Not one grey image of three dimensions.
-    refuses("a.mha", with(m, "ElementType", "ElementNumberOfChannels = 3\nElementType") + voxels() + voxels(),
-            {"3 values a voxel"});
+    refuses(
+        "a.mha",
+        with(m, "ElementType", "ElementNumberOfChannels = 3\nElementType") + voxels() + voxels(),
+        {"3 values a voxel"});
     refuses("a.nrrd",
             "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color domain domain "
             "domain\nspacings: nan 1 1 1\nencoding: raw\n\n" +
                 voxels(),
             {"3 values a voxel"});
     refuses("a.nrrd",
-            "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nspacings: 1 1 1 1\nencoding: raw\n\n" + voxels(),
+            "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nspacings: 1 1 1 1\nencoding: "
+            "raw\n\n" +
+                voxels(),
             {"4 dimensions"});
-    refuses("a.nrrd", "NRRD0005\ntype: uint8\ndimension: 2\nsizes: 6 4\nspacings: 1 1\nencoding: raw\n\n" + voxels(),
+    refuses("a.nrrd",
+            "NRRD0005\ntype: uint8\ndimension: 2\nsizes: 6 4\nspacings: 1 1\nencoding: raw\n\n" +
+                voxels(),
             {"2 dimensions"});
     refuses("a.mha", "NDims = 30\nElementDataFile = LOCAL\n", {"NDims", "30"});
-    refuses("a.igs.mha", with(m, "ElementType", "Seq_Frame0000_Timestamp = 1\nElementType"), {"sequence"});
+    refuses("a.igs.mha", with(m, "ElementType", "Seq_Frame0000_Timestamp = 1\nElementType"),
+            {"sequence"});
     // Places that cannot be known, or are none.
     refuses("a.nrrd", nrrd("") + "\n" + voxels(), {"no spacing"});
     refuses("a.nrrd", nrrd("spacings: 1 nan 1\n") + "\n" + voxels(), {"spacings"});
@@ -328,13 +381,18 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.mha", "", {"does not end"});
     refuses("a.mhd", meta(meta_place, "none.raw"), {"none.raw", "not there"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: none.raw\n", {"none.raw", "not there"});
-    // A pattern for printf that takes more than the one number it is given (found by fuzzing: a crash).
-    for (const char* pattern : {"s%ls.raw", "s%s.raw", "s%n.raw", "%d%d.raw", "s%9999d.raw", "s%"}) {
+    // A pattern for printf that takes more than the one number it is given (found by fuzzing: a
+    // crash).
+    for (const char* pattern :
+         {"s%ls.raw", "s%s.raw", "s%n.raw", "%d%d.raw", "s%9999d.raw", "s%"}) {
         refuses("a.mhd", meta(meta_place, std::string(pattern) + " 1 2 1"), {pattern, "%03d"});
-        refuses("a.nhdr", nrrd(lps_lines) + "data file: " + std::string(pattern) + " 0 1 1 2\n", {pattern, "%03d"});
+        refuses("a.nhdr", nrrd(lps_lines) + "data file: " + std::string(pattern) + " 0 1 1 2\n",
+                {pattern, "%03d"});
     }
-    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "none.nrrd"); }), {"none.nrrd", "no such file"}));
-    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "a.tiff"); }), {"'.tiff'", ".nrrd", ".mha"}));
+    EXPECT_TRUE(says(error_of([&] { read_label_image(folder / "none.nrrd"); }),
+                     {"none.nrrd", "no such file"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_label_image(folder / "a.tiff"); }), {"'.tiff'", ".nrrd", ".mha"}));
 }
 
 }  // namespace

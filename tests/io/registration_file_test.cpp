@@ -70,16 +70,18 @@ TEST(RegistrationFile, RefusesWhatIsNoRegistration) {
         return error_of([&] { read_registration(file); });
     };
     const char* matrix = "image_from_reference_mm";
-    EXPECT_TRUE(
-        says(refusal([&](json& j) { j[matrix][0] = 2; }), {"registration.json", "a turn, a scale and a shift"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j[matrix][0] = 2; }),
+                     {"registration.json", "a turn, a scale and a shift"}));
     EXPECT_TRUE(says(refusal([&](json& j) {
-                         for (int k = 0; k < 3; ++k) j[matrix][k] = -j[matrix][k].get<double>();  // a reflection
+                         for (int k = 0; k < 3; ++k)
+                             j[matrix][k] = -j[matrix][k].get<double>();  // a reflection
                      }),
                      {"a turn, a scale and a shift"}));
     EXPECT_TRUE(says(refusal([&](json& j) { j[matrix].erase(3); }), {"16 numbers"}));
     EXPECT_TRUE(says(refusal([&](json& j) { j.erase(matrix); }), {matrix}));
     EXPECT_TRUE(says(refusal([](json& j) { j["fiducials"][0].erase("weight"); }), {"weight"}));
-    EXPECT_TRUE(says(refusal([](json& j) { j["surface"]["used"] = "all"; }), {"registration.json"}));
+    EXPECT_TRUE(
+        says(refusal([](json& j) { j["surface"]["used"] = "all"; }), {"registration.json"}));
     EXPECT_TRUE(says(refusal([](json& j) { j["format"] = "livetet fiducial registration 1"; }),
                      {"livetet fiducial registration 1", "livetet registration 2"}));
 }
@@ -109,13 +111,15 @@ TEST(TipFile, KeepsTheShaftWithTheTip) {
     EXPECT_NEAR(j["tool_from_tip_mm"][11].get<double>(), 150, 1e-9);
     j["shaft"]["in_tool"] = {1, 1, 0};
     write_text_file(file, j.dump());
-    EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip.json", "shaft.in_tool", "expected 1"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read_tip(file); }), {"tip.json", "shaft.in_tool", "expected 1"}));
     j["tip_mm"] = {1, 2};
     write_text_file(file, j.dump());
     EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip_mm has 2 numbers"}));
     write_tip(file, {"Stylus", {}, {}});
     EXPECT_EQ(read_tip(file, "Stylus").tool, "Stylus");
-    EXPECT_TRUE(says(error_of([&] { read_tip(file, "Pointer"); }), {"tip.json", "is the tip of Stylus", "that of Pointer"}));
+    EXPECT_TRUE(says(error_of([&] { read_tip(file, "Pointer"); }),
+                     {"tip.json", "is the tip of Stylus", "that of Pointer"}));
 }
 
 TEST(RegistrationFile, NamesInLatin1AreWritten) {

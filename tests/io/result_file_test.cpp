@@ -52,11 +52,13 @@ TEST(ResultFile, TheXdmfNamesTheTablesOfEachFrame) {
     writer.close();
     auto xdmf = path;
     const std::string text = read_text_file(xdmf.replace_extension(".xdmf"));
-    for (const char* part : {"TopologyType=\"Tetrahedron\" NumberOfElements=\"6\"", "r &amp; s.h5:/mesh/tets<",
-                             "r &amp; s.h5:/mesh/nodes<", "r &amp; s.h5:/displacement/000001<", "Value=\"0.75\"",
-                             "CollectionType=\"Temporal\"", "Dimensions=\"8 3\""})
+    for (const char* part :
+         {"TopologyType=\"Tetrahedron\" NumberOfElements=\"6\"", "r &amp; s.h5:/mesh/tets<",
+          "r &amp; s.h5:/mesh/nodes<", "r &amp; s.h5:/displacement/000001<", "Value=\"0.75\"",
+          "CollectionType=\"Temporal\"", "Dimensions=\"8 3\""})
         EXPECT_NE(text.find(part), std::string::npos) << part;
-    EXPECT_EQ(text.find(path.parent_path().string()), std::string::npos) << "result and xdmf move together";
+    EXPECT_EQ(text.find(path.parent_path().string()), std::string::npos)
+        << "result and xdmf move together";
 }
 
 TEST(ResultFile, WithoutCloseNothingIsLeft) {
@@ -112,7 +114,8 @@ TEST(ResultFile, AFullDiskIsMetBetweenFramesAndWhatCameBeforeIsKept) {
     ASSERT_EQ(reader.frame_count(), frames);
     EXPECT_EQ(reader.values("v", frames - 1, 1)[0], static_cast<double>(frames - 1));
     EXPECT_EQ(reader.text("run").size(), 10000u);
-    EXPECT_LT(std::filesystem::file_size(path), (frames + 100) * 2048) << "what was reserved is given back";
+    EXPECT_LT(std::filesystem::file_size(path), (frames + 100) * 2048)
+        << "what was reserved is given back";
 }
 
 TEST(ResultFile, FramesThatCannotBeAreRefused) {
@@ -123,10 +126,13 @@ TEST(ResultFile, FramesThatCannotBeAreRefused) {
     u[3].y() = NAN;
     EXPECT_TRUE(says(error_of([&] { writer.append(2, u); }), {"frame 1", "node 3", "finite"}));
     u.resize(7);
-    EXPECT_TRUE(says(error_of([&] { writer.append(2, u); }), {"frame 1", "7 displacements", "expected 8"}));
-    EXPECT_TRUE(says(error_of([&] { writer.append(0.5, moved(1)); }), {"frame 1", "0.5 s", "backwards"}));
+    EXPECT_TRUE(
+        says(error_of([&] { writer.append(2, u); }), {"frame 1", "7 displacements", "expected 8"}));
+    EXPECT_TRUE(
+        says(error_of([&] { writer.append(0.5, moved(1)); }), {"frame 1", "0.5 s", "backwards"}));
     writer.append_values("v", std::vector<double>{1});
-    EXPECT_TRUE(says(error_of([&] { writer.append_values("v", std::vector<double>{1}); }), {"once with each frame"}));
+    EXPECT_TRUE(says(error_of([&] { writer.append_values("v", std::vector<double>{1}); }),
+                     {"once with each frame"}));
     writer.append(2, moved(2));
     EXPECT_TRUE(says(error_of([&] {
                          writer.append_values("v", std::vector<double>{1, 2});
@@ -135,7 +141,8 @@ TEST(ResultFile, FramesThatCannotBeAreRefused) {
     writer.close();
     EXPECT_TRUE(says(error_of([&] { writer.append(3, moved(1)); }), {"closed"}));
     EXPECT_EQ(ResultReader(path).frame_count(), 2u);
-    EXPECT_TRUE(says(error_of([&] { ResultWriter(path.parent_path() / "r.vtu", cube(), ""); }), {"'.vtu'", ".h5"}));
+    EXPECT_TRUE(says(error_of([&] { ResultWriter(path.parent_path() / "r.vtu", cube(), ""); }),
+                     {"'.vtu'", ".h5"}));
 }
 
 TEST(ResultFile, ATruncatedFileIsAnError) {

@@ -13,7 +13,8 @@ using namespace testing_files;
 
 double enclosed_volume(const TriangleMesh& s) {
     double sum = 0;
-    for (const Triangle& t : s.triangles) sum += s.nodes[t[0]].dot(s.nodes[t[1]].cross(s.nodes[t[2]])) / 6;
+    for (const Triangle& t : s.triangles)
+        sum += s.nodes[t[0]].dot(s.nodes[t[1]].cross(s.nodes[t[2]])) / 6;
     return sum;
 }
 
@@ -47,16 +48,22 @@ TEST(SurfaceFile, PolygonsAreCutAndStrayPointsLeftOut) {
     write_bytes(folder / "a.obj", "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 3 4 5\n");
     EXPECT_EQ(read_surface(folder / "a.obj", Space::ras).nodes.size(), 4u);
     EXPECT_EQ(read_surface(folder / "a.obj", Space::ras).triangles.size(), 2u);
-    write_bytes(folder / "a.off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 -0\n4 0 1 2 3\n3 0 4 1\n");
-    EXPECT_EQ(read_surface(folder / "a.off", Space::ras).triangles.size(), 2u) << "a collapsed triangle is none";
+    write_bytes(folder / "a.off",
+                "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 -0\n4 0 1 2 3\n3 0 4 1\n");
+    EXPECT_EQ(read_surface(folder / "a.off", Space::ras).triangles.size(), 2u)
+        << "a collapsed triangle is none";
 }
 
 const std::string vtp =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\"><PolyData>\n"
-    "<Piece NumberOfPoints=\"4\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"4\">\n"
-    "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 10 0 0 0 10 0 0 0 "
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
+    "byte_order=\"LittleEndian\"><PolyData>\n"
+    "<Piece NumberOfPoints=\"4\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+    "NumberOfPolys=\"4\">\n"
+    "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 10 0 0 0 "
+    "10 0 0 0 "
     "10</DataArray>"
-    "</Points>\n<Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 3 1 2 3 0 3 "
+    "</Points>\n<Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 "
+    "3 1 2 3 0 3 "
     "2</DataArray>"
     "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">3 6 9 12</DataArray></Polys>\n"
     "</Piece></PolyData></VTKFile>\n";
@@ -75,11 +82,15 @@ TEST(SurfaceFile, VtksXmlSurfacesAreReadWholeOrNotAtAll) {
 
 TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     const auto folder = fresh_folder();
-    const auto refuses = [&](const char* name, const std::string& text, std::initializer_list<const char*> words) {
+    const auto refuses = [&](const char* name, const std::string& text,
+                             std::initializer_list<const char*> words) {
         write_bytes(folder / name, text);
-        EXPECT_TRUE(says(error_of([&] { read_surface(folder / name, Space::ras); }), words)) << name << "\n" << text;
+        EXPECT_TRUE(says(error_of([&] { read_surface(folder / name, Space::ras); }), words))
+            << name << "\n"
+            << text;
     };
-    refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 nan\n3 0 1 2\n", {"a.off", "point 2", "finite"});
+    refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 nan\n3 0 1 2\n",
+            {"a.off", "point 2", "finite"});
     refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", {"a.off", "found 3", "below 3"});
     refuses("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n", {"a.off", "truncated"});
     refuses("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", {"no triangle"});
@@ -89,11 +100,14 @@ TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     refuses("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", {"a.obj"});
     refuses("a.vtk", "nothing of VTK's", {"a.vtk"});
     refuses("a.ply", "nothing of PLY's", {"a.ply"});
-    refuses("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", {"a.stl", "truncated"});
+    refuses("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
+            {"a.stl", "truncated"});
     refuses("a.stl", "short", {"a.stl", "truncated"});
     refuses("a.step", "x", {"'.step'", ".stl"});
-    EXPECT_TRUE(says(error_of([&] { read_surface(folder / "none.stl", Space::ras); }), {"none.stl", "no such file"}));
-    EXPECT_TRUE(says(error_of([&] { write_surface(folder / "a.x", cube_surface(), Space::ras); }), {"'.x'"}));
+    EXPECT_TRUE(says(error_of([&] { read_surface(folder / "none.stl", Space::ras); }),
+                     {"none.stl", "no such file"}));
+    EXPECT_TRUE(says(error_of([&] { write_surface(folder / "a.x", cube_surface(), Space::ras); }),
+                     {"'.x'"}));
 }
 
 TEST(SurfaceFile, WhatVtksReadersDoNotSurviveIsAnError) {
@@ -103,10 +117,12 @@ TEST(SurfaceFile, WhatVtksReadersDoNotSurviveIsAnError) {
         return error_of([&] { read_surface(folder / name, Space::ras); });
     };
     EXPECT_TRUE(says(error("a.obj", "f 1 2 3 4\n"), {"a.obj", "names point 0"}));
-    EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nelement\nend_header\n"), {"a.ply:3", "PLY header"}));
+    EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nelement\nend_header\n"),
+                     {"a.ply:3", "PLY header"}));
     EXPECT_TRUE(says(error("a.ply", "ply\nformat ascii 1.0\nend_header\n"), {"a.ply"}));
     const std::string triangle =
-        "# vtk DataFile Version 5.1\n-\nASCII\nDATASET POLYDATA\nPOINTS 3 double\n0 0 0 1 0 0 0 1 0\nPOLYGONS 2 3\n"
+        "# vtk DataFile Version 5.1\n-\nASCII\nDATASET POLYDATA\nPOINTS 3 double\n0 0 0 1 0 0 0 1 "
+        "0\nPOLYGONS 2 3\n"
         "OFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\n";
     EXPECT_EQ(error("a.vtk", triangle), "");
     for (const char* end : {"4611686018427387904", "1000000000000", "4", "-3"}) {
@@ -121,11 +137,14 @@ TEST(SurfaceFile, ATruncatedPlyIsAnError) {
     for (const double part : {0.2, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.999}) {
         write_surface(folder / "a.ply", cube_surface(), Space::ras);
         truncate_to(folder / "a.ply", part);
-        EXPECT_TRUE(says(error_of([&] { read_surface(folder / "a.ply", Space::ras); }), {"a.ply", "truncated"}));
+        EXPECT_TRUE(says(error_of([&] { read_surface(folder / "a.ply", Space::ras); }),
+                         {"a.ply", "truncated"}));
     }
     const std::string ascii =
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 "
+        "0\n3 0 1 2\n";
     const auto path = write_bytes(folder / "b.ply", ascii);
     EXPECT_EQ(read_surface(path, Space::ras).triangles.size(), 1u);
     for (std::size_t n = 0; n < ascii.size() - 2; n += 2) {
@@ -138,7 +157,8 @@ TEST(SurfaceFile, ATruncatedStlIsAnError) {
     const auto path = fresh_folder() / "a.stl";
     write_surface(path, cube_surface(), Space::ras);
     truncate_to(path, 0.9);
-    EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }), {"a.stl", "12 triangles", "truncated"}));
+    EXPECT_TRUE(says(error_of([&] { read_surface(path, Space::ras); }),
+                     {"a.stl", "12 triangles", "truncated"}));
 }
 
 TEST(SurfaceFile, RealLiverHasItsKnownSizeAndVolume) {

@@ -8,10 +8,12 @@ namespace {
 
 using namespace testing_files;
 
-/// Two tets on a common face, a triangle of their surface, and a point of neither, as text; lengths in mm.
+/// Two tets on a common face, a triangle of their surface, and a point of neither, as text; lengths
+/// in mm.
 struct Grid {
     std::string connectivity = "0 1 2 3  1 2 3 4  0 1 2", offsets = "4 8 11", types = "10 10 5";
-    std::string array = "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">7 9 0</DataArray>";
+    std::string array =
+        "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">7 9 0</DataArray>";
     int cells = 3;
 
     std::string text() const {
@@ -19,18 +21,23 @@ struct Grid {
                "byte_order=\"LittleEndian\">\n"
                "<UnstructuredGrid><Piece NumberOfPoints=\"6\" NumberOfCells=\"" +
                std::to_string(cells) +
-               "\">\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n"
+               "\">\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" "
+               "format=\"ascii\">\n"
                "0 0 0  10 0 0  0 10 0  0 0 10  10 10 10  50 50 50\n</DataArray></Points>\n"
                "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" +
-               connectivity + "</DataArray>\n<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" + offsets +
+               connectivity +
+               "</DataArray>\n<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" +
+               offsets +
                "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">" + types +
-               "</DataArray></Cells>\n<CellData>" + array + "</CellData>\n</Piece></UnstructuredGrid></VTKFile>\n";
+               "</DataArray></Cells>\n<CellData>" + array +
+               "</CellData>\n</Piece></UnstructuredGrid></VTKFile>\n";
     }
 };
 
 TetMesh read(const std::string& text) {
     static int count = 0;
-    return read_vtu(write_bytes(fresh_folder() / ("m" + std::to_string(count++) + ".vtu"), text), 1e-3);
+    return read_vtu(write_bytes(fresh_folder() / ("m" + std::to_string(count++) + ".vtu"), text),
+                    1e-3);
 }
 
 TEST(VtuFile, TetsAndRegionsAreRead) {
@@ -52,7 +59,8 @@ TEST(VtuFile, RegionArraysHaveSeveralNames) {
     grid.array.replace(grid.array.find("region"), 6, "quality");
     EXPECT_TRUE(read(grid.text()).regions.empty());
     grid.array = "<DataArray type=\"Float32\" Name=\"region\" format=\"ascii\">7 9.5 0</DataArray>";
-    EXPECT_TRUE(says(error_of([&] { read(grid.text()); }), {".vtu", "'region' of cell 1 is 9.5", "whole number"}));
+    EXPECT_TRUE(says(error_of([&] { read(grid.text()); }),
+                     {".vtu", "'region' of cell 1 is 9.5", "whole number"}));
 }
 
 TEST(VtuFile, OtherCellsThatFillSpaceAreCounted) {
@@ -60,15 +68,16 @@ TEST(VtuFile, OtherCellsThatFillSpaceAreCounted) {
     hexahedron.connectivity = "0 1 2 3  0 1 2 3 4 5 0 1  0 1 2 3 4 5";
     hexahedron.offsets = "4 12 18";
     hexahedron.types = "10 12 13";
-    EXPECT_TRUE(
-        says(error_of([&] { read(hexahedron.text()); }), {"1 vtkHexahedron", "1 vtkWedge", "1 vtkTetra", "four-node"}));
+    EXPECT_TRUE(says(error_of([&] { read(hexahedron.text()); }),
+                     {"1 vtkHexahedron", "1 vtkWedge", "1 vtkTetra", "four-node"}));
     Grid quadratic;
     quadratic.cells = 1;
     quadratic.connectivity = "0 1 2 3 4 5 0 1 2 3";
     quadratic.offsets = "10";
     quadratic.types = "24";
     quadratic.array.clear();
-    EXPECT_TRUE(says(error_of([&] { read(quadratic.text()); }), {"1 vtkQuadraticTetra", "linear", "P2"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read(quadratic.text()); }), {"1 vtkQuadraticTetra", "linear", "P2"}));
 }
 
 TEST(VtuFile, DamagedFilesAreErrors) {
@@ -103,7 +112,8 @@ TEST(VtuFile, DamagedFilesAreErrors) {
     for (std::size_t n = 0; n < whole.size() - 3; n += 3)
         EXPECT_TRUE(says(error_of([&] { read(whole.substr(0, n)); }), {".vtu"})) << n;
     EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtk", 1); }), {"'.vtk'", ".vtu"}));
-    EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtu", 1); }), {"a.vtu", "no such file"}));
+    EXPECT_TRUE(
+        says(error_of([] { read_vtu(fresh_folder() / "a.vtu", 1); }), {"a.vtu", "no such file"}));
 }
 
 TEST(VtuFile, HostileCountsAreErrors) {
@@ -120,7 +130,8 @@ TEST(VtuFile, HostileCountsAreErrors) {
 TEST(VtuFile, AFileThatVtkDoesNotEndOnIsAnErrorWithinItsTime) {
     std::string text = Grid{}.text();
     text.replace(text.find("NumberOfComponents=\"3\""), 22, "NumberOfComponents=\"4294967296\"");
-    EXPECT_TRUE(says(error_of([&] { read(text); }), {".vtu", "VTK took more processor time than it may"}));
+    EXPECT_TRUE(
+        says(error_of([&] { read(text); }), {".vtu", "VTK took more processor time than it may"}));
 }
 
 }  // namespace

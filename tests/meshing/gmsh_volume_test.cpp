@@ -29,7 +29,8 @@ TEST(FillSurface, keeps_the_surface_to_the_last_bit) {
     EXPECT_NEAR(volume(mesh), signed_volume(sphere), 1e-12);
     const std::vector<Triangle> boundary = boundary_triangles(mesh.tets);
     EXPECT_EQ(boundary.size(), sphere.triangles.size());
-    EXPECT_EQ(places(mesh.nodes, nodes_of(boundary)), places(sphere.nodes, nodes_of(sphere.triangles)));
+    EXPECT_EQ(places(mesh.nodes, nodes_of(boundary)),
+              places(sphere.nodes, nodes_of(sphere.triangles)));
     EXPECT_GT(mesh.nodes.size(), sphere.nodes.size());
 }
 
@@ -37,7 +38,8 @@ TEST(FillSurface, is_the_same_every_time_whatever_the_heap_looks_like) {
     const TriangleMesh sphere = shapes::sphere(0.05, 4);
     const TetMesh first = fill_surface(sphere, 0.005);
     for (int again = 0; again < 2; ++again) {
-        std::vector<std::vector<char>> holes;  // every second block given back: new ones come in another order
+        std::vector<std::vector<char>>
+            holes;  // every second block given back: new ones come in another order
         for (int i = 0; i < 20000; ++i) holes.emplace_back(16 + 16 * (i * 7 % 40));
         for (std::size_t i = 0; i < holes.size(); i += 2) std::vector<char>().swap(holes[i]);
         const TetMesh other = fill_surface(sphere, 0.005);
@@ -70,7 +72,8 @@ TEST(FillSurface, kills_a_hanging_gmsh_and_says_so) {
         fill_surface(shapes::sphere(0.05, 2), 0.015, options);
         FAIL() << "it hung";
     } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("HXT did not end within 0.2 s and was killed"), std::string::npos)
+        EXPECT_NE(std::string(error.what()).find("HXT did not end within 0.2 s and was killed"),
+                  std::string::npos)
             << error.what();
     }
     EXPECT_EQ(calls, 2);  // half of the time each
@@ -90,7 +93,8 @@ TEST(FillSurface, passes_on_the_last_words_of_gmsh) {
         fill_surface(shapes::sphere(0.05, 2), 0.015, options);
         FAIL() << "it failed";
     } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("the moon is full"), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("the moon is full"), std::string::npos)
+            << error.what();
         EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
     }
 }
@@ -99,7 +103,9 @@ TEST(FillSurface, refuses_an_open_surface_without_asking_gmsh) {
     TriangleMesh surface = shapes::sphere(0.05, 2);
     surface.triangles.pop_back();
     GmshOptions options;
-    options.run = [](const std::function<int(int)>&, double) -> ChildResult { throw std::logic_error("asked"); };
+    options.run = [](const std::function<int(int)>&, double) -> ChildResult {
+        throw std::logic_error("asked");
+    };
     EXPECT_THROW(fill_surface(surface, 0.01, options), Error);
 }
 

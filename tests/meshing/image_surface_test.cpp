@@ -41,19 +41,20 @@ void expect_ball(const ImageSurface& result, const Vector3& centre = Vector3::Ze
 
 TEST(ImageSurface, of_a_ball_keeps_its_volume) {
     const std::array<int, 3> size{48, 48, 48};
-    const LabelImage image =
-        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) { return in_ball(x); });
+    const LabelImage image = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}),
+                                         [](const Vector3& x) { return in_ball(x); });
     expect_ball(surface_of_labels(image, {}));
 }
 
 TEST(ImageSurface, looks_outwards_whatever_the_affine) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
     const Eigen::Matrix3d mirrored = turn * Vector3(-1, 1, 1).asDiagonal();
     const Eigen::Matrix3d swapped = (Eigen::Matrix3d() << 0, 1, 0, 1, 0, 0, 0, 0, 1).finished();
     const std::array<int, 3> size{84, 70, 34};
     for (const Eigen::Matrix3d& axes : {turn, mirrored, swapped}) {
-        const LabelImage image =
-            label_image(size, centred_affine(size, {0.8, 1.0, 2.2}, axes), [](const Vector3& x) { return in_ball(x); });
+        const LabelImage image = label_image(size, centred_affine(size, {0.8, 1.0, 2.2}, axes),
+                                             [](const Vector3& x) { return in_ball(x); });
         expect_ball(surface_of_labels(image, {}));
     }
 }
@@ -61,9 +62,9 @@ TEST(ImageSurface, looks_outwards_whatever_the_affine) {
 TEST(ImageSurface, keeps_the_largest_of_two_blobs) {
     const std::array<int, 3> size{100, 48, 48};
     const Vector3 small(0.05, 0, 0), large(-0.03, 0, 0);
-    const LabelImage image = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [&](const Vector3& x) {
-        return in_ball(x, small, 0.015) + in_ball(x, large);
-    });
+    const LabelImage image =
+        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}),
+                    [&](const Vector3& x) { return in_ball(x, small, 0.015) + in_ball(x, large); });
     const ImageSurface result = surface_of_labels(image, {});
     expect_ball(result, large);
     EXPECT_NEAR(result.label_volume_m3, 1.125 * ball_volume, 0.01 * ball_volume);
@@ -71,9 +72,10 @@ TEST(ImageSurface, keeps_the_largest_of_two_blobs) {
 
 TEST(ImageSurface, fills_holes) {
     const std::array<int, 3> size{48, 48, 48};
-    const LabelImage image = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
-        return in_ball(x) - in_ball(x, {0.005, 0, 0}, 0.012);
-    });
+    const LabelImage image =
+        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
+            return in_ball(x) - in_ball(x, {0.005, 0, 0}, 0.012);
+        });
     const ImageSurface result = surface_of_labels(image, {});
     expect_ball(result);
     EXPECT_LT(result.label_volume_m3, 0.95 * ball_volume);
@@ -91,21 +93,25 @@ TEST(ImageSurface, closes_a_body_that_the_border_cuts) {
 
 TEST(ImageSurface, joins_the_labels_asked_for) {
     const std::array<int, 3> size{48, 48, 48};
-    const LabelImage image = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
-        return in_ball(x) * (x.x() < 0 ? 2 : x.y() < 0 ? 3 : 7);
-    });
+    const LabelImage image =
+        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
+            return in_ball(x) * (x.x() < 0 ? 2 : x.y() < 0 ? 3 : 7);
+        });
     MeshingOptions options;
     expect_ball(surface_of_labels(image, options));
     options.labels = {2};
-    EXPECT_NEAR(surface_of_labels(image, options).surface_volume_m3, ball_volume / 2, 0.02 * ball_volume);
+    EXPECT_NEAR(surface_of_labels(image, options).surface_volume_m3, ball_volume / 2,
+                0.02 * ball_volume);
     options.labels = {2, 3};
-    EXPECT_NEAR(surface_of_labels(image, options).surface_volume_m3, 0.75 * ball_volume, 0.02 * ball_volume);
+    EXPECT_NEAR(surface_of_labels(image, options).surface_volume_m3, 0.75 * ball_volume,
+                0.02 * ball_volume);
 }
 
 TEST(ImageSurface, names_the_labels_there_when_one_is_missing) {
     const std::array<int, 3> size{8, 8, 8};
-    const LabelImage image = label_image(size, centred_affine(size, {10, 10, 10}),
-                                         [](const Vector3& x) { return in_ball(x) * (x.x() < 0 ? 4 : 11); });
+    const LabelImage image =
+        label_image(size, centred_affine(size, {10, 10, 10}),
+                    [](const Vector3& x) { return in_ball(x) * (x.x() < 0 ? 4 : 11); });
     MeshingOptions options;
     options.labels = {4, 5};
     try {
@@ -129,12 +135,15 @@ TEST(ImageSurface, refuses_images_without_a_body_or_with_a_singular_affine) {
 
 /// What is not asked for comes from the sizes of voxels and body: an organ's is as it always was.
 TEST(ImageSurface, takes_grid_and_smoothing_from_the_image) {
-    const auto of_ball = [](double spacing_mm, double radius_voxels, const MeshingOptions& options = {}) {
+    const auto of_ball = [](double spacing_mm, double radius_voxels,
+                            const MeshingOptions& options = {}) {
         const int n = static_cast<int>(2 * radius_voxels) + 4;
         const std::array<int, 3> size{n, n, n};
-        return surface_of_labels(label_image(size, centred_affine(size, Vector3::Constant(spacing_mm)),
-                                             [&](const Vector3& x) { return 1e3 * x.norm() < radius_voxels * spacing_mm; }),
-                                 options);
+        return surface_of_labels(
+            label_image(
+                size, centred_affine(size, Vector3::Constant(spacing_mm)),
+                [&](const Vector3& x) { return 1e3 * x.norm() < radius_voxels * spacing_mm; }),
+            options);
     };
     const ImageSurface organ = of_ball(1.5, 40), mouse = of_ball(0.1, 40), coarse = of_ball(3, 20);
     EXPECT_EQ(organ.voxel_mm, 1.5);
@@ -152,8 +161,8 @@ TEST(ImageSurface, takes_grid_and_smoothing_from_the_image) {
 
 TEST(ImageSurface, smooths_a_plate_of_one_voxel_less_unless_told_otherwise) {
     const std::array<int, 3> size{40, 40, 5};
-    const LabelImage plate =
-        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) { return std::abs(x.z()) < 1e-4; });
+    const LabelImage plate = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}),
+                                         [](const Vector3& x) { return std::abs(x.z()) < 1e-4; });
     const ImageSurface surface = surface_of_labels(plate, {});
     EXPECT_NEAR(surface.surface_volume_m3, surface.body_volume_m3, 0.01 * surface.body_volume_m3);
     MeshingOptions options;
@@ -168,16 +177,19 @@ TEST(ImageSurface, smooths_a_plate_of_one_voxel_less_unless_told_otherwise) {
     }
 }
 
-void expect_refused(const LabelImage& image, const MeshingOptions& options, std::initializer_list<const char*> words) {
+void expect_refused(const LabelImage& image, const MeshingOptions& options,
+                    std::initializer_list<const char*> words) {
     try {
         surface_of_labels(image, options);
         FAIL();
     } catch (const Error& error) {
-        for (const char* word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+        for (const char* word : words)
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
 }
 
-/// Millimetres in a file that says metres; a grid that no memory holds; labels of nothing in one piece.
+/// Millimetres in a file that says metres; a grid that no memory holds; labels of nothing in one
+/// piece.
 TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
     const std::array<int, 3> size{20, 20, 20};
     const auto ball = [&](double spacing_mm) {
@@ -188,15 +200,19 @@ TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
     MeshingOptions options;
     options.voxel_mm = 1e-3;
     expect_refused(ball(1), options, {"1e+08", "--voxel-mm", "mesh.voxel_mm"});
-    expect_refused(label_image(size, centred_affine(size, {1, 1, 1}),
-                               [](const Vector3& x) { return static_cast<int>((1e3 * x.array() + 100.5).round().sum()) % 2; }),
-                   {}, {"4000 voxels", "hangs together"});
+    expect_refused(
+        label_image(size, centred_affine(size, {1, 1, 1}),
+                    [](const Vector3& x) {
+                        return static_cast<int>((1e3 * x.array() + 100.5).round().sum()) % 2;
+                    }),
+        {}, {"4000 voxels", "hangs together"});
 }
 
 TEST(ImageSurface, counts_the_labels_of_the_body_alone) {
     const std::array<int, 3> size{20, 20, 20};
-    LabelImage image = label_image(size, centred_affine(size, {1, 1, 1}),
-                                   [](const Vector3& x) { return 1e3 * x.norm() < 6 ? (x.x() < 0 ? 3 : 5) : 0; });
+    LabelImage image = label_image(size, centred_affine(size, {1, 1, 1}), [](const Vector3& x) {
+        return 1e3 * x.norm() < 6 ? (x.x() < 0 ? 3 : 5) : 0;
+    });
     image.at(0, 0, 0) = 9;
     const auto labels = surface_of_labels(image, {}).label_voxels;
     EXPECT_EQ(labels.size(), 2u);
@@ -205,7 +221,8 @@ TEST(ImageSurface, counts_the_labels_of_the_body_alone) {
 }
 
 TEST(ImageSurface, of_a_single_voxel_is_a_surface_of_its_volume_or_an_error) {
-    LabelImage image{{3, 3, 3}, 1e-3 * Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(27, 0)};
+    LabelImage image{
+        {3, 3, 3}, 1e-3 * Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(27, 0)};
     image.ras_from_voxel(3, 3) = 1;
     image.values[13] = 1;
     try {

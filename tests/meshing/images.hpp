@@ -16,13 +16,15 @@ inline LabelImage label_image(std::array<int, 3> size, const Eigen::Matrix4d& ra
     for (int k = 0; k < size[2]; ++k)
         for (int j = 0; j < size[1]; ++j)
             for (int i = 0; i < size[0]; ++i)
-                image.values.push_back(label((ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()));
+                image.values.push_back(
+                    label((ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()));
     return image;
 }
 
 /// Voxels of `spacing_mm`, turned by `rotation`, about a grid centre at the origin.
-inline Eigen::Matrix4d centred_affine(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm,
-                                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity()) {
+inline Eigen::Matrix4d centred_affine(
+    std::array<int, 3> size, const Eigen::Vector3d& spacing_mm,
+    const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity()) {
     Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
     affine.topLeftCorner<3, 3>() = 1e-3 * rotation * spacing_mm.asDiagonal();
     const Eigen::Vector3d middle(0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1));

@@ -47,7 +47,8 @@ TEST(RegionVolumes, come_out_as_wanted) {
     TetMesh mesh = block([](const Vector3& x) { return x.x() < 0.5 ? (x.y() < 0.5 ? 1 : 2) : 3; });
     const std::map<std::int32_t, double> wanted{{1, 0.26}, {2, 0.235}, {3, 0.52}};
     keep_region_volumes(mesh, wanted, 10, 4);
-    for (const auto& [region, volume] : region_volumes(mesh)) EXPECT_NEAR(volume, wanted.at(region), 1e-4) << region;
+    for (const auto& [region, volume] : region_volumes(mesh))
+        EXPECT_NEAR(volume, wanted.at(region), 1e-4) << region;
     EXPECT_GE(measure_quality(mesh).min_dihedral_deg, 10);
 }
 
@@ -71,7 +72,8 @@ void expect_one_body(const TetMesh& mesh) {
     EXPECT_TRUE(check_topology(boundary).closed());
     const auto parts = connected_parts(boundary);
     EXPECT_EQ(*std::max_element(parts.begin(), parts.end()), 0);
-    // About each node its triangles are one fan: from each the next over an edge at the node, until all are there.
+    // About each node its triangles are one fan: from each the next over an edge at the node, until
+    // all are there.
     for (const std::int32_t n : nodes_of(boundary.triangles)) {
         std::map<std::int32_t, std::int32_t> next;
         for (const Triangle& t : boundary.triangles) {
@@ -88,10 +90,12 @@ void expect_one_body(const TetMesh& mesh) {
 }
 
 TEST(OneBody, cuts_what_hangs_on_by_an_edge_or_a_node) {
-    for (const double z : {0.5, 0.0}) {  // by an edge; where the second block lies above, too, by a node
+    for (const double z :
+         {0.5, 0.0}) {  // by an edge; where the second block lies above, too, by a node
         TetMesh mesh = block([&](const Vector3& x) {
             const bool big = x.x() < 0.5 && x.y() < 0.5 && x.z() < 0.5;
-            const bool small = x.x() > 0.5 && x.y() > 0.5 && x.x() < 0.84 && (z == 0.5 ? x.z() < 0.5 : x.z() > 0.5);
+            const bool small = x.x() > 0.5 && x.y() > 0.5 && x.x() < 0.84 &&
+                               (z == 0.5 ? x.z() < 0.5 : x.z() > 0.5);
             return big ? 1 : small ? 2 : 0;
         });
         make_one_body(mesh);
@@ -102,14 +106,16 @@ TEST(OneBody, cuts_what_hangs_on_by_an_edge_or_a_node) {
 }
 
 TEST(OneBody, fills_hollows_and_closes_pinches) {
-    TetMesh hollow =
-        block([](const Vector3& x) { return (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff() < 0.17 ? 0 : 4; });
+    TetMesh hollow = block([](const Vector3& x) {
+        return (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff() < 0.17 ? 0 : 4;
+    });
     make_one_body(hollow);
     expect_one_body(hollow);
     EXPECT_NEAR(volume(hollow), 1, 1e-12);
     // Two notches that meet along an edge in the middle of a slab.
     TetMesh pinched = block([](const Vector3& x) {
-        const bool notch = x.z() > 0.5 && ((x.x() < 0.5 && x.y() < 0.5) || (x.x() > 0.5 && x.y() > 0.5));
+        const bool notch =
+            x.z() > 0.5 && ((x.x() < 0.5 && x.y() < 0.5) || (x.x() > 0.5 && x.y() > 0.5));
         return notch ? 0 : 1;
     });
     make_one_body(pinched);
@@ -118,8 +124,9 @@ TEST(OneBody, fills_hollows_and_closes_pinches) {
 }
 
 TEST(OneBody, that_is_one_stays_as_it_is) {
-    TetMesh mesh =
-        block([](const Vector3& x) { return (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff() < 0.34 ? 5 : 0; });
+    TetMesh mesh = block([](const Vector3& x) {
+        return (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff() < 0.34 ? 5 : 0;
+    });
     make_one_body(mesh);
     expect_one_body(mesh);
     EXPECT_NEAR(volume(mesh), std::pow(4 / 6., 3), 1e-12);
@@ -152,7 +159,8 @@ TEST(OptimiseRegions, raises_angles_and_keeps_interfaces) {
         check_tet_mesh(mesh, "improved");
         EXPECT_TRUE(check_topology({mesh.nodes, boundary_triangles(mesh.tets)}).closed());
         ASSERT_EQ(mesh.regions.size(), mesh.tets.size());
-        for (const auto& [region, volume] : region_volumes(mesh)) EXPECT_NEAR(volume, before.at(region), 5e-3);
+        for (const auto& [region, volume] : region_volumes(mesh))
+            EXPECT_NEAR(volume, before.at(region), 5e-3);
         for (const InterfaceTriangle& f : interface_triangles(mesh))
             for (const std::int32_t n : f.nodes) {
                 if (f.outside == 0) continue;

@@ -25,10 +25,14 @@ LabelImage cube(int n, const std::function<int(const Vector3&)>& label_mm) {
 constexpr double big_mm = 16, small_mm = 8;
 
 LabelImage ball_in_ball() {
-    return cube(36, [](const Vector3& x) { return x.norm() < small_mm ? 2 : x.norm() < big_mm ? 1 : 0; });
+    return cube(36, [](const Vector3& x) {
+        return x.norm() < small_mm ? 2 : x.norm() < big_mm ? 1 : 0;
+    });
 }
 
-double ball_m3(double radius_mm) { return 4 * std::numbers::pi / 3 * std::pow(1e-3 * radius_mm, 3); }
+double ball_m3(double radius_mm) {
+    return 4 * std::numbers::pi / 3 * std::pow(1e-3 * radius_mm, 3);
+}
 
 LabelField field_of(const LabelImage& image) { return LabelField(image, {{}, 1, 1, 0.5}); }
 
@@ -46,14 +50,17 @@ Meshed mesh(const LabelImage& image, std::int64_t tets, int levels = 2) {
     meshed.image = surface_of_labels(image, options);
     const Materials materials{
         true, [&] {
-            return LabelField(image, {{}, meshed.image.voxel_mm, meshed.image.smoothing_mm, meshed.image.iso_level});
+            return LabelField(
+                image,
+                {{}, meshed.image.voxel_mm, meshed.image.smoothing_mm, meshed.image.iso_level});
         }};
     meshed.result = build_hierarchy(meshed.image.surface, options, {}, {}, materials);
     return meshed;
 }
 
-/// Every level conforming: a face belongs to two tets, or to one on the boundary, and no place has two nodes; nowhere
-/// an angle below five degrees; the boundary closed; transfers that reproduce what is linear.
+/// Every level conforming: a face belongs to two tets, or to one on the boundary, and no place has
+/// two nodes; nowhere an angle below five degrees; the boundary closed; transfers that reproduce
+/// what is linear.
 void expect_conforming(const HierarchyResult& result, std::set<std::int32_t> labels) {
     ASSERT_GE(result.hierarchy.levels.size(), 2u);
     for (const TetMesh& level : result.hierarchy.levels) {
@@ -63,11 +70,13 @@ void expect_conforming(const HierarchyResult& result, std::set<std::int32_t> lab
         EXPECT_GE(measure_quality(level).min_dihedral_deg, 5);
         EXPECT_TRUE(check_topology({level.nodes, boundary_triangles(level.tets)}).closed());
         std::set<std::array<double, 3>> places;
-        for (const Vector3& x : level.nodes) EXPECT_TRUE(places.insert({x.x(), x.y(), x.z()}).second);
+        for (const Vector3& x : level.nodes)
+            EXPECT_TRUE(places.insert({x.x(), x.y(), x.z()}).second);
         std::map<Triangle, std::vector<std::int32_t>> faces;
         for (std::size_t t = 0; t < level.tets.size(); ++t)
             for (int c = 0; c < 4; ++c) {
-                Triangle f{level.tets[t][(c + 1) % 4], level.tets[t][(c + 2) % 4], level.tets[t][(c + 3) % 4]};
+                Triangle f{level.tets[t][(c + 1) % 4], level.tets[t][(c + 2) % 4],
+                           level.tets[t][(c + 3) % 4]};
                 std::sort(f.begin(), f.end());
                 faces[f].push_back(level.regions[t]);
             }
@@ -86,7 +95,8 @@ void expect_conforming(const HierarchyResult& result, std::set<std::int32_t> lab
     for (std::size_t n = 0; n < fine.nodes.size(); ++n) {
         if (map.distance[n] > 0) continue;
         ++inside;
-        EXPECT_LT((interpolate(map, n, result.hierarchy.levels[1].nodes) - fine.nodes[n]).norm(), 1e-9);
+        EXPECT_LT((interpolate(map, n, result.hierarchy.levels[1].nodes) - fine.nodes[n]).norm(),
+                  1e-9);
     }
     EXPECT_GT(inside, fine.nodes.size() / 2);
 }
@@ -96,7 +106,8 @@ void expect_volumes(const HierarchyResult& result, double relative) {
     const auto volumes = region_volumes(result.hierarchy.levels[0]);
     ASSERT_EQ(result.materials.size(), volumes.size());
     for (const LabelField::Material& m : result.materials)
-        EXPECT_NEAR(volumes.at(m.label), m.voxels_m3, relative * m.voxels_m3) << "label " << m.label;
+        EXPECT_NEAR(volumes.at(m.label), m.voxels_m3, relative * m.voxels_m3)
+            << "label " << m.label;
 }
 
 TEST(Materials, of_a_ball_in_a_ball_are_smooth) {
@@ -129,7 +140,9 @@ TEST(Materials, of_touching_balls_share_their_disc) {
     const auto [result, image] =
         mesh(cube(48,
                   [&](const Vector3& x) {
-                      return std::min((x - left).norm(), (x - right).norm()) > 11 ? 0 : x.x() < 0 ? 1 : 2;
+                      return std::min((x - left).norm(), (x - right).norm()) > 11 ? 0
+                             : x.x() < 0                                          ? 1
+                                                                                  : 2;
                   }),
              12000);
     expect_conforming(result, {1, 2});
@@ -153,7 +166,8 @@ TEST(Materials, of_a_checkerboard_meet_at_edges_and_corners) {
     const auto [result, image] = mesh(cube(30,
                                            [](const Vector3& x) {
                                                if (x.cwiseAbs().maxCoeff() > 12) return 0;
-                                               const Eigen::Array3i block = ((x.array() + 12) / 8).floor().cast<int>();
+                                               const Eigen::Array3i block =
+                                                   ((x.array() + 12) / 8).floor().cast<int>();
                                                return 1 + (block.sum() & 1);
                                            }),
                                       15000);
@@ -173,12 +187,13 @@ TEST(Materials, keep_a_sheet_of_two_voxels_between_others) {
 }
 
 TEST(Materials, too_small_for_the_smoothing_are_noted) {
-    const auto [result, image] = mesh(cube(30,
-                                           [](const Vector3& x) {
-                                               if (x.norm() > 12) return 0;
-                                               return (x - Vector3(0.5, 0.5, 0.5)).norm() < 0.1 ? 3 : x.x() < 0 ? 1 : 2;
-                                           }),
-                                      4000, 2);
+    const auto [result, image] =
+        mesh(cube(30,
+                  [](const Vector3& x) {
+                      if (x.norm() > 12) return 0;
+                      return (x - Vector3(0.5, 0.5, 0.5)).norm() < 0.1 ? 3 : x.x() < 0 ? 1 : 2;
+                  }),
+             4000, 2);
     expect_conforming(result, {1, 2});
     ASSERT_EQ(result.notes.size(), 1u);
     EXPECT_NE(result.notes[0].find("label 3: its 0.00 ml"), std::string::npos) << result.notes[0];
@@ -188,7 +203,8 @@ TEST(Materials, that_hang_together_by_a_corner_only_become_one_body) {
     const auto [result, image] = mesh(cube(30,
                                            [](const Vector3& x) {
                                                if (x.cwiseAbs().maxCoeff() > 12) return 0;
-                                               const bool post = x.head<2>().cwiseAbs().maxCoeff() < 4;
+                                               const bool post =
+                                                   x.head<2>().cwiseAbs().maxCoeff() < 4;
                                                const bool upper = x.z() > 0 && x.x() * x.y() > 0;
                                                return post ? 3 : x.z() < 0 ? 1 : upper ? 2 : 0;
                                            }),
@@ -209,8 +225,9 @@ TEST(LabelField, keeps_the_volumes_of_its_labels) {
         std::int64_t inside = 0;
         constexpr int n = 80;
         for (int i = 0; i < n * n * n; ++i)
-            inside +=
-                field.label_at((Vector3(i % n, i / n % n, i / n / n) * 40 / n - Vector3(20, 20, 20)) * 1e-3) == m.label;
+            inside += field.label_at(
+                          (Vector3(i % n, i / n % n, i / n / n) * 40 / n - Vector3(20, 20, 20)) *
+                          1e-3) == m.label;
         const double sampled = static_cast<double>(inside) * std::pow(0.04 / n, 3);
         EXPECT_NEAR(sampled, m.voxels_m3, 0.02 * m.voxels_m3) << m.label;
     }
@@ -260,12 +277,15 @@ TEST(FillLabels, that_hangs_or_crashes_is_refused_in_a_line) {
     options.time_limit_s = 1e-3;
     for (const bool crash : {false, true}) {
         if (crash)
-            options.run = [](const auto&, double) { return ChildResult{ChildResult::End::crashed, 11, {}, {}, 0}; };
+            options.run = [](const auto&, double) {
+                return ChildResult{ChildResult::End::crashed, 11, {}, {}, 0};
+            };
         try {
             fill_labels(field, 1e-3, options);
             ADD_FAILURE() << "no tets, and no word of it";
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(crash ? "signal 11" : "was killed"), std::string::npos)
+            EXPECT_NE(std::string(error.what()).find(crash ? "signal 11" : "was killed"),
+                      std::string::npos)
                 << error.what();
         }
     }
@@ -279,7 +299,9 @@ TEST(Hierarchy, of_one_label_is_made_from_it_where_its_surface_cannot_be_filled)
     options.edge_lengths_mm = {2.5, 5};
     options.voxel_mm = options.smoothing_mm = 1;
     GmshOptions gmsh;
-    gmsh.run = [](const auto&, double) { return ChildResult{ChildResult::End::failed, 1, {}, "Error   : no", 0}; };
+    gmsh.run = [](const auto&, double) {
+        return ChildResult{ChildResult::End::failed, 1, {}, "Error   : no", 0};
+    };
     const ImageSurface cut = surface_of_labels(image, options);
     EXPECT_THROW(build_hierarchy(cut.surface, options, {}, gmsh), MeshingFailure);
     const HierarchyResult result =

@@ -32,7 +32,8 @@ void expect_valid(const HierarchyResult& result) {
     ASSERT_EQ(h.transfers.size() + 1, h.levels.size());
     for (std::size_t l = 0; l < h.levels.size(); ++l) {
         check_tet_mesh(h.levels[l], fmt::format("level {}", l));
-        EXPECT_EQ(result.levels[l].quality.tets, static_cast<std::int64_t>(h.levels[l].tets.size()));
+        EXPECT_EQ(result.levels[l].quality.tets,
+                  static_cast<std::int64_t>(h.levels[l].tets.size()));
         EXPECT_GE(result.levels[l].quality.min_dihedral_deg, 5);
         EXPECT_NEAR(result.levels[l].volume_ratio, 1, l == 0 ? 0.01 : 0.4);
         EXPECT_LT(result.levels[l].distance.to_body.max_m, result.levels[l].edge_length_m);
@@ -40,7 +41,8 @@ void expect_valid(const HierarchyResult& result) {
         if (l == 0) continue;
         EXPECT_LT(h.levels[l].tets.size(), 0.75 * h.levels[l - 1].tets.size());
         EXPECT_EQ(h.transfers[l - 1].size(), h.levels[l - 1].nodes.size());
-        for (const double d : h.transfers[l - 1].distance) EXPECT_LT(d, result.levels[l].edge_length_m);
+        for (const double d : h.transfers[l - 1].distance)
+            EXPECT_LT(d, result.levels[l].edge_length_m);
     }
 }
 
@@ -52,8 +54,10 @@ TEST(Hierarchy, has_the_number_of_tets_asked_for) {
         expect_valid(result);
         EXPECT_EQ(result.levels.size(), levels);
         EXPECT_LT(result.levels.back().quality.tets, 200);
-        EXPECT_NEAR(static_cast<double>(result.levels[0].quality.tets), static_cast<double>(tets), 0.1 * tets);
-        const double ratio = static_cast<double>(result.levels[0].quality.tets) / result.levels[1].quality.tets;
+        EXPECT_NEAR(static_cast<double>(result.levels[0].quality.tets), static_cast<double>(tets),
+                    0.1 * tets);
+        const double ratio =
+            static_cast<double>(result.levels[0].quality.tets) / result.levels[1].quality.tets;
         EXPECT_GT(ratio, 5);
         EXPECT_LT(ratio, 11);
         EXPECT_TRUE(result.notes.empty());
@@ -85,14 +89,15 @@ TEST(Hierarchy, takes_the_edge_lengths_given) {
     MeshingOptions options;
     options.edge_lengths_mm = {6, 9};
     std::vector<double> fractions;
-    const HierarchyResult result =
-        build_hierarchy(organ(), options, [&](double f, std::string_view) { fractions.push_back(f); });
+    const HierarchyResult result = build_hierarchy(
+        organ(), options, [&](double f, std::string_view) { fractions.push_back(f); });
     expect_valid(result);
     ASSERT_EQ(result.levels.size(), 2u);
     for (const int l : {0, 1}) {
         const TetMesh& mesh = result.hierarchy.levels[l];
         const double asked = 1e-3 * options.edge_lengths_mm[l];
-        EXPECT_NEAR(shapes::mean_edge({mesh.nodes, boundary_triangles(mesh.tets)}), asked, asked / 6);
+        EXPECT_NEAR(shapes::mean_edge({mesh.nodes, boundary_triangles(mesh.tets)}), asked,
+                    asked / 6);
     }
     EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
     EXPECT_EQ(fractions.back(), 1);
@@ -111,7 +116,8 @@ TEST(Hierarchy, leaves_out_levels_that_would_not_be_coarser) {
 /// Gmsh as it is, but the first calls end at once with nothing.
 GmshOptions failing_at_first(int calls) {
     GmshOptions gmsh;
-    gmsh.run = [left = std::make_shared<int>(calls)](const std::function<int(int)>& work, double limit) {
+    gmsh.run = [left = std::make_shared<int>(calls)](const std::function<int(int)>& work,
+                                                     double limit) {
         return (*left)-- > 0 ? ChildResult{ChildResult::End::failed, 1, {}, "Error   : no", 0}
                              : run_in_child(work, limit);
     };
@@ -122,10 +128,12 @@ TEST(Hierarchy, tries_other_ways_where_gmsh_fails_and_says_so) {
     MeshingOptions options;
     options.edge_lengths_mm = {9};
     for (const int failures : {1, 2}) {  // HXT; HXT and Delaunay
-        const HierarchyResult result = build_hierarchy(organ(), options, {}, failing_at_first(failures));
+        const HierarchyResult result =
+            build_hierarchy(organ(), options, {}, failing_at_first(failures));
         expect_valid(result);
         ASSERT_EQ(result.notes.size(), 1u);
-        EXPECT_NE(result.notes[0].find(failures == 1 ? "level 0: filled by Delaunay" : "level 0: not taken"),
+        EXPECT_NE(result.notes[0].find(failures == 1 ? "level 0: filled by Delaunay"
+                                                     : "level 0: not taken"),
                   std::string::npos)
             << result.notes[0];
     }
@@ -140,8 +148,9 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
     } catch (const MeshingFailure& failure) {
         const std::string text = failure.what();
         double low[3], high[3];  // where it lies: nothing says which place it failed at
-        ASSERT_EQ(std::sscanf(text.c_str() + std::min(text.find("from ("), text.size()), "from (%lf, %lf, %lf) mm to (%lf, %lf, %lf) mm",
-                              low, low + 1, low + 2, high, high + 1, high + 2),
+        ASSERT_EQ(std::sscanf(text.c_str() + std::min(text.find("from ("), text.size()),
+                              "from (%lf, %lf, %lf) mm to (%lf, %lf, %lf) mm", low, low + 1,
+                              low + 2, high, high + 1, high + 2),
                   6)
             << text;
         EXPECT_NEAR(low[0], -75, 3);
@@ -149,7 +158,8 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
         EXPECT_NEAR(high[0], 75, 3);
         EXPECT_NEAR(high[2], 40, 3);
         EXPECT_TRUE(check_topology(failure.surface).closed());
-        EXPECT_NEAR(signed_volume(failure.surface), signed_volume(organ()), 0.01 * signed_volume(organ()));
+        EXPECT_NEAR(signed_volume(failure.surface), signed_volume(organ()),
+                    0.01 * signed_volume(organ()));
     }
 }
 
@@ -164,7 +174,8 @@ TEST(Hierarchy, gives_up_remeshing_at_the_time_limit) {
         build_hierarchy(organ(), options);
         FAIL() << "within a second";
     } catch (const MeshingFailure& failure) {
-        EXPECT_NE(std::string(failure.what()).find("remeshing"), std::string::npos) << failure.what();
+        EXPECT_NE(std::string(failure.what()).find("remeshing"), std::string::npos)
+            << failure.what();
         EXPECT_NE(std::string(failure.what()).find("killed"), std::string::npos) << failure.what();
         EXPECT_FALSE(failure.surface.triangles.empty());
     }
@@ -176,17 +187,21 @@ TEST(Hierarchy, is_held_to_the_volume_of_the_voxels) {
     options.edge_lengths_mm = {9};
     options.gmsh_time_limit_s = 20;
     const double surface_m3 = signed_volume(organ());
-    const auto with_voxels = [&](double voxels_m3) { return build_hierarchy(organ(), options, {}, {}, {false, {}, voxels_m3}); };
+    const auto with_voxels = [&](double voxels_m3) {
+        return build_hierarchy(organ(), options, {}, {}, {false, {}, voxels_m3});
+    };
     EXPECT_NEAR(with_voxels(surface_m3 / 1.005).levels[0].volume_ratio, 1.005, 0.004);
     try {
         with_voxels(surface_m3 / 1.03);
         FAIL() << "3 % too much";
     } catch (const MeshingFailure& failure) {
-        EXPECT_NE(std::string(failure.what()).find("ml of the body's"), std::string::npos) << failure.what();
+        EXPECT_NE(std::string(failure.what()).find("ml of the body's"), std::string::npos)
+            << failure.what();
     }
 }
 
-/// In a plate of 0.4 mm tets with edges of 8 mm have angles of about 5 degrees, whatever is done to them.
+/// In a plate of 0.4 mm tets with edges of 8 mm have angles of about 5 degrees, whatever is done to
+/// them.
 TEST(Hierarchy, that_only_a_smaller_bound_would_let_pass_is_refused) {
     const TetMesh block = shapes::box({0.05, 0.05, 0.0004}, {12, 12, 1});
     const TriangleMesh plate{block.nodes, boundary_triangles(block.tets)};
@@ -211,7 +226,8 @@ double mean_edge_in(const TetMesh& mesh, const FineSphere& s) {
     double sum = 0;
     int count = 0;
     for (const Tet& t : mesh.tets) {
-        const Vector3 centre = (mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]] + mesh.nodes[t[3]]) / 4;
+        const Vector3 centre =
+            (mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]] + mesh.nodes[t[3]]) / 4;
         if ((centre - s.centre).norm() > s.radius_m) continue;
         for (const auto& [i, j] : tet_edges) sum += (mesh.nodes[t[i]] - mesh.nodes[t[j]]).norm();
         count += 6;
@@ -234,17 +250,20 @@ TEST(Hierarchy, is_finer_at_the_border_of_a_mask) {
     LabelImage mask{{10, 10, 10}, Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(1000, 0)};
     mask.ras_from_voxel.topLeftCorner<3, 3>() *= 0.016;
     mask.ras_from_voxel.topRightCorner<3, 1>() = Vector3::Constant(-0.016 * 4.5);
-    for (std::size_t v = 0; v < 1000; ++v) mask.values[v] = v % 10 < 7;  // the border: a plane at x = 32 mm
+    for (std::size_t v = 0; v < 1000; ++v)
+        mask.values[v] = v % 10 < 7;  // the border: a plane at x = 32 mm
     MeshingOptions options;
     options.edge_lengths_mm = {10};
     options.finer_at = mask_faces(mask);
     const FineSphere at_border{{0.032, 0, 0}, 0.008, 0}, elsewhere{{-0.02, 0, 0}, 0.015, 0};
     const HierarchyResult result = build_hierarchy(organ(), options);
     expect_valid(result);
-    EXPECT_LT(mean_edge_in(result.hierarchy.levels[0], at_border), 0.0085);  // 5 at it, 7.4 eight mm off
+    EXPECT_LT(mean_edge_in(result.hierarchy.levels[0], at_border),
+              0.0085);  // 5 at it, 7.4 eight mm off
     EXPECT_GT(mean_edge_in(result.hierarchy.levels[0], elsewhere), 0.009);
     options.finer_at_ratio = 1;
-    EXPECT_GT(mean_edge_in(build_hierarchy(organ(), options).hierarchy.levels[0], at_border), 0.009);
+    EXPECT_GT(mean_edge_in(build_hierarchy(organ(), options).hierarchy.levels[0], at_border),
+              0.009);
 }
 
 TEST(Hierarchy, grows_inside_as_far_as_asked) {
@@ -267,14 +286,16 @@ TEST(Hierarchy, fits_a_frame_budget) {
 }
 
 TEST(Hierarchy, refuses_options_out_of_range_by_name) {
-    const auto refused = [](const std::function<void(MeshingOptions&)>& change, const std::string& name) {
+    const auto refused = [](const std::function<void(MeshingOptions&)>& change,
+                            const std::string& name) {
         MeshingOptions options;
         change(options);
         try {
             build_hierarchy(organ(), options);
             ADD_FAILURE() << name;
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find(name + " = "), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find(name + " = "), std::string::npos)
+                << error.what();
         }
     };
     refused([](MeshingOptions& o) { o.levels = -1; }, "mesh.levels");

@@ -59,7 +59,9 @@ TEST(Optimise, collapses_what_moves_and_flips_cannot_mend) {
     int collapses = 0;
     for (const unsigned seed : {1u, 2u, 3u}) {
         TetMesh mesh = shaken_block(seed);
-        collapses += improve(mesh, 30).collapses;  // more than a block of cubes' halves can reach: all means are tried
+        collapses +=
+            improve(mesh, 30)
+                .collapses;  // more than a block of cubes' halves can reach: all means are tried
         check_tet_mesh(mesh, "improved");
         EXPECT_TRUE(check_topology(boundary(mesh)).closed());
     }
@@ -74,21 +76,24 @@ TEST(Optimise, leaves_what_is_good_alone) {
     EXPECT_EQ(mesh.tets, before.tets);
 }
 
-/// A tet that lies flat on a face of a block, both of its outer faces on the boundary: no node that moves along the
-/// surface can mend it.
+/// A tet that lies flat on a face of a block, both of its outer faces on the boundary: no node that
+/// moves along the surface can mend it.
 TEST(Optimise, leaves_out_a_flat_tet_on_the_boundary) {
     TetMesh mesh = shapes::box({1, 1, 1}, {2, 2, 2});
     const std::vector<Triangle> faces = boundary_triangles(mesh.tets);
     for (const Triangle& f : faces)
         for (const Triangle& g : faces) {
             std::vector<std::int32_t> shared, rest;
-            for (const std::int32_t n : f) (std::count(g.begin(), g.end(), n) ? shared : rest).push_back(n);
+            for (const std::int32_t n : f)
+                (std::count(g.begin(), g.end(), n) ? shared : rest).push_back(n);
             for (const std::int32_t n : g)
                 if (!std::count(f.begin(), f.end(), n)) rest.push_back(n);
-            const bool top = std::all_of(f.begin(), f.end(), [&](int n) { return mesh.nodes[n].z() == 1; }) &&
-                             std::all_of(g.begin(), g.end(), [&](int n) { return mesh.nodes[n].z() == 1; });
+            const bool top =
+                std::all_of(f.begin(), f.end(), [&](int n) { return mesh.nodes[n].z() == 1; }) &&
+                std::all_of(g.begin(), g.end(), [&](int n) { return mesh.nodes[n].z() == 1; });
             if (shared.size() != 2 || !top || rest.size() != 2) continue;
-            mesh.nodes[rest[0]].z() += 1e-4;  // the edge shared sinks below the line of the other two nodes
+            mesh.nodes[rest[0]].z() +=
+                1e-4;  // the edge shared sinks below the line of the other two nodes
             mesh.nodes[rest[1]].z() += 1e-4;
             Tet flat{shared[0], shared[1], rest[0], rest[1]};
             if (signed_volume(mesh, flat) < 0) std::swap(flat[2], flat[3]);

@@ -13,7 +13,8 @@
 namespace livetet {
 namespace {
 
-/// A binary STL in mm, each triangle with corners of its own: just enough of the format for these tests.
+/// A binary STL in mm, each triangle with corners of its own: just enough of the format for these
+/// tests.
 TriangleMesh read_binary_stl(const std::filesystem::path& path) {
     const std::string bytes = read_text_file(path);
     constexpr std::size_t header = 84, record = 50;
@@ -23,7 +24,8 @@ TriangleMesh read_binary_stl(const std::filesystem::path& path) {
         std::memcpy(corners, bytes.data() + at + 12, sizeof corners);
         const auto n = static_cast<std::int32_t>(surface.nodes.size());
         for (int c = 0; c < 3; ++c)
-            surface.nodes.push_back(1e-3 * Vector3(corners[3 * c], corners[3 * c + 1], corners[3 * c + 2]));
+            surface.nodes.push_back(
+                1e-3 * Vector3(corners[3 * c], corners[3 * c + 1], corners[3 * c + 2]));
         surface.triangles.push_back({n, n + 1, n + 2});
     }
     return surface;
@@ -42,7 +44,8 @@ class RealOrgan : public testing::Test {
         ASSERT_EQ(result.hierarchy.levels.size(), 4u);
         for (const TetMesh& mesh : result.hierarchy.levels) check_tet_mesh(mesh, "organ");
         EXPECT_NEAR(result.levels[0].quality.tets, 60000, 6000);
-        // A level that had a nearly flat tet is made again with edges up to 14 % shorter: up to 1.6 times the tets.
+        // A level that had a nearly flat tet is made again with edges up to 14 % shorter: up to 1.6
+        // times the tets.
         EXPECT_GT(result.levels[1].quality.tets, 6000);
         EXPECT_LT(result.levels[1].quality.tets, 13000);
         EXPECT_GT(result.levels[2].quality.tets, 700);

@@ -14,7 +14,8 @@ MeshHierarchy block_hierarchy() {
     for (std::size_t e = 0; e < fine.tets.size(); ++e) fine.regions.push_back(e % 2 ? 7 : 3);
     fine.node_sets["left"] = nodes_in_box(fine, {-1, -1, -1}, {1e-9, 1, 1});
     for (const Triangle& t : boundary_triangles(fine.tets))
-        if (fine.nodes[t[0]].x() < 1e-9 && fine.nodes[t[1]].x() < 1e-9 && fine.nodes[t[2]].x() < 1e-9)
+        if (fine.nodes[t[0]].x() < 1e-9 && fine.nodes[t[1]].x() < 1e-9 &&
+            fine.nodes[t[2]].x() < 1e-9)
             fine.triangle_sets["left"].push_back(t);
     return make_hierarchy({fine, shapes::box({0.03, 0.02, 0.02}, {2, 1, 1})}, "block");
 }
@@ -35,7 +36,8 @@ TEST(Refine, EightTetsForOneFillTheSameBodyWithItsRegionsAndSets) {
         EXPECT_EQ(fine.node_sets.at("left"), nodes_in_box(fine, {-1, -1, -1}, {1e-9, 1, 1}));
         EXPECT_EQ(nodes_of(fine.triangle_sets.at("left")), fine.node_sets.at("left"));
         EXPECT_EQ(fine.triangle_sets.at("left").size(), 4 * coarse.triangle_sets.at("left").size());
-        EXPECT_EQ(boundary_triangles(fine.tets).size(), 4 * boundary_triangles(coarse.tets).size());  // conforming
+        EXPECT_EQ(boundary_triangles(fine.tets).size(),
+                  4 * boundary_triangles(coarse.tets).size());  // conforming
     }
 }
 
@@ -45,7 +47,8 @@ TEST(Refine, EachNodeLiesWhereItsWeightsSay) {
         const TetMesh &fine = after.levels[l], &coarse = after.levels[l + 1];
         ASSERT_EQ(after.transfers[l].size(), fine.nodes.size());
         for (std::size_t n = 0; n < fine.nodes.size(); ++n)
-            ASSERT_LT((interpolate(after.transfers[l], n, coarse.nodes) - fine.nodes[n]).norm(), 1e-15);
+            ASSERT_LT((interpolate(after.transfers[l], n, coarse.nodes) - fine.nodes[n]).norm(),
+                      1e-15);
     }
 }
 
@@ -53,7 +56,8 @@ TEST(Refine, AnglesStayBounded) {
     MeshHierarchy hierarchy = block_hierarchy();
     hierarchy.levels[0].nodes[5] += Vector3(1e-3, -2e-3, 1e-3);  // no shape of its own
     const double before = measure_quality(hierarchy.levels[0]).min_dihedral_deg;
-    EXPECT_GT(measure_quality(with_refined_levels(hierarchy, 3).levels[0]).min_dihedral_deg, 0.5 * before);
+    EXPECT_GT(measure_quality(with_refined_levels(hierarchy, 3).levels[0]).min_dihedral_deg,
+              0.5 * before);
 }
 
 }  // namespace

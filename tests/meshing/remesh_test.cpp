@@ -68,7 +68,8 @@ TEST(Repair, drops_degenerate_triangles_and_double_ones_and_fills_a_small_hole) 
 
 TEST(Repair, refuses_half_a_sphere_and_counts_its_border) {
     TriangleMesh surface = shapes::sphere(0.05, 3, {0.1, 0.2, 0.3});
-    std::erase_if(surface.triangles, [&](const Triangle& t) { return surface.nodes[t[0]].z() > 0.3; });
+    std::erase_if(surface.triangles,
+                  [&](const Triangle& t) { return surface.nodes[t[0]].z() > 0.3; });
     const std::int64_t border = check_topology(surface).border_edges;
     ASSERT_GT(border, 0);
     const std::string text = error_of([&] { repair_surface(surface); });
@@ -86,7 +87,9 @@ TEST(Repair, refuses_a_non_manifold_edge_within_seconds) {
     const std::string text = error_of([&] { repair_surface(surface); });
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
     EXPECT_NE(text.find("1 non-manifold edges"), std::string::npos) << text;
-    EXPECT_NE(text.find(place_mm((surface.nodes[t[0]] + surface.nodes[t[1]]) / 2)), std::string::npos) << text;
+    EXPECT_NE(text.find(place_mm((surface.nodes[t[0]] + surface.nodes[t[1]]) / 2)),
+              std::string::npos)
+        << text;
 }
 
 TEST(Repair, refuses_surfaces_without_sense) {
@@ -113,13 +116,16 @@ TEST(RepairSurface, says_what_it_leaves_out_or_fills) {
         TriangleMesh both = sphere;
         const auto first = static_cast<std::int32_t>(sphere.nodes.size());
         both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
-        for (const auto& [a, b, c] : other.triangles) both.triangles.push_back({first + a, first + b, first + c});
+        for (const auto& [a, b, c] : other.triangles)
+            both.triangles.push_back({first + a, first + b, first + c});
         return both;
     };
     const TriangleMesh spleen = shapes::sphere(0.03, 3, {0.2, 0, 0});
     const auto parts = notes_of(with(spleen));
     ASSERT_EQ(parts.size(), 1u);
-    EXPECT_NE(parts[0].find(fmt::format("{:.2f} ml in the others are left out", 1e6 * signed_volume(spleen))), std::string::npos)
+    EXPECT_NE(parts[0].find(
+                  fmt::format("{:.2f} ml in the others are left out", 1e6 * signed_volume(spleen))),
+              std::string::npos)
         << parts[0];
     EXPECT_NE(parts[0].find("(170.00, "), std::string::npos) << parts[0];
     const auto hollow = notes_of(with(shapes::sphere(0.03, 3)));

@@ -26,12 +26,14 @@ TEST(SurfaceDistance, of_a_coarse_sphere_is_that_of_its_chords) {
     const HausdorffDistance d = hausdorff_distance(coarse, fine, tree(fine));
     double deepest = 0;  // of the flat triangles' centres below the sphere
     for (const auto& [i, j, k] : coarse.triangles)
-        deepest = std::max(deepest, 1 - ((coarse.nodes[i] + coarse.nodes[j] + coarse.nodes[k]) / 3).norm());
+        deepest = std::max(deepest,
+                           1 - ((coarse.nodes[i] + coarse.nodes[j] + coarse.nodes[k]) / 3).norm());
     EXPECT_NEAR(d.to_body.max_m, deepest, 0.02 * deepest);
     EXPECT_LT(d.to_body.mean_m, d.to_body.max_m);
 }
 
-/// A spike is seen from the surface that has it, not from the one without: both directions are needed.
+/// A spike is seen from the surface that has it, not from the one without: both directions are
+/// needed.
 TEST(SurfaceDistance, sees_a_spike_from_its_side_alone) {
     const TriangleMesh sphere = shapes::sphere(0.05, 4);
     TriangleMesh spiky = sphere;

@@ -30,12 +30,15 @@ struct Truth {
 class Random {
   public:
     explicit Random(unsigned seed) : engine_(seed) {}
-    Vector3d vector(double size) { return {size * unit_(engine_), size * unit_(engine_), size * unit_(engine_)}; }
+    Vector3d vector(double size) {
+        return {size * unit_(engine_), size * unit_(engine_), size * unit_(engine_)};
+    }
     Vector3d gaussian(double sigma) {
         return {sigma * normal_(engine_), sigma * normal_(engine_), sigma * normal_(engine_)};
     }
     Matrix3d rotation() {
-        return Eigen::Quaterniond(normal_(engine_), normal_(engine_), normal_(engine_), normal_(engine_))
+        return Eigen::Quaterniond(normal_(engine_), normal_(engine_), normal_(engine_),
+                                  normal_(engine_))
             .normalized()
             .toRotationMatrix();
     }

@@ -48,10 +48,13 @@ struct Outcome {
     std::string out, err;
 };
 
-/// Runs the shipped program, from within `folder`; `before`: what stands in front of it ("mpirun -n 2").
-inline Outcome livetet(const Folder& folder, const std::string& arguments, const std::string& before = "") {
-    const std::string command = "cd '" + folder.path().string() + "' && " + before + " '" LIVETET_PROGRAM "' " +
-                                arguments + " >stdout.txt 2>stderr.txt </dev/null";
+/// Runs the shipped program, from within `folder`; `before`: what stands in front of it ("mpirun -n
+/// 2").
+inline Outcome livetet(const Folder& folder, const std::string& arguments,
+                       const std::string& before = "") {
+    const std::string command = "cd '" + folder.path().string() + "' && " + before +
+                                " '" LIVETET_PROGRAM "' " + arguments +
+                                " >stdout.txt 2>stderr.txt </dev/null";
     const int raw = std::system(command.c_str());
     return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(folder / "stdout.txt"),
             text_of(folder / "stderr.txt")};
@@ -66,14 +69,16 @@ inline std::vector<pid_t> programs_in(const Folder& folder) {
         const std::string name = entry.path().filename().string();
         if (name.find_first_not_of("0123456789") != std::string::npos) continue;
         std::error_code error;  // a process may end while it is looked at
-        if (fs::read_symlink(entry.path() / "exe", error) == program && fs::read_symlink(entry.path() / "cwd", error) == place)
+        if (fs::read_symlink(entry.path() / "exe", error) == program &&
+            fs::read_symlink(entry.path() / "cwd", error) == place)
             found.push_back(static_cast<pid_t>(std::stol(name)));
     }
     std::sort(found.begin(), found.end());
     return found;
 }
 
-/// Bad input: exit status 2 and one line on stderr that begins with the program's name and holds each of `parts`.
+/// Bad input: exit status 2 and one line on stderr that begins with the program's name and holds
+/// each of `parts`.
 inline void expect_refused(const Outcome& outcome, std::initializer_list<std::string> parts) {
     EXPECT_EQ(outcome.status, 2) << outcome.out << outcome.err;
     std::istringstream lines(outcome.err);

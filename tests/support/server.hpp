@@ -15,8 +15,8 @@
 
 namespace livetet::test {
 
-/// The shipped program under way in `folder`, its output in NAME.out and NAME.err; killed with the guard if it still
-/// runs.
+/// The shipped program under way in `folder`, its output in NAME.out and NAME.err; killed with the
+/// guard if it still runs.
 class Running {
   public:
     Running(const Folder& folder, const std::string& name, std::vector<std::string> arguments)
@@ -48,7 +48,8 @@ class Running {
     Outcome wait() {
         int raw = 0;
         ::waitpid(std::exchange(child_, -1), &raw, 0);
-        return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(out_), text_of(err_)};
+        return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(out_),
+                text_of(err_)};
     }
     /// Waits until its standard output has `text`; false where it does not come in all patience.
     bool says(const std::string& text) const {
@@ -82,7 +83,8 @@ class Server : public Running {
     const std::string& url() const { return url_; }
 
   private:
-    static std::vector<std::string> with(const std::string& source, std::vector<std::string> options) {
+    static std::vector<std::string> with(const std::string& source,
+                                         std::vector<std::string> options) {
         options.insert(options.begin(), {"serve", source, "--port", "0"});
         return options;
     }

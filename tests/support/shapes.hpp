@@ -10,7 +10,9 @@ namespace livetet::test {
 inline const Vector3 beam_size(0.2, 0.1, 0.1);  ///< m
 
 /// The block [0, size] m of so many cells, six tets each.
-inline TetMesh block(std::array<int, 3> cells, const Vector3& size) { return shapes::box(size, cells); }
+inline TetMesh block(std::array<int, 3> cells, const Vector3& size) {
+    return shapes::box(size, cells);
+}
 
 /// The nodes for which `chosen(x)` holds.
 template <class Chosen>

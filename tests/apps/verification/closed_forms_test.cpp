@@ -20,30 +20,35 @@ using Field = std::function<FieldPoint(const Vector3&)>;
 Matrix3d gradient(const std::function<Vector3(const Vector3&)>& f, const Vector3& x) {
     constexpr double h = 1e-5;
     Matrix3d g;
-    for (int j = 0; j < 3; ++j) g.col(j) = (f(x + h * Vector3::Unit(j)) - f(x - h * Vector3::Unit(j))) / (2 * h);
+    for (int j = 0; j < 3; ++j)
+        g.col(j) = (f(x + h * Vector3::Unit(j)) - f(x - h * Vector3::Unit(j))) / (2 * h);
     return g;
 }
 
 /// The stress is Hooke's of the displacement's gradient, and in equilibrium without a body force.
 void expect_equilibrium(const Field& field, const Isotropic& m, const Vector3& x) {
     const Matrix3d H = gradient([&](const Vector3& y) { return field(y).u; }, x);
-    const Matrix3d hooke = m.mu() * (H + H.transpose()) + m.lambda() * H.trace() * Matrix3d::Identity();
+    const Matrix3d hooke =
+        m.mu() * (H + H.transpose()) + m.lambda() * H.trace() * Matrix3d::Identity();
     EXPECT_LT((field(x).stress - hooke).norm(), 1e-8 * field(x).stress.norm());
     for (int i = 0; i < 3; ++i) {
-        const Matrix3d row = gradient([&](const Vector3& y) -> Vector3 { return field(y).stress.row(i); }, x);
+        const Matrix3d row =
+            gradient([&](const Vector3& y) -> Vector3 { return field(y).stress.row(i); }, x);
         EXPECT_NEAR(row.trace(), 0, 1e-8 * m.E);
     }
 }
 
 /// -mu lap u - (lambda + mu) grad div u = rho (2 pi f)^2 u, at one point, by second differences.
-void expect_mode(const std::function<Vector3(const Vector3&)>& u, const Isotropic& m, double f, const Vector3& x) {
+void expect_mode(const std::function<Vector3(const Vector3&)>& u, const Isotropic& m, double f,
+                 const Vector3& x) {
     constexpr double h = 1e-3;
     const Vector3 inertia = m.rho * std::pow(2 * pi * f, 2) * u(x);
     Vector3 force = Vector3::Zero();
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
             const Vector3 a = h * Vector3::Unit(i), b = h * Vector3::Unit(j);
-            const Vector3 second = (u(x + a + b) - u(x + a - b) - u(x - a + b) + u(x - a - b)) / (4 * h * h);
+            const Vector3 second =
+                (u(x + a + b) - u(x + a - b) - u(x - a + b) + u(x - a - b)) / (4 * h * h);
             if (i == j) force -= m.mu() * second;
             force[i] -= (m.lambda() + m.mu()) * second[j];
         }
@@ -69,7 +74,8 @@ TEST(ClosedForms, ThickCylinderIsTheTable) {
                               {0.3, 0.00190666667, 0.00121333333, 0.2},
                               {0.4999, 0.00199996666, 0.00100013332, 0.333267}};
     for (const auto& [nu, inside, outside, along] : rows) {
-        const RadialState a = thick_cylinder({1000, nu}, 1, 2, 1, 1), b = thick_cylinder({1000, nu}, 1, 2, 1, 2);
+        const RadialState a = thick_cylinder({1000, nu}, 1, 2, 1, 1),
+                          b = thick_cylinder({1000, nu}, 1, 2, 1, 2);
         EXPECT_NEAR(a.u, inside, 1e-11);
         EXPECT_NEAR(b.u, outside, 1e-11);
         EXPECT_NEAR(a.sigma_theta, 5.0 / 3, 1e-12);
@@ -91,9 +97,10 @@ TEST(ClosedForms, FieldsAreInEquilibrium) {
                 const Vector3 axis = sphere ? y : Vector3(y.x(), y.y(), 0);
                 const double r = axis.norm();
                 const Vector3 n = axis / r;
-                const RadialState s = sphere ? thick_sphere(m, 1, 2, 5, r) : thick_cylinder(m, 1, 2, 5, r);
-                Matrix3d stress =
-                    s.sigma_theta * Matrix3d::Identity() + (s.sigma_r - s.sigma_theta) * n * n.transpose();
+                const RadialState s =
+                    sphere ? thick_sphere(m, 1, 2, 5, r) : thick_cylinder(m, 1, 2, 5, r);
+                Matrix3d stress = s.sigma_theta * Matrix3d::Identity() +
+                                  (s.sigma_r - s.sigma_theta) * n * n.transpose();
                 if (!sphere) stress(2, 2) = s.sigma_z;
                 return {s.u * n, stress};
             },
@@ -120,9 +127,10 @@ TEST(ClosedForms, ElasticaIsTheTable) {
         EXPECT_NEAR(tip.w, w, 5.1e-6);
         EXPECT_NEAR(tip.angle, angle, 5.1e-6);
     }
-    const double heavy[][4] = {{1, 0.00875, 0.12347, 9.460},  // (T) Gamma, 1 - x, w, angle in degrees
-                               {5, 0.15334, 0.49591, 39.935},
-                               {30, 0.65724, 0.87309, 82.972}};
+    const double heavy[][4] = {
+        {1, 0.00875, 0.12347, 9.460},  // (T) Gamma, 1 - x, w, angle in degrees
+        {5, 0.15334, 0.49591, 39.935},
+        {30, 0.65724, 0.87309, 82.972}};
     for (const auto& [Gamma, shorter, w, angle] : heavy) {
         const Tip tip = elastica(0, Gamma);
         EXPECT_NEAR(1 - tip.x, shorter, 5.1e-6);
@@ -131,15 +139,18 @@ TEST(ClosedForms, ElasticaIsTheTable) {
     }
 }
 
-/// Bisshopp and Drucker's elliptic integrals: with k^2 = (1 + sin angle) / 2 and tan(phi) = 1 / sqrt(sin angle),
-/// sqrt K = F(pi/2, k) - F(phi, k), x = sqrt(2 sin(angle) / K), w = 1 - 2 / sqrt K (E(pi/2, k) - E(phi, k)).
+/// Bisshopp and Drucker's elliptic integrals: with k^2 = (1 + sin angle) / 2 and tan(phi) = 1 /
+/// sqrt(sin angle), sqrt K = F(pi/2, k) - F(phi, k), x = sqrt(2 sin(angle) / K), w = 1 - 2 / sqrt K
+/// (E(pi/2, k) - E(phi, k)).
 TEST(ClosedForms, ElasticaIsEllipticIntegralsToTenDigits) {
     for (const double K : {0.01, 0.5, 2.0, 10.0, 40.0, 100.0}) {
         const Tip tip = elastica(K, 0);
-        const double sine = std::sin(tip.angle), k = std::sqrt((1 + sine) / 2), phi = std::atan2(1, std::sqrt(sine));
+        const double sine = std::sin(tip.angle), k = std::sqrt((1 + sine) / 2),
+                     phi = std::atan2(1, std::sqrt(sine));
         EXPECT_NEAR(std::comp_ellint_1(k) - std::ellint_1(k, phi), std::sqrt(K), 1e-8);
         EXPECT_NEAR(tip.x, std::sqrt(2 * sine / K), 1e-10);
-        EXPECT_NEAR(tip.w, 1 - 2 / std::sqrt(K) * (std::comp_ellint_2(k) - std::ellint_2(k, phi)), 1e-10);
+        EXPECT_NEAR(tip.w, 1 - 2 / std::sqrt(K) * (std::comp_ellint_2(k) - std::ellint_2(k, phi)),
+                    1e-10);
     }
 }
 
@@ -150,7 +161,8 @@ TEST(ClosedForms, SmallLoadsOfAnElasticaAreABeams) {
 }
 
 TEST(ClosedForms, EndMomentRollsARodUp) {
-    const double rows[][3] = {{0.1, 0.06451, 0.30396}, {0.5, 1, 0.63662}, {0.75, 1.21221, 0.21221}, {1, 1, 0}};
+    const double rows[][3] = {
+        {0.1, 0.06451, 0.30396}, {0.5, 1, 0.63662}, {0.75, 1.21221, 0.21221}, {1, 1, 0}};
     for (const auto& [turns, shorter, w] : rows) {  // (T)
         const Tip tip = end_moment(2 * pi * turns);
         EXPECT_NEAR(1 - tip.x, shorter, 5.1e-6);
@@ -159,10 +171,13 @@ TEST(ClosedForms, EndMomentRollsARodUp) {
 }
 
 TEST(ClosedForms, TimoshenkoIsTheTable) {
-    const double rows[][4] = {{4, 0, 265.6, 1.05}, {4, 0.3, 268.24, 1.06375}, {20, 0.45, 32067.8, 1.00283}};
-    for (const auto& [L, nu, end, ratio] : rows) {  // (T) L/h, nu, end load, uniform load's ratio to Euler-Bernoulli
+    const double rows[][4] = {
+        {4, 0, 265.6, 1.05}, {4, 0.3, 268.24, 1.06375}, {20, 0.45, 32067.8, 1.00283}};
+    for (const auto& [L, nu, end, ratio] :
+         rows) {  // (T) L/h, nu, end load, uniform load's ratio to Euler-Bernoulli
         EXPECT_NEAR(timoshenko_end_load({1, nu}, L, 1, 1), end, 1e-3);
-        EXPECT_NEAR(timoshenko_uniform_load({1, nu}, L, 1, 1) / (12 * std::pow(L, 4) / 8), ratio, 5.1e-6);
+        EXPECT_NEAR(timoshenko_uniform_load({1, nu}, L, 1, 1) / (12 * std::pow(L, 4) / 8), ratio,
+                    5.1e-6);
     }
 }
 
@@ -185,12 +200,14 @@ TEST(ClosedForms, SolidModesSolveTheEquationOfMotion) {
     const Isotropic m{1000, 0.3, 2};
     const Vector3 x(0.31, 0.77, 0.52);
     expect_mode([](const Vector3& y) { return lame_mode(1.5, y); }, m, lame_frequency(m, 1.5), x);
-    expect_mode([](const Vector3& y) { return swinging_cube_mode(1.5, y); }, m, swinging_cube_frequency(m, 1.5), x);
+    expect_mode([](const Vector3& y) { return swinging_cube_mode(1.5, y); }, m,
+                swinging_cube_frequency(m, 1.5), x);
 }
 
 TEST(ClosedForms, LameModeLeavesFacesFree) {
     for (const double s : {0.0, 1.5}) {
-        const Matrix3d H = gradient([](const Vector3& y) { return lame_mode(1.5, y); }, {s, 0.4, 0.2});
+        const Matrix3d H =
+            gradient([](const Vector3& y) { return lame_mode(1.5, y); }, {s, 0.4, 0.2});
         EXPECT_NEAR(H(0, 0), 0, 1e-9);
         EXPECT_NEAR(H(0, 1) + H(1, 0), 0, 1e-9);
         EXPECT_NEAR(H.trace(), 0, 1e-9);
@@ -203,7 +220,8 @@ TEST(ClosedForms, MindlinsPlateIsFV52) {
     const int modes[][2] = {{1, 1}, {1, 2}, {2, 1}, {2, 2}};
     for (int n = 0; n < 4; ++n) {
         const auto& [i, j] = modes[n];
-        EXPECT_NEAR(mindlin_plate_frequency(steel, 10, 1, i, j, pi * pi / 12), fv52_frequencies[n], 5e-3);
+        EXPECT_NEAR(mindlin_plate_frequency(steel, 10, 1, i, j, pi * pi / 12), fv52_frequencies[n],
+                    5e-3);
         EXPECT_NEAR(lamb_plate_frequency(steel, 10, 1, i, j) / fv52_frequencies[n], 1, 6e-3);
     }
 }
@@ -215,29 +233,33 @@ TEST(ClosedForms, LambsPlateIsThatOfSrinivas) {
     EXPECT_NEAR(2 * pi * lamb_plate_frequency(m, 10, 1, 1, 2), 0.2226, 5.1e-5);
     EXPECT_NEAR(2 * pi * lamb_plate_frequency(m, 10, 1, 2, 2), 0.3421, 5.1e-5);
     EXPECT_NEAR(2 * pi * lamb_plate_frequency(m, 10, 1, 1, 3), 0.4171, 5.1e-5);
-    const double kirchhoff = pi / 1e4 * std::sqrt(m.E / (12 * (1 - m.nu * m.nu)));  // a thin plate, (1, 1): a = 100
+    const double kirchhoff =
+        pi / 1e4 * std::sqrt(m.E / (12 * (1 - m.nu * m.nu)));  // a thin plate, (1, 1): a = 100
     EXPECT_NEAR(lamb_plate_frequency(m, 100, 1, 1, 1) / kirchhoff, 1, 1e-3);
 }
 
 TEST(ClosedForms, NewmarkIsTheTable) {
-    const double rows[][6] = {{0.25, 0.5, 2, 1, 0, 0.273240},  // (T) beta, gamma, Omega, radius, damping, elongation
-                              {1.0 / 6, 0.5, 5, 2.426613, -0.271575, 0.591549},
-                              {0.276, 0.55, 1, 0.980212, 0.021562, 0.079045},
-                              {0.3025, 0.6, 1e6, 0.818182, 0.063746, 318309.295571},
-                              {0.36, 0.7, 5, 0.707107, 0.145525, 1.122066},
-                              {0.5, 1, 2, 0.577350, 0.330097, 0.273240},
-                              {0.5, 1, 5, 0.666667, 0.128002, 0.591549},
-                              {1, 1.5, 0.5, 0.894427, 0.233960, 0.078405}};
+    const double rows[][6] = {
+        {0.25, 0.5, 2, 1, 0, 0.273240},  // (T) beta, gamma, Omega, radius, damping, elongation
+        {1.0 / 6, 0.5, 5, 2.426613, -0.271575, 0.591549},
+        {0.276, 0.55, 1, 0.980212, 0.021562, 0.079045},
+        {0.3025, 0.6, 1e6, 0.818182, 0.063746, 318309.295571},
+        {0.36, 0.7, 5, 0.707107, 0.145525, 1.122066},
+        {0.5, 1, 2, 0.577350, 0.330097, 0.273240},
+        {0.5, 1, 5, 0.666667, 0.128002, 0.591549},
+        {1, 1.5, 0.5, 0.894427, 0.233960, 0.078405}};
     for (const auto& [beta, gamma, Omega, radius, damping, elongation] : rows) {
         const SchemeResponse r = response({0, 0, beta, gamma}, Omega);
         EXPECT_NEAR(r.spectral_radius, radius, 1e-6) << beta << " " << Omega;
         EXPECT_NEAR(r.damping, damping, 1e-6) << beta << " " << Omega;
-        EXPECT_NEAR(r.period_elongation, elongation, 1e-6 * std::max(1.0, elongation)) << beta << " " << Omega;
+        EXPECT_NEAR(r.period_elongation, elongation, 1e-6 * std::max(1.0, elongation))
+            << beta << " " << Omega;
     }
 }
 
 TEST(ClosedForms, ResponseIsThatOfTheAmplificationMatrix) {
-    for (const AlphaScheme& scheme : {AlphaScheme{}, AlphaScheme{0, 0, 0.36, 0.7}, generalized_alpha(0.8)})
+    for (const AlphaScheme& scheme :
+         {AlphaScheme{}, AlphaScheme{0, 0, 0.36, 0.7}, generalized_alpha(0.8)})
         for (const double Omega : {0.1, 1.0, 7.0}) {
             const Eigen::Vector3cd z = amplification(scheme, Omega).eigenvalues();
             EXPECT_NEAR(response(scheme, Omega).spectral_radius, z.cwiseAbs().maxCoeff(), 1e-9);
@@ -252,8 +274,8 @@ TEST(ClosedForms, ImplicitEulerHasTheEigenvaluesOfANewmark) {
     }
 }
 
-/// Chung and Hulbert's design: second order, radius 1 at low and rho_inf at high frequencies, no less in between;
-/// rho_inf = 1 is the trapezoidal rule's radius, 1 everywhere.
+/// Chung and Hulbert's design: second order, radius 1 at low and rho_inf at high frequencies, no
+/// less in between; rho_inf = 1 is the trapezoidal rule's radius, 1 everywhere.
 TEST(ClosedForms, GeneralizedAlphaDampsAsDesigned) {
     for (const double rho : {0.0, 0.5, 0.8, 1.0}) {
         const AlphaScheme scheme = generalized_alpha(rho);

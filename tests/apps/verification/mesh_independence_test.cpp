@@ -22,13 +22,14 @@ LabelImage organ() {
         for (int j = 0; j < 65; ++j)
             for (int i = 0; i < 85; ++i) {
                 const Vector3 x(2 * i, 2 * j, 2 * k);
-                image.at(i, j, k) = inside(x, {60, 65, 50}, {50, 55, 40}) || inside(x, {115, 60, 45}, {45, 40, 28});
+                image.at(i, j, k) =
+                    inside(x, {60, 65, 50}, {50, 55, 40}) || inside(x, {115, 60, 45}, {45, 40, 28});
             }
     return image;
 }
 
-/// Iterations to a relative 1e-8 of the first linear solve of a static press by 15 mm, over a hierarchy of about
-/// `tets`.
+/// Iterations to a relative 1e-8 of the first linear solve of a static press by 15 mm, over a
+/// hierarchy of about `tets`.
 int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator coarse) {
     MeshingOptions meshing;
     meshing.target_tets = tets;
@@ -40,23 +41,25 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
                         {.kind = SolverKind::multigrid, .coarse = coarse});
     Constraints constraints(mesh.nodes.size());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        if (mesh.nodes[n].z() < 0.03) constraints.prescribe(std::array{static_cast<std::int32_t>(n)}, Vector3::Zero());
+        if (mesh.nodes[n].z() < 0.03)
+            constraints.prescribe(std::array{static_cast<std::int32_t>(n)}, Vector3::Zero());
     constraints.prescribe(surface_patch(mesh, {0.06, 0.065, 0.09}, 0.015).nodes, {0, 0, -0.015});
     body.set_constraints(constraints);
     const StepReport report = body.step(0, {.linearisations = 1, .linear_tolerance = 1e-8});
     EXPECT_TRUE(report.converged);
-    std::printf("%8zu tets %7zu nodes, %zu levels: %2d iterations to 1e-8\n", mesh.tets.size(), mesh.nodes.size(),
-                hierarchy.levels.size(), report.iterations);
+    std::printf("%8zu tets %7zu nodes, %zu levels: %2d iterations to 1e-8\n", mesh.tets.size(),
+                mesh.nodes.size(), hierarchy.levels.size(), report.iterations);
     return report.iterations;
 }
 
-/// Multigrid's promise (Hackbusch 1985): the convergence factor does not depend on the mesh. Of three non-nested
-/// hierarchies of one organ, the coarsest level always of about a thousand tets.
+/// Multigrid's promise (Hackbusch 1985): the convergence factor does not depend on the mesh. Of
+/// three non-nested hierarchies of one organ, the coarsest level always of about a thousand tets.
 TEST(MeshIndependence, IterationsStayWithinThreeFrom8000To350000Tets) {
     const TriangleMesh surface = surface_of_labels(organ(), {}).surface;
     for (const CoarseOperator coarse : {CoarseOperator::rediscretised, CoarseOperator::galerkin}) {
         std::printf("%s\n", coarse == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
-        const int counts[] = {iterations(surface, 8000, 2, coarse), iterations(surface, 60000, 3, coarse),
+        const int counts[] = {iterations(surface, 8000, 2, coarse),
+                              iterations(surface, 60000, 3, coarse),
                               iterations(surface, 350000, 4, coarse)};
         EXPECT_LE(*std::max_element(counts, counts + 3) - *std::min_element(counts, counts + 3), 3);
         EXPECT_LE(*std::max_element(counts, counts + 3), 15);

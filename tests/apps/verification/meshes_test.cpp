@@ -22,8 +22,8 @@ double area(const TetMesh& mesh, const std::string& face) {
     return sum;
 }
 
-/// What each mesh promises: it holds together, each triangle of its boundary is in one set, as the boundary winds it
-/// (outwards), and the node sets are the triangles' nodes.
+/// What each mesh promises: it holds together, each triangle of its boundary is in one set, as the
+/// boundary winds it (outwards), and the node sets are the triangles' nodes.
 void expect_sound(const TetMesh& mesh, std::size_t faces) {
     EXPECT_NO_THROW(check_tet_mesh(mesh, "mesh"));
     EXPECT_EQ(mesh.triangle_sets.size(), faces);
@@ -33,7 +33,9 @@ void expect_sound(const TetMesh& mesh, std::size_t faces) {
         named.insert(named.end(), triangles.begin(), triangles.end());
         EXPECT_EQ(mesh.node_sets.at(name), nodes_of(triangles)) << name;
         for (const Triangle& t : triangles)
-            flux += area_vector(mesh, t).dot(mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]]) / 9;
+            flux +=
+                area_vector(mesh, t).dot(mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]]) /
+                9;
     }
     std::sort(named.begin(), named.end());
     std::sort(boundary.begin(), boundary.end());
@@ -42,10 +44,12 @@ void expect_sound(const TetMesh& mesh, std::size_t faces) {
 }
 
 /// Each face named for an axis lies exactly in its plane, and its normals leave the body.
-void expect_flat(const TetMesh& mesh, const std::string& face, int axis, double at, double outwards) {
+void expect_flat(const TetMesh& mesh, const std::string& face, int axis, double at,
+                 double outwards) {
     for (const std::int32_t n : mesh.node_sets.at(face)) EXPECT_EQ(mesh.nodes[n][axis], at) << face;
     for (const Triangle& t : mesh.triangle_sets.at(face))
-        EXPECT_GT(outwards * area_vector(mesh, t)[axis], 0.999 * area_vector(mesh, t).norm()) << face;
+        EXPECT_GT(outwards * area_vector(mesh, t)[axis], 0.999 * area_vector(mesh, t).norm())
+            << face;
 }
 
 /// The error of a measure falls to a quarter with twice the counts.
@@ -86,9 +90,11 @@ TEST(VerificationMeshes, SphereOctantConverges) {
     expect_sound(mesh(3), 5);
     expect_sound(mesh(8), 5);
     EXPECT_EQ(mesh(8).tets.size(), 3u * 8 * 8 * 4);
-    for (int axis = 0; axis < 3; ++axis) expect_flat(mesh(5), std::array{"x0", "y0", "z0"}[axis], axis, 0, -1);
+    for (int axis = 0; axis < 3; ++axis)
+        expect_flat(mesh(5), std::array{"x0", "y0", "z0"}[axis], axis, 0, -1);
     const TetMesh five = mesh(5);
-    for (const std::int32_t n : five.node_sets.at("outer")) EXPECT_NEAR(five.nodes[n].norm(), 2, 1e-15);
+    for (const std::int32_t n : five.node_sets.at("outer"))
+        EXPECT_NEAR(five.nodes[n].norm(), 2, 1e-15);
     expect_second_order([&](int n) { return volume(mesh(n)); }, std::numbers::pi / 6 * 7);
     expect_second_order([&](int n) { return area(mesh(n), "inner"); }, std::numbers::pi / 2);
     expect_second_order([&](int n) { return area(mesh(n), "outer"); }, 2 * std::numbers::pi);
@@ -165,7 +171,9 @@ TEST(VerificationMeshes, HalfTheCountsIsALevelOfTheSameNodes) {
     EXPECT_TRUE(subset(le10_plate(2, 3, 2), le10_plate(4, 6, 4)));
 }
 
-TEST(VerificationMeshes, NoCellsAreAnError) { EXPECT_THROW(cylinder_quarter(1, 2, 1, 2, 0, 1), Error); }
+TEST(VerificationMeshes, NoCellsAreAnError) {
+    EXPECT_THROW(cylinder_quarter(1, 2, 1, 2, 0, 1), Error);
+}
 
 }  // namespace
 }  // namespace livetet::verification

@@ -22,8 +22,10 @@ TEST(StrainModels, PIsTheDerivativeOfPsi) {
             for (int i = 0; i < 9; ++i) {
                 Matrix3d d = Matrix3d::Zero();
                 d.data()[i] = 1e-5;
-                const double slope = (energy_density(strain, m, F + d) - energy_density(strain, m, F - d)) / 2e-5;
-                EXPECT_NEAR(first_piola(strain, m, F).data()[i], slope, 1e-8) << static_cast<int>(strain);
+                const double slope =
+                    (energy_density(strain, m, F + d) - energy_density(strain, m, F - d)) / 2e-5;
+                EXPECT_NEAR(first_piola(strain, m, F).data()[i], slope, 1e-8)
+                    << static_cast<int>(strain);
             }
 }
 
@@ -32,14 +34,16 @@ TEST(StrainModels, AllAreHookesLawNearRest) {
     const Matrix3d H = 1e-6 * bent;
     const Matrix3d hooke = first_piola(Strain::linear, m, Matrix3d::Identity() + H);
     for (const Strain strain : all)
-        EXPECT_LT((first_piola(strain, m, Matrix3d::Identity() + H) - hooke).norm(), 1e-4 * hooke.norm());
+        EXPECT_LT((first_piola(strain, m, Matrix3d::Identity() + H) - hooke).norm(),
+                  1e-4 * hooke.norm());
 }
 
 TEST(StrainModels, AllButLinearTurnWithTheBody) {
     const Isotropic m{2, 0.4};
     const Matrix3d R = Eigen::AngleAxisd(2.1, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
     for (const Strain strain : {Strain::corotated, Strain::green, Strain::neohookean})
-        EXPECT_LT((first_piola(strain, m, R * bent) - R * first_piola(strain, m, bent)).norm(), 1e-12);
+        EXPECT_LT((first_piola(strain, m, R * bent) - R * first_piola(strain, m, bent)).norm(),
+                  1e-12);
     EXPECT_GT(first_piola(Strain::linear, m, R).norm(), 1);
 }
 
@@ -76,7 +80,8 @@ TEST(StrainModels, UniaxialLeavesTheSidesFree) {
 
 TEST(StrainModels, SimpleShearIsTheTable) {
     const Isotropic m{1, 0.3};
-    const Matrix3d green = simple_shear(Strain::green, m, 0.5), corotated = simple_shear(Strain::corotated, m, 2);
+    const Matrix3d green = simple_shear(Strain::green, m, 0.5),
+                   corotated = simple_shear(Strain::corotated, m, 2);
     EXPECT_NEAR(green(0, 1), 0.276442, 1e-6);  // (T)
     EXPECT_NEAR(green(1, 0), 0.192308, 1e-6);
     EXPECT_NEAR(green(0, 0), 0.168269, 1e-6);
@@ -127,7 +132,8 @@ TEST(ManufacturedField, BodyForceOfHookesLawIsTheClosedForm) {
     }
 }
 
-/// Balance of a part: the body force over a cube and the tractions P N on its sides add up to nothing.
+/// Balance of a part: the body force over a cube and the tractions P N on its sides add up to
+/// nothing.
 TEST(ManufacturedField, BodyForceBalancesTheTractions) {
     const ManufacturedField field;
     const Isotropic m{3, 0.3};
@@ -142,16 +148,19 @@ TEST(ManufacturedField, BodyForceBalancesTheTractions) {
             for (int j = 0; j < 3; ++j) {
                 for (int k = 0; k < 3; ++k) {
                     const Vector3 x = centre + h / 2 * Vector3(points[i], points[j], points[k]);
-                    const Vector3 force = h * h * h * weights[i] * weights[j] * weights[k] * field.body_force(P, x);
+                    const Vector3 force =
+                        h * h * h * weights[i] * weights[j] * weights[k] * field.body_force(P, x);
                     sum += force;
                     size += force.cwiseAbs();
                 }
                 for (int axis = 0; axis < 3; ++axis)
                     for (const double side : {-1.0, 1.0}) {
                         Vector3 way;
-                        way[axis] = side, way[(axis + 1) % 3] = points[i], way[(axis + 2) % 3] = points[j];
+                        way[axis] = side, way[(axis + 1) % 3] = points[i],
+                        way[(axis + 2) % 3] = points[j];
                         const Matrix3d H = field.gradient(centre + h / 2 * way);
-                        sum += h * h * weights[i] * weights[j] * side * P(Matrix3d::Identity() + H).col(axis);
+                        sum += h * h * weights[i] * weights[j] * side *
+                               P(Matrix3d::Identity() + H).col(axis);
                     }
             }
         EXPECT_LT(sum.norm(), 1e-6 * size.norm());

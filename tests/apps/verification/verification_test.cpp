@@ -9,11 +9,15 @@ class Verification : public testing::TestWithParam<int> {};
 
 TEST_P(Verification, IsWithinItsToleranceAndOfItsOrder) {
     for (const Outcome& o : cases()[GetParam()].run()) {
-        std::printf("%-75s %12.6g %12.6g %9.2e %s\n", o.name.c_str(), o.reference, o.last().value, o.last().error,
+        std::printf("%-75s %12.6g %12.6g %9.2e %s\n", o.name.c_str(), o.reference, o.last().value,
+                    o.last().error,
                     o.expected_order > 0 ? std::to_string(o.observed_order()).c_str() : "");
-        for (const auto& run : o.runs) std::printf("    %-20s %12.6g %9.2e %6.2f s\n", run.size.c_str(), run.value, run.error, run.seconds);
-        EXPECT_TRUE(o.passed()) << o.name << ": error " << o.last().error << ", tolerance " << o.tolerance << "; order "
-                                << o.observed_order() << ", expected " << o.expected_order;
+        for (const auto& run : o.runs)
+            std::printf("    %-20s %12.6g %9.2e %6.2f s\n", run.size.c_str(), run.value, run.error,
+                        run.seconds);
+        EXPECT_TRUE(o.passed()) << o.name << ": error " << o.last().error << ", tolerance "
+                                << o.tolerance << "; order " << o.observed_order() << ", expected "
+                                << o.expected_order;
     }
 }
 

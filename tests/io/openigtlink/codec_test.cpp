@@ -45,17 +45,21 @@ TEST(OpenIgtLinkCrc, IsThatOfEcma182) {
 }
 
 TEST(OpenIgtLinkCodec, WritesATransformAsTheProtocolSays) {
-    Message m = message("TRANSFORM", Transform{{1, 0, 0, 0, 1, 0, 0, 0, 1, 2, -2, 0.5}}, "StylusToTracker");
+    Message m =
+        message("TRANSFORM", Transform{{1, 0, 0, 0, 1, 0, 0, 0, 1, 2, -2, 0.5}}, "StylusToTracker");
     m.time_stamp = 0x0000000180000000;
     const Bytes bytes = encode(m);
     ASSERT_EQ(bytes.size(), 106);
     EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 2), (Bytes{0, 1}));
-    EXPECT_EQ(std::string(bytes.begin() + 2, bytes.begin() + 14), std::string("TRANSFORM\0\0\0", 12));
-    EXPECT_EQ(std::string(bytes.begin() + 14, bytes.begin() + 34), std::string("StylusToTracker\0\0\0\0\0", 20));
+    EXPECT_EQ(std::string(bytes.begin() + 2, bytes.begin() + 14),
+              std::string("TRANSFORM\0\0\0", 12));
+    EXPECT_EQ(std::string(bytes.begin() + 14, bytes.begin() + 34),
+              std::string("StylusToTracker\0\0\0\0\0", 20));
     EXPECT_EQ(Bytes(bytes.begin() + 34, bytes.begin() + 42), (Bytes{0, 0, 0, 1, 0x80, 0, 0, 0}));
     EXPECT_EQ(Bytes(bytes.begin() + 42, bytes.begin() + 50), (Bytes{0, 0, 0, 0, 0, 0, 0, 48}));
-    EXPECT_EQ(Bytes(bytes.begin() + 58, bytes.begin() + 62), (Bytes{0x3f, 0x80, 0, 0}));                      // R11
-    EXPECT_EQ(Bytes(bytes.begin() + 94, bytes.end()), (Bytes{0x40, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f, 0, 0, 0}));  // T
+    EXPECT_EQ(Bytes(bytes.begin() + 58, bytes.begin() + 62), (Bytes{0x3f, 0x80, 0, 0}));  // R11
+    EXPECT_EQ(Bytes(bytes.begin() + 94, bytes.end()),
+              (Bytes{0x40, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f, 0, 0, 0}));  // T
     EXPECT_EQ(seconds_of_stamp(decode(bytes).time_stamp), 1.5);
 }
 
@@ -136,7 +140,8 @@ TEST(OpenIgtLinkCodec, RefusesContentsThatContradictTheirSizes) {
             }
         return std::string("no such type");
     };
-    EXPECT_TRUE(says(refused("TRANSFORM", Bytes(47)), {"TRANSFORM", "3 bytes are left, expected 4 more"}));
+    EXPECT_TRUE(
+        says(refused("TRANSFORM", Bytes(47)), {"TRANSFORM", "3 bytes are left, expected 4 more"}));
     EXPECT_TRUE(says(refused("TRANSFORM", Bytes(49)), {"1 bytes too many"}));
     EXPECT_TRUE(says(refused("POSITION", Bytes(27)), {"27 bytes", "28, 24 or 12"}));
     EXPECT_TRUE(says(refused("TDATA", Bytes(71)), {"left"}));
@@ -170,7 +175,8 @@ TEST(OpenIgtLinkCodec, RefusesContentsThatContradictTheirSizes) {
 }
 
 TEST(OpenIgtLinkCodec, RefusesAWrongCrcAndMetadataLargerThanItsBody) {
-    Bytes bytes = encode(with_metadata(message("TRANSFORM", Transform{}), {{"TransformStatus", "OK"}}));
+    Bytes bytes =
+        encode(with_metadata(message("TRANSFORM", Transform{}), {{"TransformStatus", "OK"}}));
     bytes.back() ^= 1;
     EXPECT_TRUE(says(error_of([&] { decode(bytes); }), {"TRANSFORM", "CRC"}));
     bytes.back() ^= 1;
@@ -199,7 +205,8 @@ TEST(OpenIgtLinkCodec, EncodeRefusesWhatDoesNotFitItsField) {
                          encode(message("TDATA", TrackingData{{{std::string(21, 'x'), 2, {}}}}));
                      }),
                      {"expected at most 20"}));
-    EXPECT_TRUE(says(error_of([] { encode(message("STRING", Transform{})); }), {"not that of a message of this type"}));
+    EXPECT_TRUE(says(error_of([] { encode(message("STRING", Transform{})); }),
+                     {"not that of a message of this type"}));
     EXPECT_TRUE(says(error_of([] { encode(message("A_TYPE_OF_13_", Raw{})); }), {"type"}));
 }
 
@@ -216,10 +223,11 @@ TEST(OpenIgtLinkGolden, EveryMessageIsDecodedAndEncodedToTheSameBytes) {
         ++seen[m.type + (m.version == 2 ? " 2" : "")];
     }
     EXPECT_EQ(seen, (std::map<std::string, int>{
-                        {"CAPABILITY", 1}, {"COLORT", 1},  {"COMMAND", 1}, {"COMMAND 2", 1}, {"IMGMETA", 1},
-                        {"LBMETA", 1},     {"NDARRAY", 1}, {"POINT", 1},   {"POLYDATA", 1},  {"POSITION", 1},
-                        {"POSITION 2", 1}, {"SENSOR", 1},  {"STATUS", 1},  {"STRING", 1},    {"TDATA", 1},
-                        {"TDATA 2", 1},    {"TRAJ", 1},    {"TRAJ 2", 1},  {"TRANSFORM", 1}, {"TRANSFORM 2", 1},
+                        {"CAPABILITY", 1}, {"COLORT", 1},   {"COMMAND", 1},    {"COMMAND 2", 1},
+                        {"IMGMETA", 1},    {"LBMETA", 1},   {"NDARRAY", 1},    {"POINT", 1},
+                        {"POLYDATA", 1},   {"POSITION", 1}, {"POSITION 2", 1}, {"SENSOR", 1},
+                        {"STATUS", 1},     {"STRING", 1},   {"TDATA", 1},      {"TDATA 2", 1},
+                        {"TRAJ", 1},       {"TRAJ 2", 1},   {"TRANSFORM", 1},  {"TRANSFORM 2", 1},
                         {"VIDEOMETA 2", 1}}));
 }
 
@@ -227,7 +235,8 @@ TEST(OpenIgtLinkGolden, BindIsDecodedWithItsMessagesAndEncodedToTheSameBytes) {
     LIVETET_DATA_OR_SKIP(data);
     Bytes bytes;
     for (const char* part : {"header", "bind_header", "bind_body"}) {
-        const Bytes piece = bytes_of_file(data / "igtl" / (std::string("test_bind_message_") + part + ".bin"));
+        const Bytes piece =
+            bytes_of_file(data / "igtl" / (std::string("test_bind_message_") + part + ".bin"));
         bytes.insert(bytes.end(), piece.begin(), piece.end());
     }
     const Message m = decode(bytes);
@@ -236,7 +245,9 @@ TEST(OpenIgtLinkGolden, BindIsDecodedWithItsMessagesAndEncodedToTheSameBytes) {
     ASSERT_EQ(children.size(), 3);
     EXPECT_EQ(children[0].device, "ChildTrans");
     for (const BoundMessage& child : children)
-        EXPECT_EQ(encode_content(child.type, decode_content(child.type, child.content)), child.content) << child.type;
+        EXPECT_EQ(encode_content(child.type, decode_content(child.type, child.content)),
+                  child.content)
+            << child.type;
     const auto image = std::get<Image>(decode_content("IMAGE", children[1].content));
     EXPECT_EQ(image.size, (std::array<std::uint16_t, 3>{50, 50, 1}));
 }

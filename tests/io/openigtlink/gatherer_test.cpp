@@ -22,8 +22,11 @@ const OpenIgtLinkSourceOptions options;
 /// A gatherer for Stylus and Reference, and what it posted.
 struct Gathered {
     std::vector<StreamSample> samples;
-    PoseGatherer gatherer{
-        {"Stylus", "Reference"}, options, [this](const StreamSample& s) { samples.push_back(s); }, 100, when};
+    PoseGatherer gatherer{{"Stylus", "Reference"},
+                          options,
+                          [this](const StreamSample& s) { samples.push_back(s); },
+                          100,
+                          when};
 
     /// Whatever is due until then, by a clock that ticks every 5 ms.
     void wait_until(double end_s) {
@@ -34,7 +37,9 @@ struct Gathered {
     void transform(const std::string& name, double x_m, double sent_s, double now_s) {
         gatherer.take(transform_message(name, at(x_m), sent_s), now_s);
     }
-    static RigidTransform<Tracker, Tool> at(double x_m) { return {Eigen::Matrix3d::Identity(), {x_m, 0, 0}}; }
+    static RigidTransform<Tracker, Tool> at(double x_m) {
+        return {Eigen::Matrix3d::Identity(), {x_m, 0, 0}};
+    }
     double x(std::size_t sample, std::size_t tool) const {
         const TrackedPose& pose = samples.at(sample).sample.poses.at(tool);
         return is_usable(pose) ? pose.translation.x() : -1;
@@ -99,50 +104,66 @@ TEST(PoseGatherer, PosesThatAreNotFiniteOrNotRigidAreBroken) {
         return g.samples.back().sample.poses[0].status;
     };
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::ok);
-    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isApprox(Eigen::Vector3d(0.005, 0.006, 0.007)));
-    const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isApprox(
+        Eigen::Vector3d(0.005, 0.006, 0.007)));
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                infinite = std::numeric_limits<float>::infinity();
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, nan, 6, 7}), PoseStatus::broken);
     EXPECT_EQ(posted({nan, 0, 0, 0, 1, 0, 0, 0, 1, 5, 6, 7}), PoseStatus::broken);
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, 1, 5, infinite, 7}), PoseStatus::broken);
     EXPECT_EQ(posted({1, 0, 0, 0, 1, 0, 0, 0, -1, 5, 6, 7}), PoseStatus::broken) << "a reflection";
     EXPECT_EQ(posted({2, 0, 0, 0, 2, 0, 0, 0, 2, 5, 6, 7}), PoseStatus::broken) << "twice as large";
-    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isZero()) << "no numbers of a pose that is none";
+    EXPECT_TRUE(g.samples.back().sample.poses[0].translation.isZero())
+        << "no numbers of a pose that is none";
 }
 
 TEST(PoseGatherer, PositionsAndQuaternionsAreTakenAsTransformsAre) {
     Gathered g;
     const float h = std::sqrt(0.5f);
-    g.gatherer.take(message("POSITION", Position{{10, 20, 30}, {0, 0, h, h}, Position::Layout::whole}, "Stylus"), 100);
+    g.gatherer.take(
+        message("POSITION", Position{{10, 20, 30}, {0, 0, h, h}, Position::Layout::whole},
+                "Stylus"),
+        100);
     ASSERT_EQ(g.samples.size(), 1);
     const TrackedPose pose = g.samples[0].sample.poses[0];
     EXPECT_EQ(pose.status, PoseStatus::ok);
-    EXPECT_TRUE((pose.rotation * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-6));
+    EXPECT_TRUE(
+        (pose.rotation * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-6));
     EXPECT_TRUE(pose.translation.isApprox(Eigen::Vector3d(0.01, 0.02, 0.03), 1e-6));
-    for (const std::array<float, 4>& wrong : {std::array<float, 4>{0, 0, 0, 0}, {0, 0, 1, 1}, {NAN, 0, 0, 1}}) {
+    for (const std::array<float, 4>& wrong :
+         {std::array<float, 4>{0, 0, 0, 0}, {0, 0, 1, 1}, {NAN, 0, 0, 1}}) {
         g.gatherer.take(message("QTDATA", QuaternionTrackingData{{{"Stylus", 2, {}, wrong}}}), 100);
         EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken);
     }
-    g.gatherer.take(message("POSITION", Position{{1, 2, 3}, {}, Position::Layout::without_rotation}, "Stylus"), 100);
-    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken) << "a rotation that nobody sent";
+    g.gatherer.take(
+        message("POSITION", Position{{1, 2, 3}, {}, Position::Layout::without_rotation}, "Stylus"),
+        100);
+    EXPECT_EQ(g.samples.back().sample.poses[0].status, PoseStatus::broken)
+        << "a rotation that nobody sent";
 }
 
 TEST(PoseGatherer, MetadataSayWhetherAPoseHolds) {
     Gathered g;
     const auto posted = [&](std::vector<std::pair<std::string, std::string>> items) {
-        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "StylusToTracker"), std::move(items)), 100);
+        g.gatherer.take(
+            with_metadata(message("TRANSFORM", Transform{}, "StylusToTracker"), std::move(items)),
+            100);
         return g.samples.back().sample.poses[0].status;
     };
     EXPECT_EQ(posted({{"TransformStatus", "OK"}}), PoseStatus::ok);
     EXPECT_EQ(posted({{"TransformStatus", "MISSING"}}), PoseStatus::missing);
     EXPECT_EQ(posted({{"TransformStatus", "OUT_OF_VOLUME"}}), PoseStatus::out_of_volume);
-    EXPECT_EQ(posted({{"TransformStatus", "INVALID"}, {"TransformValid", "true"}}), PoseStatus::invalid);
+    EXPECT_EQ(posted({{"TransformStatus", "INVALID"}, {"TransformValid", "true"}}),
+              PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "false"}}), PoseStatus::invalid);
     EXPECT_EQ(posted({{"TransformValid", "true"}}), PoseStatus::ok);
 
-    const Message list = message("TDATA", TrackingData{{{"StylusToTracker"}, {"ReferenceToTracker"}}});
+    const Message list =
+        message("TDATA", TrackingData{{{"StylusToTracker"}, {"ReferenceToTracker"}}});
     const auto from_list = [&](const char* key) {
         g.gatherer.take(with_metadata(list, {{key, "OUT_OF_VIEW"}}), 100);
-        return std::pair(g.samples.back().sample.poses[0].status, g.samples.back().sample.poses[1].status);
+        return std::pair(g.samples.back().sample.poses[0].status,
+                         g.samples.back().sample.poses[1].status);
     };
     const std::pair stylus_only(PoseStatus::missing, PoseStatus::ok);
     EXPECT_EQ(from_list("StylusToTrackerTransformStatus"), stylus_only);
@@ -168,8 +189,9 @@ TEST(PoseGatherer, CountsEveryNameAndKnowsWhoNeverCame) {
     g.transform("StylusToReference", 1, when, 100);
     g.transform("ProbeToTracker", 1, when, 100);
     g.transform("ProbeToTracker", 1, when, 100);
-    EXPECT_EQ(g.gatherer.names(), (std::map<std::string, std::uint64_t>{
-                                      {"ProbeToTracker", 2}, {"StylusToReference", 1}, {"StylusToTracker", 1}}));
+    EXPECT_EQ(g.gatherer.names(),
+              (std::map<std::string, std::uint64_t>{
+                  {"ProbeToTracker", 2}, {"StylusToReference", 1}, {"StylusToTracker", 1}}));
     EXPECT_EQ(g.gatherer.never_came(), std::vector<std::string>{"Reference"});
     for (int i = 0; i < 1000; ++i) g.transform("Name" + std::to_string(i), 1, when, 100);
     EXPECT_LE(g.gatherer.names().size(), 256);
@@ -177,8 +199,9 @@ TEST(PoseGatherer, CountsEveryNameAndKnowsWhoNeverCame) {
 
 TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     std::vector<StreamSample> samples;
-    PoseGatherer gatherer({"LongInstrumentName", "LongInstrument"}, options,
-                          [&](const auto& s) { samples.push_back(s); }, 100, when);
+    PoseGatherer gatherer(
+        {"LongInstrumentName", "LongInstrument"}, options,
+        [&](const auto& s) { samples.push_back(s); }, 100, when);
     const auto ok = [&](const Message& m) {
         samples.clear();
         gatherer.take(decode_body(decode_header(ByteView(encode(m)).first(header_size)),
@@ -193,22 +216,30 @@ TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     m.device = "LongInstrumentNameToReference";
     EXPECT_FALSE(ok(m)) << "another transform, cut to the same 20 bytes";
     EXPECT_TRUE(says(error_of([] {
-                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"}, options, {}, 100, when);
+                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"},
+                                      options, {}, 100, when);
                      }),
                      {"LongInstrumentName_Left and LongInstrumentName_LeftToo", "20 bytes"}));
-    EXPECT_TRUE(says(error_of([] { PoseGatherer({"Stylus", "Stylus"}, options, {}, 100, when); }), {"expected two names"}));
+    EXPECT_TRUE(says(error_of([] {
+                         PoseGatherer({"Stylus", "Stylus"}, options, {}, 100, when);
+                     }),
+                     {"expected two names"}));
 }
 
 TEST(PoseGatherer, ANameInMetadataThatIsNoneGivesWayToTheHeaders) {
     Gathered g;
-    for (const std::string& name : {std::string("Stylus\x1b[2J"), std::string("a\nb"), std::string(100000, 'x')})
-        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "ProbeToTracker"), {{"IGTL_DEVICE_NAME", name}}), 100);
+    for (const std::string& name :
+         {std::string("Stylus\x1b[2J"), std::string("a\nb"), std::string(100000, 'x')})
+        g.gatherer.take(with_metadata(message("TRANSFORM", Transform{}, "ProbeToTracker"),
+                                      {{"IGTL_DEVICE_NAME", name}}),
+                        100);
     EXPECT_EQ(g.gatherer.names(), (std::map<std::string, std::uint64_t>{{"ProbeToTracker", 3}}));
 }
 
 TEST(PoseGatherer, TimeNeverGoesBackwards) {
     std::vector<StreamSample> samples;
-    PoseGatherer gatherer({"Stylus"}, options, [&](const auto& s) { samples.push_back(s); }, 100, when);
+    PoseGatherer gatherer(
+        {"Stylus"}, options, [&](const auto& s) { samples.push_back(s); }, 100, when);
     const auto time_of = [&](double sent_s, double now_s) {
         gatherer.take(transform_message("Stylus", Gathered::at(1), sent_s), now_s);
         return samples.back().sample.time_s;
@@ -222,7 +253,8 @@ TEST(PoseGatherer, TimeNeverGoesBackwards) {
     gatherer.post_due(103);
     EXPECT_NEAR(samples.back().sample.time_s, when + 2.95, 1e-6);
     EXPECT_EQ(samples.back().sample.poses[0].status, PoseStatus::stale);
-    EXPECT_NEAR(time_of(when + 1e6, 103.1), when + 3.05, 1e-6) << "the sender's clock was set forward";
+    EXPECT_NEAR(time_of(when + 1e6, 103.1), when + 3.05, 1e-6)
+        << "the sender's clock was set forward";
     EXPECT_NEAR(time_of(when + 1e6 + 0.1, 103.2), when + 3.15, 1e-6);
 }
 
@@ -252,13 +284,16 @@ TEST(PoseGatherer, WhileNoToolOfItsOwnComesItSaysSoLittleByLittleWhateverElseCom
         g.wait_until(now_s);
     }
     ASSERT_GT(g.samples.size(), 60u);
-    EXPECT_NEAR(g.samples[0].sample.time_s, when + options.stale_after_s, 0.011) << "as soon as it is stale";
+    EXPECT_NEAR(g.samples[0].sample.time_s, when + options.stale_after_s, 0.011)
+        << "as soon as it is stale";
     for (std::size_t k = 0; k < g.samples.size(); ++k) {
         EXPECT_EQ(g.samples[k].sample.poses[0].status, PoseStatus::stale);
         EXPECT_EQ(g.samples[k].sample.poses[1].status, PoseStatus::stale);
         if (k == 0) continue;
         const double quiet_s = g.samples[k].arrived_s - 100;
-        EXPECT_LT(g.samples[k].arrived_s - g.samples[k - 1].arrived_s, std::min(0.07 + 0.05 * quiet_s, 0.52)) << quiet_s;
+        EXPECT_LT(g.samples[k].arrived_s - g.samples[k - 1].arrived_s,
+                  std::min(0.07 + 0.05 * quiet_s, 0.52))
+            << quiet_s;
     }
     EXPECT_LT(g.samples.size(), 130u) << "rarely in the end";
     EXPECT_EQ(g.gatherer.samples(), came) << "nothing came";

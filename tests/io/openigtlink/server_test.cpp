@@ -26,8 +26,8 @@ Message surface(std::size_t points, double time_s = 1.7e9) {
     const std::vector<Eigen::Vector3d> x(points, Eigen::Vector3d(0.001, 0.002, 0.003));
     std::vector<Triangle> triangles;
     for (std::size_t i = 2; i < points; i += 2)
-        triangles.push_back(
-            {static_cast<std::int32_t>(i - 2), static_cast<std::int32_t>(i - 1), static_cast<std::int32_t>(i)});
+        triangles.push_back({static_cast<std::int32_t>(i - 2), static_cast<std::int32_t>(i - 1),
+                             static_cast<std::int32_t>(i)});
     const std::vector<float> pressed(points, 1.5f);
     const PointScalars scalars[] = {{"displacement_mm", pressed}};
     return surface_message("Organ", x, triangles, scalars, time_s);
@@ -37,9 +37,11 @@ TEST(OpenIgtLinkServer, PublishesInMillimetresToEveryClientAndInOrder) {
     OpenIgtLinkServer server(any_port);
     Peer one = connect_to(server.port()), two = connect_to(server.port());
     ASSERT_TRUE(has_clients(server, 2));
-    const RigidTransform<ImageFrame, Tracker> image_from_tracker{Eigen::Matrix3d::Identity(), {0.1, 0.2, 0.3}};
+    const RigidTransform<ImageFrame, Tracker> image_from_tracker{Eigen::Matrix3d::Identity(),
+                                                                 {0.1, 0.2, 0.3}};
     server.publish({surface(5), transform_message("TrackerToImage", image_from_tracker, 1.7e9),
-                    status_message("Frame", 1, "tracking", 1.7e9), string_message("Report", "2.5 mm", 1.7e9)});
+                    status_message("Frame", 1, "tracking", 1.7e9),
+                    string_message("Report", "2.5 mm", 1.7e9)});
     for (Peer* peer : {&one, &two}) {
         const Message organ = peer->receive_message();
         EXPECT_EQ(organ.version, 1);
@@ -173,7 +175,8 @@ TEST(OpenIgtLinkServer, AMessageThatCannotBeEncodedIsCountedAndTheOthersGo) {
     OpenIgtLinkServer server(any_port);
     Peer peer = connect_to(server.port());
     ASSERT_TRUE(has_clients(server, 1));
-    server.publish({string_message("Long", std::string(70000, 'x'), 0), string_message("Short", "x", 0)});
+    server.publish(
+        {string_message("Long", std::string(70000, 'x'), 0), string_message("Short", "x", 0)});
     EXPECT_EQ(peer.receive_message().device, "Short");
     EXPECT_EQ(server.statistics().refused, 1);
     EXPECT_TRUE(says(server.statistics().last_error, {"STRING", "70000"}));
@@ -181,11 +184,15 @@ TEST(OpenIgtLinkServer, AMessageThatCannotBeEncodedIsCountedAndTheOthersGo) {
 
 TEST(OpenIgtLinkServer, APortInUseAndAnAddressThatIsNoneAreSaid) {
     const OpenIgtLinkServer server(any_port);
-    EXPECT_TRUE(says(error_of([&] {
-                         OpenIgtLinkServer({"127.0.0.1", server.port()});
+    EXPECT_TRUE(says(
+        error_of([&] {
+            OpenIgtLinkServer({"127.0.0.1", server.port()});
+        }),
+        {"127.0.0.1", std::to_string(server.port()).c_str(), "in use", "expected a free port"}));
+    EXPECT_TRUE(says(error_of([] {
+                         OpenIgtLinkServer({"localhost:x", 0});
                      }),
-                     {"127.0.0.1", std::to_string(server.port()).c_str(), "in use", "expected a free port"}));
-    EXPECT_TRUE(says(error_of([] { OpenIgtLinkServer({"localhost:x", 0}); }), {"localhost:x", "127.0.0.1"}));
+                     {"localhost:x", "127.0.0.1"}));
     EXPECT_TRUE(says(error_of([] { OpenIgtLinkServer({"192.0.2.1", 0}); }), {"192.0.2.1"}));
 }
 
@@ -194,9 +201,10 @@ TEST(OpenIgtLinkServer, ASurfaceThatContradictsItselfIsRefusedBeforeItIsSent) {
     const Triangle outside[] = {{0, 1, 3}}, inside[] = {{0, 1, 2}};
     const std::vector<float> two(2);
     const PointScalars scalars[] = {{"u", two}};
-    EXPECT_TRUE(
-        says(error_of([&] { surface_message("Organ", points, outside, {}, 0); }), {"Organ", "point 3", "0 to 2"}));
-    EXPECT_TRUE(says(error_of([&] { surface_message("Organ", points, inside, scalars, 0); }), {"2 values of u"}));
+    EXPECT_TRUE(says(error_of([&] { surface_message("Organ", points, outside, {}, 0); }),
+                     {"Organ", "point 3", "0 to 2"}));
+    EXPECT_TRUE(says(error_of([&] { surface_message("Organ", points, inside, scalars, 0); }),
+                     {"2 values of u"}));
 }
 
 }  // namespace

@@ -17,7 +17,8 @@
 
 namespace livetet::igtl::testing_sockets {
 
-constexpr int patience_ms = 30000;  // what should happen happens long before, on however busy a machine
+constexpr int patience_ms =
+    30000;  // what should happen happens long before, on however busy a machine
 
 /// Waits until `happens`; false where it does not in all patience.
 inline bool eventually(const std::function<bool()>& happens) {
@@ -31,7 +32,8 @@ inline bool eventually(const std::function<bool()>& happens) {
 
 inline void wait_for(int socket, short event) {
     pollfd waiting{socket, event, 0};
-    if (poll(&waiting, 1, patience_ms) != 1) throw std::runtime_error("nothing happened on a socket");
+    if (poll(&waiting, 1, patience_ms) != 1)
+        throw std::runtime_error("nothing happened on a socket");
 }
 
 /// One end of a connection, of plain system calls: what the peer under test talks to.
@@ -98,7 +100,8 @@ class ListeningPeer {
     ListeningPeer() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
         sockaddr_in address = loopback(0);
         socklen_t size = sizeof address;
-        if (::bind(socket_, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(socket_, 8) != 0 ||
+        if (::bind(socket_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
+            ::listen(socket_, 8) != 0 ||
             ::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
             throw std::runtime_error("cannot listen");
         port_ = ntohs(address.sin_port);

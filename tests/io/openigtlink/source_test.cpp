@@ -18,7 +18,8 @@ using namespace testing_messages;
 using namespace testing_sockets;
 using State = OpenIgtLinkStatistics::State;
 
-/// Pauses short enough for a test, and no silence that could take the place of a sample that a test waits for.
+/// Pauses short enough for a test, and no silence that could take the place of a sample that a test
+/// waits for.
 OpenIgtLinkSourceOptions quick() {
     OpenIgtLinkSourceOptions options;
     options.silence_after_s = 1000;
@@ -29,8 +30,9 @@ OpenIgtLinkSourceOptions quick() {
 }
 
 Message stylus_at(double x_m) {
-    return transform_message("StylusToTracker", RigidTransform<Tracker, Tool>{Eigen::Matrix3d::Identity(), {x_m, 0, 0}},
-                             1.7e9 + x_m);
+    return transform_message(
+        "StylusToTracker", RigidTransform<Tracker, Tool>{Eigen::Matrix3d::Identity(), {x_m, 0, 0}},
+        1.7e9 + x_m);
 }
 
 /// Waits for a sample whose first tool is usable and at x_m.
@@ -55,8 +57,8 @@ TEST(OpenIgtLinkSource, GreetsInVersion2AndTakesWhatAPlusServerSends) {
     const auto with_status = [](std::string device, const char* status, double x_m) {
         Message m = stylus_at(x_m);
         m.device = std::move(device);
-        return with_metadata(
-            m, {{"TransformValid", std::string(status) == "OK" ? "true" : "false"}, {"TransformStatus", status}});
+        return with_metadata(m, {{"TransformValid", std::string(status) == "OK" ? "true" : "false"},
+                                 {"TransformStatus", status}});
     };
     peer.send(message("IMAGE", Image{1, 1, 3, 1, 1, {9, 9, 9}, {}, {}, {9, 9, 9}, Bytes(729)}));
     peer.send(with_status("StylusToTracker", "OK", 0.25));
@@ -267,8 +269,9 @@ TEST(OpenIgtLinkSource, TakesWhatOurOwnServerPublishes) {
     OpenIgtLinkServer server({"127.0.0.1", 0});
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus", "Reference"});
     const auto tool = [](const char* name, double x_m) {
-        return transform_message(name, RigidTransform<Tracker, Tool>{rotation_of_vector({0.1, 0.2, 0.3}), {x_m, 0, 0}},
-                                 1.7e9);
+        return transform_message(
+            name, RigidTransform<Tracker, Tool>{rotation_of_vector({0.1, 0.2, 0.3}), {x_m, 0, 0}},
+            1.7e9);
     };
     EXPECT_TRUE(eventually([&] {
         server.publish({tool("StylusToTracker", 0.5), tool("ReferenceToTracker", -0.25)});

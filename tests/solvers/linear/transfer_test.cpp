@@ -12,18 +12,22 @@
 namespace livetet {
 namespace {
 
-
-double total(const std::vector<double>& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
+double total(const std::vector<double>& volumes) {
+    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+}
 
 TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
-    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
-    const auto carried = carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
+    const MeshHierarchy h = make_hierarchy(
+        {test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
+    const auto carried =
+        carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
     const auto own = tet_volumes(h.levels[1]);
     EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
     for (std::size_t e = 0; e < own.size(); ++e) EXPECT_NEAR(carried[e], own[e], 0.5 * own[e]) << e;
 }
 
-/// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what lies outside.
+/// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what
+/// lies outside.
 TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
     const TetMesh fine = test::block({16, 8, 8}, test::beam_size);
     TetMesh coarse = test::block({8, 4, 4}, 0.8 * test::beam_size);
@@ -37,7 +41,9 @@ TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
     for (std::size_t e = 0; e < own.size(); ++e) {
         Vector3 x = Vector3::Zero();
         for (const std::int32_t n : coarse.tets[e]) x += coarse.nodes[n] / 4;
-        const double from_middle = (x - test::beam_size / 2).cwiseQuotient(0.4 * test::beam_size).lpNorm<Eigen::Infinity>();
+        const double from_middle = (x - test::beam_size / 2)
+                                       .cwiseQuotient(0.4 * test::beam_size)
+                                       .lpNorm<Eigen::Infinity>();
         if (from_middle < 0.3) inside = std::max(inside, carried[e] / own[e]);
         if (from_middle > 0.7) outside = std::max(outside, carried[e] / own[e]);
     }
@@ -45,17 +51,24 @@ TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
     EXPECT_GT(outside, 2);
 }
 
-/// On every number of ranks, between levels that were meshed each on its own and between one and what it was cut from.
+/// On every number of ranks, between levels that were meshed each on its own and between one and
+/// what it was cut from.
 TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
     const MeshHierarchy h = with_refined_levels(
-        make_hierarchy({test::block({8, 4, 4}, test::beam_size), test::block({5, 3, 3}, test::beam_size)}, ""), 1);
+        make_hierarchy(
+            {test::block({8, 4, 4}, test::beam_size), test::block({5, 3, 3}, test::beam_size)}, ""),
+        1);
     const auto parts = partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis);
     std::vector<MeshShare> shares;
-    for (std::size_t l = 0; l < h.levels.size(); ++l) shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
-    const auto linear = [](const Vector3& x) { return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum()); };
+    for (std::size_t l = 0; l < h.levels.size(); ++l)
+        shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
+    const auto linear = [](const Vector3& x) {
+        return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum());
+    };
     for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
         Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
-        transfer.set_constrained(shares[l], shares[l + 1], std::vector<std::uint8_t>(h.levels[l].nodes.size(), 0),
+        transfer.set_constrained(shares[l], shares[l + 1],
+                                 std::vector<std::uint8_t>(h.levels[l].nodes.size(), 0),
                                  std::vector<std::uint8_t>(h.levels[l + 1].nodes.size(), 0));
         const PetscHandle<Vec> fine = make_vector(shares[l]), coarse = make_vector(shares[l + 1]);
         std::vector<Vector3> values;
@@ -63,14 +76,18 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
         fill(shares[l + 1], values, coarse.get());
         LIVETET_PETSC(MatMult(transfer.interpolation(), coarse.get(), fine.get()));
         const std::vector<Vector3> found = gather(shares[l], fine.get());
-        for (std::size_t n = 0; n < found.size(); ++n) EXPECT_LT((found[n] - linear(h.levels[l].nodes[n])).norm(), 1e-12) << n;
-        fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)), fine.get());
+        for (std::size_t n = 0; n < found.size(); ++n)
+            EXPECT_LT((found[n] - linear(h.levels[l].nodes[n])).norm(), 1e-12) << n;
+        fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)),
+             fine.get());
         transfer.restrict_displacement(fine.get(), coarse.get());
-        for (const Vector3& u : gather(shares[l + 1], coarse.get())) EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
+        for (const Vector3& u : gather(shares[l + 1], coarse.get()))
+            EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
     }
 }
 
-/// Two blocks apart from each other, one held at a face, the other by a patch that is small on the coarse mesh.
+/// Two blocks apart from each other, one held at a face, the other by a patch that is small on the
+/// coarse mesh.
 TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
     const auto two_blocks = [](std::array<int, 3> cells) {
         TetMesh mesh = test::block(cells, test::beam_size);
@@ -86,16 +103,21 @@ TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
     const MeshHierarchy h = make_hierarchy({two_blocks({16, 8, 8}), two_blocks({2, 1, 1})}, "");
     const auto held_by = [&](double radius_m) {
         std::vector<std::uint8_t> held;
-        for (const Vector3& x : h.levels[0].nodes) held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
+        for (const Vector3& x : h.levels[0].nodes)
+            held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
         return held;
     };
     const CoarseBody coarse(h.levels[1], h.levels[0], h.transfers[0]);
     for (const double radius_m : {0.014, 0.02, 0.04}) {
         ASSERT_TRUE(free_rigid_motions(h.levels[0], held_by(radius_m)).empty()) << radius_m;
-        EXPECT_TRUE(free_rigid_motions(h.levels[1], coarse_components(h.transfers[0], held_by(radius_m), coarse)).empty()) << radius_m;
+        EXPECT_TRUE(free_rigid_motions(h.levels[1],
+                                       coarse_components(h.transfers[0], held_by(radius_m), coarse))
+                        .empty())
+            << radius_m;
     }
     // What is free in the fine mesh is free in the coarse one.
-    const auto none = coarse_components(h.transfers[0], held_by(0), coarse), face = coarse_components(h.transfers[0], held_by(0.04), coarse);
+    const auto none = coarse_components(h.transfers[0], held_by(0), coarse),
+               face = coarse_components(h.transfers[0], held_by(0.04), coarse);
     const std::size_t half = none.size() / 2;
     for (std::size_t n = 0; n < none.size(); ++n) {
         if (n >= half) {
@@ -112,7 +134,9 @@ TEST(CoarseComponents, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
     const TetMesh fine = test::block({12, 4, 4}, {0.3, 0.1, 0.1});
     TetMesh coarse = test::block({6, 2, 2}, {0.3, 0.1, 0.1});
     std::erase_if(coarse.tets, [&](const Tet& t) {
-        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) { return std::abs(coarse.nodes[n].x() - 0.15) < 0.01; });
+        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) {
+            return std::abs(coarse.nodes[n].x() - 0.15) < 0.01;
+        });
     });
     std::vector<std::int32_t> number(coarse.nodes.size(), -1);  // without the nodes that no tet has
     for (const Tet& t : coarse.tets)
@@ -131,7 +155,8 @@ TEST(CoarseComponents, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
     ASSERT_EQ(body.pieces.size(), 2u);
     std::vector<std::uint8_t> end, none(fine.nodes.size(), 0);
     for (const Vector3& x : h.levels[0].nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
-    const auto held = coarse_components(h.transfers[0], end, body), free = coarse_components(h.transfers[0], none, body);
+    const auto held = coarse_components(h.transfers[0], end, body),
+               free = coarse_components(h.transfers[0], none, body);
     EXPECT_TRUE(free_rigid_motions(h.levels[1], held).empty());
     const auto beyond = [&](std::size_t n) { return h.levels[1].nodes[n].x() > 0.15; };
     std::size_t pinned = 0;

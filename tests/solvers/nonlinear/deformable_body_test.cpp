@@ -25,7 +25,8 @@ std::vector<std::vector<std::int32_t>> partitions(const MeshHierarchy& hierarchy
     int ranks = 1;
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
     std::vector<std::vector<std::int32_t>> parts;
-    for (const TetMesh& level : hierarchy.levels) parts.push_back(partition_tets(level.tets, ranks));
+    for (const TetMesh& level : hierarchy.levels)
+        parts.push_back(partition_tets(level.tets, ranks));
     return parts;
 }
 
@@ -44,7 +45,8 @@ const StepEffort to_equilibrium{.linearisations = 60, .tolerance = 1e-10, .linea
 
 Constraints pressed(const TetMesh& mesh, const Vector3& press) {
     Constraints constraints(mesh.nodes.size());
-    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
+    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+                          Vector3::Zero());
     constraints.prescribe(nodes_where(mesh,
                                       [](const Vector3& x) {
                                           return x.z() > 0.0999 && std::abs(x.x() - 0.1) < 0.02 &&
@@ -78,9 +80,12 @@ TEST(DeformableBody, PatchTestALinearFieldOnTheBoundaryFillsTheInside) {
         for (const std::int32_t n : nodes_of(boundary_triangles(c.mesh().tets)))
             constraints.prescribe(std::array{n}, A * c.mesh().nodes[n]);
         c.body.set_constraints(constraints);
-        EXPECT_TRUE(c.body.step(0, {.linearisations = 40, .tolerance = 1e-13, .linear_tolerance = 1e-12}).converged);
+        EXPECT_TRUE(
+            c.body.step(0, {.linearisations = 40, .tolerance = 1e-13, .linear_tolerance = 1e-12})
+                .converged);
         const auto u = c.body.displacement();
-        for (std::size_t n = 0; n < u.size(); ++n) EXPECT_LT((u[n] - A * c.mesh().nodes[n]).norm(), 1e-12);
+        for (std::size_t n = 0; n < u.size(); ++n)
+            EXPECT_LT((u[n] - A * c.mesh().nodes[n]).norm(), 1e-12);
     }
 }
 
@@ -93,7 +98,8 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear}, {},
                         {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
-    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
+    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+                          Vector3::Zero());
     constraints.prescribe(nodes_where(mesh, [](const Vector3&) { return true; }), Vector3::Zero(),
                           6);  // slide along x only
     body.set_constraints(constraints);
@@ -101,7 +107,8 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     for (const Tet& t : mesh.tets)
         for (const std::int32_t n : t) weight[n].x() += 1000 * 9.81 * signed_volume(mesh, t) / 4;
     body.set_external_force(weight);
-    EXPECT_TRUE(body.step(0, {.linearisations = 2, .tolerance = 1e-10, .linear_tolerance = 1e-12}).converged);
+    EXPECT_TRUE(body.step(0, {.linearisations = 2, .tolerance = 1e-10, .linear_tolerance = 1e-12})
+                    .converged);
     const auto u = body.displacement();
     const double expected = 1000 * 9.81 * 0.2 * 0.2 / (2 * 1e5);
     const auto end = nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; });
@@ -123,8 +130,8 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
     const auto parts = partitions(linear).front();
     for (const bool is_quadratic : {false, true})
         for (const MatrixLayout layout : {MatrixLayout::blocks, MatrixLayout::scalars})
-            for (const StrainModel strain :
-                 {StrainModel::linear, StrainModel::corotated, StrainModel::green, StrainModel::neohookean}) {
+            for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated,
+                                             StrainModel::green, StrainModel::neohookean}) {
                 const TetMesh& mesh = (is_quadratic ? quadratic : linear).levels.front();
                 ElasticLevel level(mesh, share_mesh(PETSC_COMM_WORLD, mesh, parts), soft, strain,
                                    Formulation::displacement, layout);
@@ -135,7 +142,8 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
                 std::vector<Vector3> twist, wave;
                 for (const Vector3& x : mesh.nodes) {
                     twist.push_back({0.1 * x.y() * x.x(), -x.z() * x.x() * 4, x.y() * x.x() * 4});
-                    wave.push_back({std::sin(40 * x.x()), std::cos(30 * x.y()), std::sin(50 * x.z() + x.x())});
+                    wave.push_back(
+                        {std::sin(40 * x.x()), std::cos(30 * x.y()), std::sin(50 * x.z() + x.x())});
                 }
                 fill(level.share(), twist, u.get());
                 fill(level.share(), wave, v.get());
@@ -157,9 +165,12 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
                 force_at(h, force.get());
                 force_at(-h, back.get());
                 {
-                    const ReadArray values(v.get()), got(product.get()), f(force.get()), b(back.get());
+                    const ReadArray values(v.get()), got(product.get()), f(force.get()),
+                        b(back.get());
                     for (std::size_t i = 0; i < got.span().size(); ++i)
-                        ASSERT_NEAR(got[i], 1.5 * (f[i] - b[i]) / (2 * h) + 3.0 * level.node_mass()[i / 3] * values[i],
+                        ASSERT_NEAR(got[i],
+                                    1.5 * (f[i] - b[i]) / (2 * h) +
+                                        3.0 * level.node_mass()[i / 3] * values[i],
                                     2e-4)
                             << i << " strain " << static_cast<int>(strain);
                 }
@@ -172,31 +183,38 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
                 LIVETET_PETSC(VecSet(force.get(), 0));
                 level.add_stiffness_times(2, {.u = u.get()}, v.get(), force.get());
                 const ReadArray got(product.get()), expected(force.get());
-                for (std::size_t i = 0; i < got.span().size(); ++i) ASSERT_NEAR(got[i], expected[i], 1e-9) << i;
+                for (std::size_t i = 0; i < got.span().size(); ++i)
+                    ASSERT_NEAR(got[i], expected[i], 1e-9) << i;
             }
 }
 
 TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
     const auto reference = pressed_with({.kind = SolverKind::direct}, 1);
     int iterations = 0;
-    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised},
+    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::multigrid,
+                                               .coarse = CoarseOperator::rediscretised},
                                               3, &iterations),
                                  reference),
               1e-9);
     EXPECT_LE(iterations, 20);
     EXPECT_LT(largest_difference(
-                  pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin}, 3, &iterations),
+                  pressed_with({.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
+                               3, &iterations),
                   reference),
               1e-9);
     EXPECT_LE(iterations, 14);
     int ranks = 1;
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
     if (ranks == 1) {
-        // Forces in float; how near it comes when it is let go on is LiveSolver.AgreesWithThePlainPath's to say.
-        EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::live}, 3, &iterations), reference), 1e-7);
+        // Forces in float; how near it comes when it is let go on is
+        // LiveSolver.AgreesWithThePlainPath's to say.
+        EXPECT_LT(
+            largest_difference(pressed_with({.kind = SolverKind::live}, 3, &iterations), reference),
+            1e-7);
         EXPECT_LE(iterations, 20);
     }
-    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::boomeramg}, 1), reference), 5e-9);
+    EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::boomeramg}, 1), reference),
+              5e-9);
     EXPECT_LT(largest_difference(pressed_with({.kind = SolverKind::gamg}, 1), reference), 5e-9);
 }
 
@@ -211,7 +229,8 @@ TEST(DeformableBody, OneRankAndManyAgree) {
 }
 
 TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
-    const std::vector<Material> silicone{{.young_Pa = 5000, .poisson = 0.499, .density_kg_per_m3 = 1000}};
+    const std::vector<Material> silicone{
+        {.young_Pa = 5000, .poisson = 0.499, .density_kg_per_m3 = 1000}};
     for (const bool quadratic : {false, true})
         for (const StrainModel strain : {StrainModel::corotated, StrainModel::neohookean}) {
             MeshHierarchy hierarchy = beam(3);
@@ -219,8 +238,10 @@ TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
             const auto parts = partitions(hierarchy);
             const ElasticModel model{silicone, strain, Formulation::mixed};
             const Constraints press = pressed(hierarchy.levels.front(), {0, 0.002, -0.006});
-            DeformableBody many(PETSC_COMM_WORLD, hierarchy, parts, model, {}, {.kind = SolverKind::multigrid});
-            DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, model, {}, {.kind = SolverKind::multigrid});
+            DeformableBody many(PETSC_COMM_WORLD, hierarchy, parts, model, {},
+                                {.kind = SolverKind::multigrid});
+            DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, model, {},
+                                 {.kind = SolverKind::multigrid});
             for (DeformableBody* body : {&many, &alone}) {
                 body->set_constraints(press);
                 const StepReport report = body->step(0, to_equilibrium);
@@ -236,17 +257,21 @@ TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
         c.body.set_constraints(pressed(c.mesh(), {0, 0, -depth}));
         (void)c.body.step(0, to_equilibrium);
     }
-    EXPECT_LT(largest_difference(c.body.displacement(), std::vector<Vector3>(c.mesh().nodes.size(), Vector3::Zero())),
+    EXPECT_LT(largest_difference(c.body.displacement(),
+                                 std::vector<Vector3>(c.mesh().nodes.size(), Vector3::Zero())),
               1e-8);
 }
 
 TEST(DeformableBody, NewConstraintsAndCoefficientsReachThePreconditioner) {
-    // A stale block-Jacobi or factorisation would still converge, but slower: the count must be that of a new body.
-    Case used(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler}, {.kind = SolverKind::multigrid});
+    // A stale block-Jacobi or factorisation would still converge, but slower: the count must be
+    // that of a new body.
+    Case used(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
+              {.kind = SolverKind::multigrid});
     used.body.set_constraints(pressed(used.mesh(), {0, 0, -1e-6}));
     (void)used.body.step(1e-4, {.linearisations = 1, .linear_tolerance = 1e-8});
     const StepReport after = used.body.step(1e3, {.linearisations = 1, .linear_tolerance = 1e-8});
-    Case fresh(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler}, {.kind = SolverKind::multigrid});
+    Case fresh(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
+               {.kind = SolverKind::multigrid});
     fresh.body.set_constraints(pressed(fresh.mesh(), {0, 0, -1e-6}));
     const StepReport anew = fresh.body.step(1e3, {.linearisations = 1, .linear_tolerance = 1e-8});
     EXPECT_TRUE(after.converged && anew.converged);
@@ -257,14 +282,16 @@ TEST(DeformableBody, NewmarkKeepsTheEnergyOfASwingingBeamAndEulerLosesIt) {
     for (const TimeScheme scheme : {TimeScheme::newmark, TimeScheme::implicit_euler}) {
         Case c(3, StrainModel::corotated, {.scheme = scheme}, {.kind = SolverKind::multigrid});
         Constraints constraints(c.mesh().nodes.size());
-        constraints.prescribe(nodes_where(c.mesh(), [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
+        constraints.prescribe(nodes_where(c.mesh(), [](const Vector3& x) { return x.x() < 1e-9; }),
+                              Vector3::Zero());
         c.body.set_constraints(constraints);
         std::vector<Vector3> velocity;
         for (const Vector3& x : c.mesh().nodes) velocity.push_back({0, 0, 0.5 * x.x() / 0.2});
         c.body.set_velocity(velocity);
         const double before = c.body.kinetic_energy();
         for (int step = 0; step < 40; ++step)
-            (void)c.body.step(0.01, {.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
+            (void)c.body.step(0.01,
+                              {.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
         const double after = c.body.kinetic_energy() + c.body.strain_energy();
         if (scheme == TimeScheme::newmark) {
             EXPECT_NEAR(after / before, 1, 0.02);
@@ -280,22 +307,27 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, test::beam_size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear}, {.scheme = TimeScheme::newmark},
-                        {.kind = SolverKind::direct});
+    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear},
+                        {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
-    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
+    constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+                          Vector3::Zero());
     body.set_constraints(constraints);
     std::vector<Vector3> velocity;
-    for (const Vector3& x : mesh.nodes) velocity.push_back({1e-3 * std::sin(M_PI * x.x() / (2 * test::beam_size.x())), 0, 0});
+    for (const Vector3& x : mesh.nodes)
+        velocity.push_back({1e-3 * std::sin(M_PI * x.x() / (2 * test::beam_size.x())), 0, 0});
     body.set_velocity(velocity);
     const double period = 4 * test::beam_size.x() / std::sqrt(1e5 / 1000.0), dt = period / 200;
-    // A quarter period after the start the tip turns back; half a period after, it is back where it began.
-    const std::int32_t tip = nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; }).front();
+    // A quarter period after the start the tip turns back; half a period after, it is back where it
+    // began.
+    const std::int32_t tip =
+        nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; }).front();
     double before = 0, crossing = 0;
     for (int step = 1; step <= 140 && crossing == 0; ++step) {
         (void)body.step(dt, {.linearisations = 1, .linear_tolerance = 1e-10});
         const double now = body.displacement()[tip].x();
-        if (step > 5 && before > 0 && now <= 0) crossing = (step - 1 + before / (before - now)) * dt;
+        if (step > 5 && before > 0 && now <= 0)
+            crossing = (step - 1 + before / (before - now)) * dt;
         before = now;
     }
     EXPECT_NEAR(crossing / (period / 2), 1, 0.005);

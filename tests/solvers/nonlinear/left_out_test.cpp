@@ -20,21 +20,32 @@ class LeftOut : public testing::Test {
         MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
         if (ranks > 1) GTEST_SKIP() << "counts one rank's";
     }
-    std::unique_ptr<DeformableBody> body(StrainModel strain, TimeScheme scheme, SolverKind kind) const {
+    std::unique_ptr<DeformableBody> body(StrainModel strain, TimeScheme scheme,
+                                         SolverKind kind) const {
         TimeOptions time{.scheme = scheme, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.01};
-        return std::make_unique<DeformableBody>(PETSC_COMM_SELF, kind == SolverKind::direct ? one_level : hierarchy,
-                                                std::span<const std::vector<std::int32_t>>{},
-                                                ElasticModel{std::span(&tissue, 1), strain, Formulation::displacement}, time, SolverOptions{.kind = kind});
+        return std::make_unique<DeformableBody>(
+            PETSC_COMM_SELF, kind == SolverKind::direct ? one_level : hierarchy,
+            std::span<const std::vector<std::int32_t>>{},
+            ElasticModel{std::span(&tissue, 1), strain, Formulation::displacement}, time,
+            SolverOptions{.kind = kind});
     }
     Constraints pressed(double share, double wider = 0) const {
         const TetMesh& mesh = hierarchy.levels.front();
         Constraints constraints(mesh.nodes.size());
-        constraints.prescribe(test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
-        constraints.prescribe(test::nodes_where(mesh, [&](const Vector3& x) { return x.z() > 0.0999 && std::abs(x.x() - 0.1) < 0.03 + wider; }),
+        constraints.prescribe(
+            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+            Vector3::Zero());
+        constraints.prescribe(test::nodes_where(mesh,
+                                                [&](const Vector3& x) {
+                                                    return x.z() > 0.0999 &&
+                                                           std::abs(x.x() - 0.1) < 0.03 + wider;
+                                                }),
                               share * Vector3(0, 0.002, -0.01));
         return constraints;
     }
-    const MeshHierarchy hierarchy = make_hierarchy({test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)}, "a block");
+    const MeshHierarchy hierarchy = make_hierarchy(
+        {test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)},
+        "a block");
     const MeshHierarchy one_level = make_hierarchy({hierarchy.levels.front()}, "a block");
 };
 
@@ -97,10 +108,12 @@ TEST_F(LeftOut, ALinearBodyFactorsOnceUntilItsOperatorChanges) {
         }
     });
     expect(1, "another length", [&] { steps(0.05, 3); });
-    expect(1, "other constraints", [&] { linear->set_constraints(pressed(1, 0.03)), steps(0.05, 3); });
+    expect(1, "other constraints",
+           [&] { linear->set_constraints(pressed(1, 0.03)), steps(0.05, 3); });
     expect(1, "springs", [&] {
         const std::size_t nodes = hierarchy.levels.front().nodes.size();
-        linear->set_springs({std::vector<double>(nodes, 0.1), std::vector<Vector3>(nodes, Vector3::Zero())});
+        linear->set_springs(
+            {std::vector<double>(nodes, 0.1), std::vector<Vector3>(nodes, Vector3::Zero())});
         steps(0.05, 3);
     });
     const auto turning = body(StrainModel::corotated, TimeScheme::newmark, SolverKind::direct);
@@ -122,7 +135,9 @@ TEST_F(LeftOut, ALinearBodyThatKeepsItsOperatorGoesWhereANewOneDoes) {
                 (void)b->step(dt, to_the_end);
             }
             const auto a = kept->displacement(), b = fresh->displacement();
-            for (std::size_t i = 0; i < a.size(); ++i) ASSERT_LT((a[i] - b[i]).norm(), kind == SolverKind::live ? 2e-7 : 1e-9) << "node " << i;
+            for (std::size_t i = 0; i < a.size(); ++i)
+                ASSERT_LT((a[i] - b[i]).norm(), kind == SolverKind::live ? 2e-7 : 1e-9)
+                    << "node " << i;
         };
         for (int k = 1; k <= 3; ++k) compare(pressed(0.3 * k), 0.02);
         compare(pressed(1), 0.05);
@@ -133,7 +148,8 @@ TEST_F(LeftOut, ALinearBodyThatKeepsItsOperatorGoesWhereANewOneDoes) {
 
 /// Along a straight way the first load step says what the rest will be.
 TEST_F(LeftOut, ALinearBodysLoadStepsGoOnFromTheLast) {
-    const auto linear = body(StrainModel::linear, TimeScheme::static_equilibrium, SolverKind::multigrid);
+    const auto linear =
+        body(StrainModel::linear, TimeScheme::static_equilibrium, SolverKind::multigrid);
     std::vector<int> iterations;
     for (int k = 1; k <= 4; ++k) {
         linear->set_constraints(pressed(0.25 * k));
@@ -144,7 +160,8 @@ TEST_F(LeftOut, ALinearBodysLoadStepsGoOnFromTheLast) {
     for (int k = 1; k < 4; ++k) EXPECT_LT(2 * iterations[k], iterations[0]) << "step " << k;
 }
 
-/// Let go it is nearer to rest by the solves' tolerance in each frame: down to numbers that processors are slow with.
+/// Let go it is nearer to rest by the solves' tolerance in each frame: down to numbers that
+/// processors are slow with.
 TEST_F(LeftOut, ABodyAtRestIsNotSolvedAnyMore) {
     for (const SolverKind kind : {SolverKind::multigrid, SolverKind::live}) {
         const auto linear = body(StrainModel::linear, TimeScheme::static_equilibrium, kind);
@@ -169,8 +186,13 @@ TEST_F(LeftOut, CoarseOperatorsAreByTheContrast) {
         }
     const MeshHierarchy halves = make_hierarchy(std::move(levels), "two halves");
     const auto coarse_of = [&](double contrast) {
-        const Material materials[] = {tissue, {.young_Pa = contrast * tissue.young_Pa, .poisson = 0.4, .density_kg_per_m3 = 1000, .region = 1}};
-        DeformableBody two(PETSC_COMM_SELF, halves, {}, {materials, StrainModel::linear}, {.scheme = TimeScheme::static_equilibrium},
+        const Material materials[] = {tissue,
+                                      {.young_Pa = contrast * tissue.young_Pa,
+                                       .poisson = 0.4,
+                                       .density_kg_per_m3 = 1000,
+                                       .region = 1}};
+        DeformableBody two(PETSC_COMM_SELF, halves, {}, {materials, StrainModel::linear},
+                           {.scheme = TimeScheme::static_equilibrium},
                            {.kind = SolverKind::multigrid});
         two.set_constraints(pressed(1));
         EXPECT_TRUE(two.step(0, to_the_end).converged);

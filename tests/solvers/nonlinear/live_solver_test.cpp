@@ -1,4 +1,5 @@
-// The live solver against the plain path, and what a deadline makes of it. On one rank: there it lives.
+// The live solver against the plain path, and what a deadline makes of it. On one rank: there it
+// lives.
 
 #include <gtest/gtest.h>
 
@@ -10,14 +11,17 @@
 namespace livetet {
 namespace {
 
-
 MeshHierarchy beam() {
-    return make_hierarchy({test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)}, "a beam");
+    return make_hierarchy(
+        {test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size),
+         test::block({4, 2, 2}, test::beam_size)},
+        "a beam");
 }
 
 /// Two regions whose moduli are a factor of 300 apart, nearly incompressible.
-const std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.47, .density_kg_per_m3 = 1000, .region = 0},
-                                      {.young_Pa = 900000, .poisson = 0.3, .density_kg_per_m3 = 1000, .region = 1}};
+const std::vector<Material> materials{
+    {.young_Pa = 3000, .poisson = 0.47, .density_kg_per_m3 = 1000, .region = 0},
+    {.young_Pa = 900000, .poisson = 0.3, .density_kg_per_m3 = 1000, .region = 1}};
 
 class LiveSolver : public testing::Test {
   protected:
@@ -32,20 +36,25 @@ class LiveSolver : public testing::Test {
                 level.regions.push_back(x > 0.14);
             }
     }
-    std::unique_ptr<DeformableBody> body(const SolverOptions& options, const TimeOptions& time = {}) {
-        auto b = std::make_unique<DeformableBody>(PETSC_COMM_WORLD, hierarchy, std::span<const std::vector<std::int32_t>>{},
-                                                  ElasticModel{materials, StrainModel::corotated, Formulation::displacement},
-                                                  time, options);
+    std::unique_ptr<DeformableBody> body(const SolverOptions& options,
+                                         const TimeOptions& time = {}) {
+        auto b = std::make_unique<DeformableBody>(
+            PETSC_COMM_WORLD, hierarchy, std::span<const std::vector<std::int32_t>>{},
+            ElasticModel{materials, StrainModel::corotated, Formulation::displacement}, time,
+            options);
         b->set_constraints(pressed(1));
         return b;
     }
     Constraints pressed(double part) const {
         const TetMesh& mesh = hierarchy.levels.front();
         Constraints constraints(mesh.nodes.size());
-        constraints.prescribe(test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }), Vector3::Zero());
+        constraints.prescribe(
+            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+            Vector3::Zero());
         constraints.prescribe(test::nodes_where(mesh,
                                                 [](const Vector3& x) {
-                                                    return x.z() > 0.0999 && std::abs(x.x() - 0.1) < 0.02 &&
+                                                    return x.z() > 0.0999 &&
+                                                           std::abs(x.x() - 0.1) < 0.02 &&
                                                            std::abs(x.y() - 0.05) < 0.02;
                                                 }),
                               part * Vector3(0, 0.004, -0.015));
@@ -53,7 +62,8 @@ class LiveSolver : public testing::Test {
     }
     static double largest_gap(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
         double largest = 0;
-        for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, (a[i] - b[i]).norm());
+        for (std::size_t i = 0; i < a.size(); ++i)
+            largest = std::max(largest, (a[i] - b[i]).norm());
         return largest;
     }
 
@@ -62,16 +72,19 @@ class LiveSolver : public testing::Test {
 
 TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
     const auto plain = body({.kind = SolverKind::multigrid});
-    ASSERT_TRUE(plain->step(0, {.linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6}).converged);
+    ASSERT_TRUE(plain->step(0, {.linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6})
+                    .converged);
     for (const int threads : {1, 2}) {
         const auto live = body({.kind = SolverKind::live, .threads = threads});
         for (int frame = 0; frame < 60; ++frame) (void)live->step(0, {.linear_tolerance = 1e-4});
-        EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155) << threads << " threads";
+        EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
+            << threads << " threads";
     }
 }
 
 TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
-    const TimeOptions time{.scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
+    const TimeOptions time{
+        .scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
     const auto plain = body({.kind = SolverKind::multigrid, .relative_tolerance = 1e-9}, time);
     const auto live = body({.kind = SolverKind::live, .threads = 2}, time);
     const StepEffort effort{.linearisations = 8, .linear_tolerance = 1e-7};
@@ -85,12 +98,14 @@ TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
 
 TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
     const auto live = body({.kind = SolverKind::live, .threads = 2});
-    const StepReport report = live->step(0, {.linear_tolerance = 1e-9, .deadline = Clock::now() - std::chrono::seconds(1)});
+    const StepReport report = live->step(
+        0, {.linear_tolerance = 1e-9, .deadline = Clock::now() - std::chrono::seconds(1)});
     EXPECT_EQ(report.iterations, 1);
     EXPECT_TRUE(report.cut_short);
     EXPECT_TRUE(report.converged);
     EXPECT_GT(report.solve_error, 0);
-    for (const Vector3& u : live->displacement()) ASSERT_TRUE(u.allFinite() && u.norm() < 0.03) << u.transpose();
+    for (const Vector3& u : live->displacement())
+        ASSERT_TRUE(u.allFinite() && u.norm() < 0.03) << u.transpose();
 }
 
 TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
@@ -100,7 +115,8 @@ TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
     double before = 0.0155;
     for (const int iterations : {4, 16, 32}) {
         const auto live = body({.kind = SolverKind::live});
-        const StepReport report = live->step(0, {.linear_tolerance = 1e-6, .iterations = iterations});
+        const StepReport report =
+            live->step(0, {.linear_tolerance = 1e-6, .iterations = iterations});
         EXPECT_EQ(report.iterations, iterations);
         EXPECT_TRUE(report.cut_short);
         const double gap = largest_gap(live->displacement(), exact->displacement());
@@ -122,17 +138,21 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
     EXPECT_LT(report.solve_error, 0.3 * first);
 }
 
-/// The whole body turned by 25 degrees a step: halves of an operator that are a step apart do not fit together.
+/// The whole body turned by 25 degrees a step: halves of an operator that are a step apart do not
+/// fit together.
 TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     const TetMesh& mesh = hierarchy.levels.front();
-    const auto ends = test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9 || x.x() > 0.1999; });
+    const auto ends =
+        test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9 || x.x() > 0.1999; });
     const Vector3 centre = test::beam_size / 2;
     const auto turn_of = [](int k) -> Eigen::Matrix3d {
-        return Eigen::AngleAxisd(k * 25 * M_PI / 180, Vector3::UnitZ()).toRotationMatrix() - Eigen::Matrix3d::Identity();
+        return Eigen::AngleAxisd(k * 25 * M_PI / 180, Vector3::UnitZ()).toRotationMatrix() -
+               Eigen::Matrix3d::Identity();
     };
     const auto turned = [&](const Eigen::Matrix3d& turn) {
         Constraints constraints(mesh.nodes.size());
-        for (const std::int32_t n : ends) constraints.prescribe(std::span(&n, 1), turn * (mesh.nodes[n] - centre));
+        for (const std::int32_t n : ends)
+            constraints.prescribe(std::span(&n, 1), turn * (mesh.nodes[n] - centre));
         return constraints;
     };
     int asked = 0;
@@ -141,11 +161,13 @@ TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
         const auto live = body({.kind = SolverKind::live});
         for (int k = 1; k <= 60; ++k) {
             live->set_constraints(turned(turn_of(k)));
-            const StepReport report = live->step(0, {.linear_tolerance = 1e-3, .iterations = 3, .by_halves = halves});
+            const StepReport report =
+                live->step(0, {.linear_tolerance = 1e-3, .iterations = 3, .by_halves = halves});
             asked += halves && k > 15 && !report.half_renewed;
             const auto u = live->displacement();
             for (std::size_t n = 0; n < u.size(); ++n)
-                worst[halves] = std::max(worst[halves], (u[n] - turn_of(k) * (mesh.nodes[n] - centre)).norm());
+                worst[halves] =
+                    std::max(worst[halves], (u[n] - turn_of(k) * (mesh.nodes[n] - centre)).norm());
         }
     }
     EXPECT_GT(asked, 0);
@@ -174,22 +196,32 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
         for (int k = 1; k <= 60; ++k) {
             const Constraints constraints = pressed(k <= 40 ? k / 40.0 : (80 - k) / 40.0);
             live->set_constraints(constraints);
-            const StepReport report = live->step(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
+            const StepReport report =
+                live->step(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
             EXPECT_EQ(report.half_renewed, halves && k > 11) << k;  // setting off is a jump
             if (k % 20) continue;
             exact->set_constraints(constraints);
-            ASSERT_TRUE(exact->step(0, {.linearisations = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2}).converged) << k;
-            worst[halves] = std::max(worst[halves], largest_gap(live->displacement(), exact->displacement()));
+            ASSERT_TRUE(
+                exact->step(0, {.linearisations = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2})
+                    .converged)
+                << k;
+            worst[halves] =
+                std::max(worst[halves], largest_gap(live->displacement(), exact->displacement()));
         }
     }
     EXPECT_LT(worst[1], 3 * worst[0]);
-    // The time step may vary meanwhile, as a tracker's stamps do: inertia is that of now, whichever half is renewed.
-    const TimeOptions time{.scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
-    const auto whole = body({.kind = SolverKind::live}, time), by_halves = body({.kind = SolverKind::live}, time);
+    // The time step may vary meanwhile, as a tracker's stamps do: inertia is that of now, whichever
+    // half is renewed.
+    const TimeOptions time{
+        .scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
+    const auto whole = body({.kind = SolverKind::live}, time),
+               by_halves = body({.kind = SolverKind::live}, time);
     for (int k = 1; k <= 20; ++k)
         for (DeformableBody* b : {whole.get(), by_halves.get()}) {
             b->set_constraints(pressed(1e-3 * k));
-            const StepReport report = b->step(0.02 * (1 + 0.02 * (k % 2)), {.linear_tolerance = 1e-6, .by_halves = b == by_halves.get()});
+            const StepReport report =
+                b->step(0.02 * (1 + 0.02 * (k % 2)),
+                        {.linear_tolerance = 1e-6, .by_halves = b == by_halves.get()});
             EXPECT_EQ(report.half_renewed, b == by_halves.get() && k > 11) << k;
         }
     EXPECT_LT(largest_gap(whole->displacement(), by_halves->displacement()), 1e-2 * 0.0155 * 0.02);

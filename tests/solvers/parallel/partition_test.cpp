@@ -19,7 +19,8 @@ TEST(Partition, is_balanced_and_the_same_every_time) {
         EXPECT_EQ(part, partition_tets(mesh.tets, parts));
         const double fair = static_cast<double>(mesh.tets.size()) / parts;
         for (int p = 0; p < parts; ++p)
-            EXPECT_NEAR(static_cast<double>(std::count(part.begin(), part.end(), p)), fair, 0.06 * fair);
+            EXPECT_NEAR(static_cast<double>(std::count(part.begin(), part.end(), p)), fair,
+                        0.06 * fair);
     }
 }
 
@@ -33,7 +34,8 @@ TEST(Partition, cuts_a_bar_across_its_length) {
             if (part[e] == side) tets.push_back(mesh.tets[e]);
         cut += boundary_triangles(tets).size();
     }
-    cut = (cut - boundary_triangles(mesh.tets).size()) / 2;  // faces between the parts; a straight cut has 8
+    cut = (cut - boundary_triangles(mesh.tets).size()) /
+          2;  // faces between the parts; a straight cut has 8
     EXPECT_GE(cut, 8u);
     EXPECT_LE(cut, 24u);
 }
@@ -49,26 +51,32 @@ TEST(Partition, handles_one_part_and_refuses_nonsense) {
 TEST(Partition, in_parallel_is_balanced_and_cuts_few_faces) {
     const TetMesh mesh = test::block({12, 10, 8}, Vector3(0.15, 0.11, 0.08));
     for (const int parts : {1, 2, 5}) {
-        const std::vector<std::int32_t> part = partition_tets_in_parallel(PETSC_COMM_WORLD, mesh.tets, parts);
+        const std::vector<std::int32_t> part =
+            partition_tets_in_parallel(PETSC_COMM_WORLD, mesh.tets, parts);
         ASSERT_EQ(part.size(), mesh.tets.size());
         const double fair = static_cast<double>(mesh.tets.size()) / parts;
         std::size_t faces = 0;
         for (int p = 0; p < parts; ++p) {
-            EXPECT_NEAR(static_cast<double>(std::count(part.begin(), part.end(), p)), fair, 0.1 * fair);
+            EXPECT_NEAR(static_cast<double>(std::count(part.begin(), part.end(), p)), fair,
+                        0.1 * fair);
             std::vector<Tet> tets;
             for (std::size_t e = 0; e < part.size(); ++e)
                 if (part[e] == p) tets.push_back(mesh.tets[e]);
             faces += boundary_triangles(tets).size();
         }
         const std::size_t cut = (faces - boundary_triangles(mesh.tets).size()) / 2;
-        EXPECT_LE(cut, 2u * 120 * (parts - 1));  // straight cuts have at most 120 quadrilaterals, of two faces each
+        EXPECT_LE(
+            cut,
+            2u * 120 *
+                (parts - 1));  // straight cuts have at most 120 quadrilaterals, of two faces each
     }
 }
 
 TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
     int ranks = 1;
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
-    const MeshHierarchy hierarchy = with_refined_levels(make_hierarchy({test::block({8, 6, 6}, Vector3(0.2, 0.1, 0.1))}, "a block"), 1);
+    const MeshHierarchy hierarchy = with_refined_levels(
+        make_hierarchy({test::block({8, 6, 6}, Vector3(0.2, 0.1, 0.1))}, "a block"), 1);
     for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {
         const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, partitioner);
         ASSERT_EQ(parts.size(), 2u);
@@ -81,10 +89,12 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
             // What it was cut from holds its middle.
             Vector3 middle = Vector3::Zero(), centre = Vector3::Zero();
             double size = 0;
-            for (const std::int32_t n : hierarchy.levels[0].tets[e]) middle += hierarchy.levels[0].nodes[n] / 4;
+            for (const std::int32_t n : hierarchy.levels[0].tets[e])
+                middle += hierarchy.levels[0].nodes[n] / 4;
             const Tet& whole = hierarchy.levels[1].tets[parent];
             for (const std::int32_t n : whole) centre += hierarchy.levels[1].nodes[n] / 4;
-            for (const std::int32_t n : whole) size = std::max(size, (hierarchy.levels[1].nodes[n] - centre).norm());
+            for (const std::int32_t n : whole)
+                size = std::max(size, (hierarchy.levels[1].nodes[n] - centre).norm());
             EXPECT_LT((middle - centre).norm(), 0.7 * size);
         }
         EXPECT_GT(*std::min_element(found.begin(), found.end()), 0);

@@ -33,7 +33,8 @@ TEST(ChildProcess, hands_back_its_result_and_what_it_printed) {
 }
 
 TEST(ChildProcess, may_be_given_all_the_time_there_is) {
-    for (const double seconds : {1e10, 1e300}) EXPECT_EQ(run_in_child([](int) { return 0; }, seconds).end, End::returned);
+    for (const double seconds : {1e10, 1e300})
+        EXPECT_EQ(run_in_child([](int) { return 0; }, seconds).end, End::returned);
 }
 
 TEST(ChildProcess, is_killed_at_the_time_limit_even_if_deaf_to_SIGTERM) {

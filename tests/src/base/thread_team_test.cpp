@@ -52,9 +52,11 @@ TEST_P(ThreadTeamOf, DoesEachThreadsWorkOnceACall) {
         ThreadTeam team(GetParam());
         ASSERT_EQ(team.size(), GetParam());
         Calls calls;
-        // Where threads wait for a core, a round takes as long as the system's time slices: then fewer rounds.
+        // Where threads wait for a core, a round takes as long as the system's time slices: then
+        // fewer rounds.
         const auto late = std::chrono::steady_clock::now() + 4s;
-        for (std::size_t round = 1; round <= 100000 && std::chrono::steady_clock::now() < late; ++round) {
+        for (std::size_t round = 1; round <= 100000 && std::chrono::steady_clock::now() < late;
+             ++round) {
             calls.run(team);
             ASSERT_TRUE(calls.are(team, round)) << round;
         }
@@ -70,13 +72,15 @@ TEST_P(ThreadTeamOf, BringsResultsToTheCallerAndToTheOtherThreads) {
         for (auto& m : mine) m.assign(100, 1);
         std::uint64_t expected = 1;
         for (int round = 0; round < 300; ++round) {
-            std::array<std::vector<std::uint64_t>, 4> next;  // the workers allocate, the caller frees
+            std::array<std::vector<std::uint64_t>, 4>
+                next;  // the workers allocate, the caller frees
             team.run([&](int thread) {
                 next[thread] = mine[(thread + 1) % size];
                 for (std::uint64_t& x : next[thread]) x = 5 * x + 1;
             });
             expected = 5 * expected + 1;
-            for (int t = 0; t < size; ++t) ASSERT_EQ(next[t], std::vector<std::uint64_t>(100, expected)) << round;
+            for (int t = 0; t < size; ++t)
+                ASSERT_EQ(next[t], std::vector<std::uint64_t>(100, expected)) << round;
             mine = std::move(next);
         }
     });
@@ -92,13 +96,14 @@ TEST_P(ThreadTeamOf, CoversEveryCountOnceInPiecesOfAtLeastTheGrain) {
                 std::vector<int> visits(count);
                 std::atomic<std::size_t> pieces{0};
                 std::atomic<bool> elsewhere{false}, too_small{false};
-                team.run_pieces(count, grain,
-                                [&, caller = std::this_thread::get_id()](std::size_t begin, std::size_t end) {
-                                    ++pieces;
-                                    if (std::this_thread::get_id() != caller) elsewhere = true;
-                                    if (end - begin < grain && end - begin < count) too_small = true;
-                                    for (std::size_t k = begin; k < end; ++k) ++visits.at(k);
-                                });
+                team.run_pieces(
+                    count, grain,
+                    [&, caller = std::this_thread::get_id()](std::size_t begin, std::size_t end) {
+                        ++pieces;
+                        if (std::this_thread::get_id() != caller) elsewhere = true;
+                        if (end - begin < grain && end - begin < count) too_small = true;
+                        for (std::size_t k = begin; k < end; ++k) ++visits.at(k);
+                    });
                 EXPECT_EQ(visits, std::vector<int>(count, 1)) << grain;
                 EXPECT_FALSE(too_small) << count << ' ' << grain;
                 const bool whole = count < grain * size || size == 1;

@@ -33,8 +33,8 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(Yaml, ReadsWhatIsGivenAndKeepsDefaults) {
-    const auto s =
-        read_yaml<Sample>("material: {young_Pa: 5e3}\ntime: {scheme: newmark}\ngravity: [0, 0, -9.81]\n", "x");
+    const auto s = read_yaml<Sample>(
+        "material: {young_Pa: 5e3}\ntime: {scheme: newmark}\ngravity: [0, 0, -9.81]\n", "x");
     EXPECT_EQ(s.material.young_Pa, 5000);
     EXPECT_EQ(s.material.poisson, Material{}.poisson);
     EXPECT_EQ(s.time.scheme, TimeScheme::newmark);
@@ -50,22 +50,31 @@ TEST(Yaml, SaysValueLimitAndPlace) {
     EXPECT_EQ(refusal("material:\n  young_Pa: -3\n"),
               "material.young_Pa = -3 Pa must be greater than 0 (liver.yaml:2)");
     EXPECT_EQ(refusal("material: {poisson: 0.5}"),
-              "material.poisson = 0.5 must be above -1 and below 0.5, where the material is positive definite (liver.yaml:1)");
+              "material.poisson = 0.5 must be above -1 and below 0.5, where the material is "
+              "positive definite (liver.yaml:1)");
     EXPECT_EQ(refusal("material: {young_Pa: .nan}"),
               "material.young_Pa = .nan Pa must be greater than 0 (liver.yaml:1)");
-    EXPECT_EQ(refusal("gravity: [0, 1]"), "gravity = [0, 1] must be three numbers [x, y, z] (liver.yaml:1)");
+    EXPECT_EQ(refusal("gravity: [0, 1]"),
+              "gravity = [0, 1] must be three numbers [x, y, z] (liver.yaml:1)");
     EXPECT_EQ(refusal("time: {scheme: newton}"),
-              "time.scheme = newton must be one of static, euler, newmark, generalized_alpha (liver.yaml:1)");
-    EXPECT_EQ(refusal("others:\n - {young_Pa: soft}"), "others[0].young_Pa = soft must be a number (liver.yaml:2)");
-    EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"), "material.young_Pa is given twice (liver.yaml:1)");
+              "time.scheme = newton must be one of static, euler, newmark, generalized_alpha "
+              "(liver.yaml:1)");
+    EXPECT_EQ(refusal("others:\n - {young_Pa: soft}"),
+              "others[0].young_Pa = soft must be a number (liver.yaml:2)");
+    EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"),
+              "material.young_Pa is given twice (liver.yaml:1)");
     EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");
     EXPECT_NE(refusal("material: [").find("liver.yaml:"), std::string::npos);
-    for (const char* key : {"[a]: 3", "{a: 1}: 3"})  // a list, a table where a key should be: a fuzz target found it
-        EXPECT_NE(refusal(fmt::format("material: {{{}}}", key)).find("expected a name"), std::string::npos) << key;
+    for (const char* key :
+         {"[a]: 3", "{a: 1}: 3"})  // a list, a table where a key should be: a fuzz target found it
+        EXPECT_NE(refusal(fmt::format("material: {{{}}}", key)).find("expected a name"),
+                  std::string::npos)
+            << key;
 }
 
 TEST(Yaml, WritesWhatReadsBackToTheSame) {
-    auto s = read_yaml<Sample>("others: [{young_Pa: 0.1}, {region: 2}]\ntime: {scheme: euler}", "x");
+    auto s =
+        read_yaml<Sample>("others: [{young_Pa: 0.1}, {region: 2}]\ntime: {scheme: euler}", "x");
     s.material.poisson = 1.0 / 3;
     const auto back = read_yaml<Sample>(to_yaml(s), "y");
     EXPECT_EQ(back.material.poisson, s.material.poisson);

@@ -23,7 +23,8 @@ TEST(NearestTriangle, is_never_beaten_by_a_sampled_point_of_the_triangle) {
         double sampled = 1e9;
         for (int i = 0; i <= 60; ++i)
             for (int j = 0; i + j <= 60; ++j)
-                sampled = std::min(sampled, (at({(60 - i - j) / 60.0, i / 60.0, j / 60.0}, a, b, c) - x).norm());
+                sampled = std::min(
+                    sampled, (at({(60 - i - j) / 60.0, i / 60.0, j / 60.0}, a, b, c) - x).norm());
         EXPECT_LE(found, sampled + 1e-12);
         EXPECT_GE(found, sampled - 0.02);
     }
@@ -55,7 +56,8 @@ TEST(NearestTriangle, agrees_with_a_search_over_all_triangles) {
         const auto hit = nearest.find(x);
         EXPECT_NEAR(hit.distance, best, 1e-15);
         const auto& [i, j, k] = sphere.triangles[hit.triangle];
-        EXPECT_NEAR((at(hit.weights, sphere.nodes[i], sphere.nodes[j], sphere.nodes[k]) - x).norm(), best, 1e-15);
+        EXPECT_NEAR((at(hit.weights, sphere.nodes[i], sphere.nodes[j], sphere.nodes[k]) - x).norm(),
+                    best, 1e-15);
     }
 }
 

@@ -25,10 +25,12 @@ const Vector3d tip(0.01, -0.02, 0.15), pivot(0.3, -0.1, 0.4);
 std::vector<Pose> cone(int count, double cone_deg) {
     std::vector<Pose> poses;
     for (int i = 0; i < count; ++i) {
-        const double around = 2.4 * i, tilt = cone_deg * test::degree * std::sqrt((i + 0.5) / count);
+        const double around = 2.4 * i,
+                     tilt = cone_deg * test::degree * std::sqrt((i + 0.5) / count);
         Pose pose;
-        pose.rotation = AngleAxisd(tilt, Vector3d(std::cos(around), std::sin(around), 0)).toRotationMatrix() *
-                        AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
+        pose.rotation =
+            AngleAxisd(tilt, Vector3d(std::cos(around), std::sin(around), 0)).toRotationMatrix() *
+            AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
         pose.translation = pivot - pose.rotation * tip;
         poses.push_back(pose);
     }
@@ -60,7 +62,8 @@ TEST(Pivot, LeavesOutlyingPosesOut) {
     std::vector<Pose> poses = cone(100, 30);
     std::mt19937_64 engine(3);
     std::normal_distribution<double> noise(0, 0.0005);
-    for (Pose& pose : poses) pose.translation += Vector3d(noise(engine), noise(engine), noise(engine));
+    for (Pose& pose : poses)
+        pose.translation += Vector3d(noise(engine), noise(engine), noise(engine));
     for (const int i : {0, 1, 2, 50, 97, 98, 99}) poses[i].translation += Vector3d(0.02, 0, 0.05);
     const auto result = calibrate_pivot(poses);
     EXPECT_GE(result.rejected, 7u);
@@ -76,7 +79,9 @@ TEST(Pivot, LeavesOutlyingPosesOut) {
 
 TEST(Pivot, RefusesPosesThatTurnTooLittle) {
     for (const double half_angle : {0.0, 1.0, 5.0, 7.0})
-        EXPECT_NE(pivot_error(cone(100, half_angle)).find("expected at least 15.0"), std::string::npos) << half_angle;
+        EXPECT_NE(pivot_error(cone(100, half_angle)).find("expected at least 15.0"),
+                  std::string::npos)
+            << half_angle;
     EXPECT_EQ(pivot_error(cone(100, 9)), "no error");
 }
 
@@ -89,11 +94,13 @@ TEST(Pivot, RefusesATurnAboutOneAxisEvenWithNoise) {
             const Vector3d turn = scale * Vector3d(noise(engine), noise(engine), noise(engine));
             Pose pose;
             pose.rotation = AngleAxisd(i * test::degree, Vector3d::UnitZ()).toRotationMatrix() *
-                            AngleAxisd(turn.norm(), (turn + Vector3d(0, 0, 1e-30)).normalized()).toRotationMatrix();
+                            AngleAxisd(turn.norm(), (turn + Vector3d(0, 0, 1e-30)).normalized())
+                                .toRotationMatrix();
             pose.translation = pivot - pose.rotation * tip;
             poses.push_back(pose);
         }
-        EXPECT_NE(pivot_error(poses).find("more than one axis"), std::string::npos) << pivot_error(poses);
+        EXPECT_NE(pivot_error(poses).find("more than one axis"), std::string::npos)
+            << pivot_error(poses);
     }
 }
 
@@ -122,13 +129,15 @@ std::vector<Pose> read_poses(const std::filesystem::path& path) {
 TEST(Pivot, GivesTheKnownTipOfTheRealPointer) {
     const char* data = std::getenv("LIVETET_DATA");
     const auto path = std::filesystem::path(data ? data : "") / "pivot/pivot_1151_poses_merged.txt";
-    if (!data || !std::filesystem::exists(path)) GTEST_SKIP() << "LIVETET_DATA has no " << path.filename();
+    if (!data || !std::filesystem::exists(path))
+        GTEST_SKIP() << "LIVETET_DATA has no " << path.filename();
     const auto poses = read_poses(path);
     ASSERT_EQ(poses.size(), 1151u);
     PivotOptions keep_all;
     keep_all.reject_beyond_sigma.reset();
     const auto all = calibrate_pivot(poses, keep_all);
-    EXPECT_LT((1e3 * all.tool_from_tip.translation - Vector3d(-14.476, 395.143, -7.558)).norm(), 1e-3);
+    EXPECT_LT((1e3 * all.tool_from_tip.translation - Vector3d(-14.476, 395.143, -7.558)).norm(),
+              1e-3);
     EXPECT_LT((1e3 * all.pivot_in_tracker - Vector3d(-805.285, -85.448, -2112.066)).norm(), 1e-3);
     EXPECT_NEAR(1e3 * all.rms, 3.184, 1e-3);
     const auto usual = calibrate_pivot(poses);

@@ -48,7 +48,8 @@ std::vector<PointOrder> all_orders(const Points& from, const Points& to) {
         for (const std::size_t i : order) permuted.push_back(from[i]);
         orders.push_back({order, fit_points(permuted, to, Scaling::rigid).fre});
     } while (std::next_permutation(order.begin(), order.end()));
-    std::sort(orders.begin(), orders.end(), [](const auto& a, const auto& b) { return a.fre < b.fre; });
+    std::sort(orders.begin(), orders.end(),
+              [](const auto& a, const auto& b) { return a.fre < b.fre; });
     return orders;
 }
 
@@ -118,7 +119,8 @@ TEST(PointOrder, SaysWhereTwoOrdersFitWithinTheNoise) {
     EXPECT_NEAR(nearest_symmetry(Points{{-0.05, 0, 0}, {0.05, 0, 0}, {0, 0.07, 0}}).fre, 0, 1e-9);
     EXPECT_GT(nearest_symmetry(Points{{-0.05, 0, 0}, {0.05, 0, 0}, {0.03, 0.04, 0}}).fre, 0.004);
     // A mirror image is not the same layout.
-    const Points chiral{{0.05, 0, 0}, {-0.05, 0, 0}, {0.05, 0.06, 0}, {-0.05, 0.06, 0}, {0.05, 0, 0.07}};
+    const Points chiral{
+        {0.05, 0, 0}, {-0.05, 0, 0}, {0.05, 0.06, 0}, {-0.05, 0.06, 0}, {0.05, 0, 0.07}};
     EXPECT_GT(nearest_symmetry(chiral).fre, 0.01);
 }
 
@@ -136,8 +138,9 @@ TEST(PointOrder, MovesASquaresCornerUntilItsOrderIsTold) {
 TEST(PointOrder, RefusesMoreThanTenPointsAndTooFew) {
     Random random(14);
     const Points eleven = random.points(11, 0.1), two = random.points(2, 0.1);
-    EXPECT_NE(message_of([&] { find_order(eleven, eleven); }).find("11 of them, expected at most 10"),
-              std::string::npos);
+    EXPECT_NE(
+        message_of([&] { find_order(eleven, eleven); }).find("11 of them, expected at most 10"),
+        std::string::npos);
     EXPECT_THROW(find_order(two, two), Error);
     Points shuffled = eleven;
     std::swap(shuffled[0], shuffled[1]);

@@ -13,7 +13,8 @@ using namespace test;
 
 TEST(RegistrationError, ExpectedErrorsAreThoseOfManyRegistrations) {
     Random random(7);
-    const Points x{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}, {0, 0.01, -0.05}};
+    const Points x{
+        {0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}, {0, 0.01, -0.05}};
     const Vector3d target(0.02, 0.08, -0.03);
     const double fle = 1e-3;
     std::vector<double> fre, tre;
@@ -45,11 +46,13 @@ TEST(RegistrationError, LeaveOneOutIsEmptyWhereTheOthersDetermineNothing) {
     const auto errors = leave_one_out(p, p, Scaling::rigid);
     EXPECT_TRUE(errors[0] && errors[1] && errors[2]);
     EXPECT_FALSE(errors[3]);
-    for (const auto& error : leave_one_out(Points{p[0], p[1], p[3]}, Points{p[0], p[1], p[3]}, Scaling::rigid))
+    for (const auto& error :
+         leave_one_out(Points{p[0], p[1], p[3]}, Points{p[0], p[1], p[3]}, Scaling::rigid))
         EXPECT_FALSE(error);
 }
 
-// Fiducials localised with errors of RMS length fle / sqrt(w), as many registrations of them, FRE and TRE.
+// Fiducials localised with errors of RMS length fle / sqrt(w), as many registrations of them, FRE
+// and TRE.
 struct ManyRegistrations {
     double fre = 0, tre = 0;
     ManyRegistrations(const Points& x, double fle, const Vector3d& target, Scaling scaling,
@@ -69,7 +72,8 @@ struct ManyRegistrations {
     }
 };
 
-const Points five{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}, {0, 0.01, -0.05}};
+const Points five{
+    {0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}, {0, 0.01, -0.05}};
 
 TEST(RegistrationError, OfWeightsAndOfAScaleIsThatOfManyRegistrations) {
     const Vector3d target(0.02, 0.08, -0.03);
@@ -81,15 +85,18 @@ TEST(RegistrationError, OfWeightsAndOfAScaleIsThatOfManyRegistrations) {
             EXPECT_NEAR(fle_from_fre(many.fre, 5, scaling, w), fle, 0.01 * fle);
             EXPECT_NEAR(expected_tre(five, fle, target, scaling, w), many.tre, 0.02 * many.tre);
         }
-    EXPECT_GT(expected_tre(five, fle, target, Scaling::similarity), 1.03 * expected_tre(five, fle, target));
+    EXPECT_GT(expected_tre(five, fle, target, Scaling::similarity),
+              1.03 * expected_tre(five, fle, target));
 }
 
 TEST(RegistrationError, OfASquareIsTheClosedForm) {
-    // Corners at distance a of the centre: f^2 = a^2 / 2 about both diagonals and a^2 about the normal. At height h
-    // above the centre <TRE^2> = FLE^2 / 4 (1 + (h^2 / (a^2/2) + h^2 / (a^2/2)) / 3).
+    // Corners at distance a of the centre: f^2 = a^2 / 2 about both diagonals and a^2 about the
+    // normal. At height h above the centre <TRE^2> = FLE^2 / 4 (1 + (h^2 / (a^2/2) + h^2 / (a^2/2))
+    // / 3).
     const double a = 0.05, h = 0.1, fle = 0.001;
     const Points square{{a, 0, 0}, {0, a, 0}, {-a, 0, 0}, {0, -a, 0}};
-    EXPECT_NEAR(expected_tre(square, fle, {0, 0, h}), fle * std::sqrt((1 + 4 * h * h / (a * a) / 3) / 4), 1e-15);
+    EXPECT_NEAR(expected_tre(square, fle, {0, 0, h}),
+                fle * std::sqrt((1 + 4 * h * h / (a * a) / 3) / 4), 1e-15);
     EXPECT_NEAR(expected_tre(square, fle, {0, 0, 0}), fle / 2, 1e-15);
     EXPECT_NEAR(fle_from_fre(0.001, 4), 0.001 * std::sqrt(2), 1e-15);
     EXPECT_THROW(fle_from_fre(0.001, 2), Error);
@@ -100,7 +107,8 @@ TEST(RegistrationError, OfASquareIsTheClosedForm) {
 
 TEST(RegistrationError, WeightZeroCountsAsAFiducialLeftOut) {
     Random random(22);
-    Points p = random.points(6, 0.1), x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
+    Points p = random.points(6, 0.1),
+           x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
     for (Vector3d& point : x) point += random.gaussian(0.001);
     const std::vector<double> weights{1, 1, 0, 1, 1, 1};
     const PointFit with = fit_points(p, x, Scaling::rigid, weights);

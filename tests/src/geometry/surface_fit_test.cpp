@@ -33,7 +33,8 @@ Points points_on(const TriangleMesh& mesh, std::size_t count, unsigned seed, con
     while (points.size() < count) {
         const auto& [a, b, c] = mesh.triangles[pick(engine)];
         const double s = std::sqrt(unit(engine)), t = unit(engine);
-        const Vector3d x = (1 - s) * mesh.nodes[a] + s * (1 - t) * mesh.nodes[b] + s * t * mesh.nodes[c];
+        const Vector3d x =
+            (1 - s) * mesh.nodes[a] + s * (1 - t) * mesh.nodes[b] + s * t * mesh.nodes[c];
         if (where(x)) points.push_back(x);
     }
     return points;
@@ -94,10 +95,9 @@ TEST(SurfaceFit, NoiseAveragesOutAsTheConstraintSays) {
         double along = 0;
         Vector3d mean = Vector3d::Zero();
         for (const Vector3d& p : truth) mean += p / count;
-        const double size =
-            std::sqrt(std::accumulate(truth.begin(), truth.end(), 0.0, [&](double s, const Vector3d& p) {
-                return s + (p - mean).squaredNorm() / count;
-            }));
+        const double size = std::sqrt(std::accumulate(
+            truth.begin(), truth.end(), 0.0,
+            [&](double s, const Vector3d& p) { return s + (p - mean).squaredNorm() / count; }));
         const Eigen::AngleAxisd turn(fit.image_from_start.rotation);
         along += turn.angle() * turn.axis().dot(m.turn) * size;
         along += (fit.image_from_start * mean - mean).dot(m.slide);
@@ -133,7 +133,8 @@ TEST(SurfaceFit, SaysAndKeepsTheMotionsThatAPlaneDoesNotHold) {
 
 TEST(SurfaceFit, ABallTurnsFreelyAndACylinderOnlyAboutItsAxis) {
     const TriangleMesh ball = shapes::sphere(0.05, 5);
-    const Points on_ball = mapped(Motion{Matrix3d::Identity(), {0.002, 0, 0.001}}, points_on(ball, 400, 4, anywhere));
+    const Points on_ball =
+        mapped(Motion{Matrix3d::Identity(), {0.002, 0, 0.001}}, points_on(ball, 400, 4, anywhere));
     const SurfaceFit fit = fit_to_surface(on_ball, ball);
     EXPECT_EQ(fit.free_motions, 3u);
     for (int k = 0; k < 3; ++k) EXPECT_LT(fit.motions[k].slide.norm(), 0.2);
@@ -150,14 +151,16 @@ TEST(SurfaceFit, ABallTurnsFreelyAndACylinderOnlyAboutItsAxis) {
 TEST(SurfaceFit, RefusesWhatCannotBeFitted) {
     const TriangleMesh surface = organ();
     Points points = points_on(surface, 20, 6, anywhere);
-    EXPECT_NE(
-        message_of([&] { fit_to_surface(std::span(points).first(9), surface); }).find("9 points, expected at least"),
-        std::string::npos);
+    EXPECT_NE(message_of([&] {
+                  fit_to_surface(std::span(points).first(9), surface);
+              }).find("9 points, expected at least"),
+              std::string::npos);
     EXPECT_THROW(fit_to_surface(points, {}), Error);
     EXPECT_THROW(fit_to_surface(points, surface, {.left_out = 0.5}), Error);
     EXPECT_THROW(fit_to_surface(points, surface, {.left_out = -0.1}), Error);
     points[4].x() = std::nan("");
-    EXPECT_NE(message_of([&] { fit_to_surface(points, surface); }).find("point 5 of 20"), std::string::npos);
+    EXPECT_NE(message_of([&] { fit_to_surface(points, surface); }).find("point 5 of 20"),
+              std::string::npos);
 }
 
 }  // namespace

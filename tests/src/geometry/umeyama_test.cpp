@@ -15,7 +15,8 @@ using namespace test;
 TEST(Umeyama, FindsTheTransformOfExactPoints) {
     Random random(1);
     for (int trial = 0; trial < 50; ++trial) {
-        const Truth truth{trial % 2 ? 1.0 : 0.3 + 0.1 * trial, random.rotation(), random.vector(0.5)};
+        const Truth truth{trial % 2 ? 1.0 : 0.3 + 0.1 * trial, random.rotation(),
+                          random.vector(0.5)};
         const Points p = random.points(3 + trial % 6, 0.1), x = mapped(truth, p);
         const PointFit fit = fit_points(p, x, Scaling::similarity);
         EXPECT_NEAR(fit.scale, truth.scale, 1e-12);
@@ -34,7 +35,8 @@ TEST(Umeyama, AgreesWithHornOnNoisyPoints) {
             Points x = mapped(truth, p);
             for (Vector3d& point : x) point += random.gaussian(0.003);
             const std::vector<double> weights{1, 2, 0.5, 1, 3, 0.1};
-            const PointFit a = fit_points(p, x, scaling, weights), b = fit_points_horn(p, x, scaling, weights);
+            const PointFit a = fit_points(p, x, scaling, weights),
+                           b = fit_points_horn(p, x, scaling, weights);
             EXPECT_LT((a.rotation - b.rotation).norm(), 1e-10);
             EXPECT_LT((a.translation - b.translation).norm(), 1e-11);
             EXPECT_NEAR(a.scale, b.scale, 1e-11);
@@ -44,9 +46,10 @@ TEST(Umeyama, AgreesWithHornOnNoisyPoints) {
 }
 
 TEST(Umeyama, TurnsUmeyamasMirroredTriangleOutOfItsPlane) {
-    // Umeyama (1991), section IV, is two-dimensional: p = (0,0) (1,0) (0,2), x = (0,0) (-1,0) (0,2). Without a third
-    // dimension the best rotation has no reflection: R = [0.832 0.555; -0.555 0.832], s = 0.721, t = (-0.8, 0.4). In
-    // three dimensions the mirror image in the plane is a half turn out of it, and the fit is exact.
+    // Umeyama (1991), section IV, is two-dimensional: p = (0,0) (1,0) (0,2), x = (0,0) (-1,0)
+    // (0,2). Without a third dimension the best rotation has no reflection: R = [0.832 0.555;
+    // -0.555 0.832], s = 0.721, t = (-0.8, 0.4). In three dimensions the mirror image in the plane
+    // is a half turn out of it, and the fit is exact.
     const Points p{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}}, x{{0, 0, 0}, {-1, 0, 0}, {0, 2, 0}};
     const PointFit fit = fit_points(p, x, Scaling::similarity);
     EXPECT_LT(fit.fre, 1e-14);
@@ -83,7 +86,8 @@ TEST(Umeyama, RigidFitKeepsTheScale) {
     EXPECT_EQ(fit.to_from_from.scale, 1);
     EXPECT_GT(fit.fre, 1e-4);
     EXPECT_LT((rigid_part(fit.to_from_from).rotation - truth.rotation).norm(), 1e-10);
-    const auto scaled = register_points<ImageFrame, Tracker>(p, mapped(truth, p), Scaling::similarity);
+    const auto scaled =
+        register_points<ImageFrame, Tracker>(p, mapped(truth, p), Scaling::similarity);
     EXPECT_THROW(rigid_part(scaled.to_from_from), Error);
     EXPECT_LT((scaled.to_from_from.inverse() * (scaled.to_from_from * p[0]) - p[0]).norm(), 1e-14);
 }
@@ -108,28 +112,35 @@ TEST(Umeyama, RefusesPointsThatDetermineNothing) {
         const auto text = message_of([&] { fit_points(line, good, Scaling::rigid); });
         EXPECT_NE(text.find("points to move lie on a line"), std::string::npos) << text;
         EXPECT_NE(text.find("expected at least 0.01"), std::string::npos) << text;
-        EXPECT_NE(message_of([&] { fit_points_horn(good, line, Scaling::rigid); }).find("points to move to lie"),
+        EXPECT_NE(message_of([&] {
+                      fit_points_horn(good, line, Scaling::rigid);
+                  }).find("points to move to lie"),
                   std::string::npos);
     }
     const Points bent{{0, 0, 0}, {0.1, 0.01, 0}, {0.2, 0, 0.01}, {0.3, 0, 0}};
     EXPECT_NO_THROW(fit_points(bent, good, Scaling::rigid));
     const Points same(4, Vector3d(1, 2, 3));
-    EXPECT_NE(message_of([&] { fit_points(same, good, Scaling::rigid); }).find("coincide"), std::string::npos);
+    EXPECT_NE(message_of([&] { fit_points(same, good, Scaling::rigid); }).find("coincide"),
+              std::string::npos);
 }
 
 TEST(Umeyama, RefusesBadArguments) {
     const Points good{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
     const Points three(good.begin(), good.begin() + 3), two(good.begin(), good.begin() + 2);
-    EXPECT_NE(message_of([&] { fit_points(good, three, Scaling::rigid); }).find("4 points to move and 3"),
-              std::string::npos);
-    EXPECT_NE(message_of([&] { fit_points(two, two, Scaling::rigid); }).find("2 points, expected at least 3"),
+    EXPECT_NE(
+        message_of([&] { fit_points(good, three, Scaling::rigid); }).find("4 points to move and 3"),
+        std::string::npos);
+    EXPECT_NE(message_of([&] {
+                  fit_points(two, two, Scaling::rigid);
+              }).find("2 points, expected at least 3"),
               std::string::npos);
     EXPECT_THROW(fit_points({}, {}, Scaling::rigid), Error);
     for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
         Points points = good;
         points[1].y() = bad;
-        EXPECT_NE(message_of([&] { fit_points(good, points, Scaling::rigid); }).find("point 2 of 4"),
-                  std::string::npos);
+        EXPECT_NE(
+            message_of([&] { fit_points(good, points, Scaling::rigid); }).find("point 2 of 4"),
+            std::string::npos);
     }
     EXPECT_THROW(fit_points(good, good, Scaling::rigid, std::vector<double>{1, 1, 1}), Error);
     EXPECT_THROW(fit_points(good, good, Scaling::rigid, std::vector<double>{1, 1, 1, -1}), Error);
@@ -149,13 +160,17 @@ TEST(Umeyama, IsCheckedByHornsMethod) {
         other.translation.x() += 1e-7;
         other.fre += 1e-7;
         const auto text = message_of([&] { check_agreement(fit, other, p, x); });
-        EXPECT_NE(text.find("Umeyama's fit and Horn's put a point 0.0001 mm apart"), std::string::npos) << text;
+        EXPECT_NE(text.find("Umeyama's fit and Horn's put a point 0.0001 mm apart"),
+                  std::string::npos)
+            << text;
     }
 }
 
 TEST(Umeyama, SaysWhereNoRotationIsTheBest) {
-    // A regular tetrahedron and its mirror image: H is a multiple of -I, for which all half turns are as good.
-    const Points p{{0.05, 0.05, 0.05}, {0.05, -0.05, -0.05}, {-0.05, 0.05, -0.05}, {-0.05, -0.05, 0.05}};
+    // A regular tetrahedron and its mirror image: H is a multiple of -I, for which all half turns
+    // are as good.
+    const Points p{
+        {0.05, 0.05, 0.05}, {0.05, -0.05, -0.05}, {-0.05, 0.05, -0.05}, {-0.05, -0.05, 0.05}};
     Points mirrored = p;
     for (Vector3d& point : mirrored) point = -point;
     const auto text = message_of([&] { fit_points_cross_checked(p, mirrored, Scaling::rigid); });

@@ -15,14 +15,15 @@ using test::message_of;
 using test::rms;
 
 /// Voxels that are anisotropic, oblique, left-handed where told, and sheared by `shear`.
-GreyImage grid(std::array<int, 3> size, const Vector3& spacing_mm, const Vector3& turn, double shear = 0,
-               bool left = false) {
+GreyImage grid(std::array<int, 3> size, const Vector3& spacing_mm, const Vector3& turn,
+               double shear = 0, bool left = false) {
     GreyImage image;
     image.size = size;
     Eigen::Matrix3d axes = 1e-3 * spacing_mm.asDiagonal().toDenseMatrix();
     axes(0, 1) = shear * axes(1, 1);
     if (left) axes.col(0) *= -1;
-    if (turn.norm() > 0) axes = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * axes;
+    if (turn.norm() > 0)
+        axes = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * axes;
     image.ras_from_voxel.topLeftCorner<3, 3>() = axes;
     image.ras_from_voxel.topRightCorner<3, 1>() =
         Vector3(0.02, -0.03, 0.1) - axes * Vector3(size[0], size[1], size[2]) / 2;
@@ -44,8 +45,9 @@ void fill(GreyImage& image, double noise, unsigned seed, const auto& value) {
             for (int i = 0; i < image.size[0]; ++i) {
                 double sum = 0;
                 for (int s = 0; s < n * n * n; ++s)
-                    sum += value(place_of(image, Vector3(i + (s % n + 0.5) / n - 0.5, j + (s / n % n + 0.5) / n - 0.5,
-                                                         k + (s / n / n + 0.5) / n - 0.5)));
+                    sum += value(place_of(
+                        image, Vector3(i + (s % n + 0.5) / n - 0.5, j + (s / n % n + 0.5) / n - 0.5,
+                                       k + (s / n / n + 0.5) / n - 0.5)));
                 image.at(i, j, k) = static_cast<float>(sum / (n * n * n) + noise * normal(engine));
             }
 }
@@ -70,8 +72,10 @@ TEST(ImageMarkers, AreFoundWithinAFewHundredthsOfAVoxelOnAnyGrid) {
             GreyImage image = grid(g.size, g.spacing_mm, g.turn, g.shear, g.left);
             const Vector3 extent(g.size[0], g.size[1], g.size[2]);
             const std::vector<Vector3> truth{
-                place_of(image, extent.cwiseProduct(Vector3(0.31, 0.33, 0.44)) + Vector3(0.13, 0.41, 0.27)),
-                place_of(image, extent.cwiseProduct(Vector3(0.68, 0.64, 0.55)) + Vector3(0.37, -0.22, 0.45))};
+                place_of(image, extent.cwiseProduct(Vector3(0.31, 0.33, 0.44)) +
+                                    Vector3(0.13, 0.41, 0.27)),
+                place_of(image, extent.cwiseProduct(Vector3(0.68, 0.64, 0.55)) +
+                                    Vector3(0.37, -0.22, 0.45))};
             const double sign = shade == MarkerShade::bright ? 1 : -1;
             // A slope of the background as large across a ball as a third of its contrast.
             fill(image, 0, 1, [&](const Vector3& x) {
@@ -82,7 +86,8 @@ TEST(ImageMarkers, AreFoundWithinAFewHundredthsOfAVoxelOnAnyGrid) {
             const auto found = find_markers(image, {.diameter = 2 * radius, .shade = shade});
             ASSERT_GE(found.size(), 2u) << g.name;
             for (const Vector3& c : truth) {
-                const double off = std::min((found[0].centre - c).norm(), (found[1].centre - c).norm());
+                const double off =
+                    std::min((found[0].centre - c).norm(), (found[1].centre - c).norm());
                 EXPECT_LT(1e3 * off, 0.02 * g.spacing_mm.maxCoeff()) << g.name;
             }
             for (int m = 0; m < 2; ++m) {
@@ -100,7 +105,8 @@ TEST(ImageMarkers, TheirUncertaintyIsTheErrorThatNoiseMakes) {
     for (unsigned seed = 1; seed <= 60; ++seed) {
         GreyImage image = grid({20, 20, 20}, {1.5, 1.5, 1.5}, {0, 0, 0});
         const Vector3 c = place_of(image, Vector3(9.5 + 0.01 * seed, 10.2, 9.9 - 0.007 * seed));
-        fill(image, 60, seed, [&](const Vector3& x) { return (x - c).norm() < 0.005 ? 500.0 : 100.0; });
+        fill(image, 60, seed,
+             [&](const Vector3& x) { return (x - c).norm() < 0.005 ? 500.0 : 100.0; });
         const auto found = find_markers(image, {.diameter = 0.01});
         ASSERT_FALSE(found.empty());
         errors.push_back((found[0].centre - c).norm());
@@ -120,7 +126,8 @@ TEST(ImageMarkers, AMarkerHalfInTissueIsNotPulledIntoIt) {
     });
     const auto found = find_markers(image, {.diameter = 0.01});
     ASSERT_FALSE(found.empty());
-    EXPECT_LT(1e3 * (found[0].centre - c).norm(), 0.15 * 1.5);  // a centroid above a threshold is off by 0.4 voxels
+    EXPECT_LT(1e3 * (found[0].centre - c).norm(),
+              0.15 * 1.5);  // a centroid above a threshold is off by 0.4 voxels
 }
 
 TEST(ImageMarkers, RanksBallsOfTheDiameterBeforeOtherShapes) {
@@ -140,14 +147,19 @@ TEST(ImageMarkers, RanksBallsOfTheDiameterBeforeOtherShapes) {
         for (std::size_t other = 0; other < m; ++other)
             EXPECT_GE((found[m].centre - found[other].centre).norm(), 0.008);
     }
-    EXPECT_TRUE(find_markers(grid({20, 20, 20}, {1, 1, 1}, {0, 0, 0}), {.diameter = 0.008}).empty());
+    EXPECT_TRUE(
+        find_markers(grid({20, 20, 20}, {1, 1, 1}, {0, 0, 0}), {.diameter = 0.008}).empty());
 }
 
 TEST(ImageMarkers, RefusesDiametersThatTheImageCannotShow) {
     const GreyImage image = grid({20, 20, 10}, {1, 1, 3}, {0, 0, 0});
-    EXPECT_NE(message_of([&] { find_markers(image, {.diameter = 0.005}); }).find("at least two voxels of 1 x 1 x 3 mm"),
+    EXPECT_NE(message_of([&] {
+                  find_markers(image, {.diameter = 0.005});
+              }).find("at least two voxels of 1 x 1 x 3 mm"),
               std::string::npos);
-    EXPECT_NE(message_of([&] { find_markers(image, {.diameter = 0.011}); }).find("at most half of the image"),
+    EXPECT_NE(message_of([&] {
+                  find_markers(image, {.diameter = 0.011});
+              }).find("at most half of the image"),
               std::string::npos);
     EXPECT_THROW(find_markers(image, {.diameter = std::nan("")}), Error);
 }

@@ -1,7 +1,7 @@
 #include "image/image_slice.hpp"
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 
@@ -10,24 +10,28 @@
 namespace livetet {
 namespace {
 
-/// A block of 60 x 50 x 40 mm in the middle of an image of 80 x 70 x 60 mm with oblique voxels; its values are linear in
-/// space, which linear interpolation keeps.
+/// A block of 60 x 50 x 40 mm in the middle of an image of 80 x 70 x 60 mm with oblique voxels; its
+/// values are linear in space, which linear interpolation keeps.
 struct Imaged {
     TetMesh mesh = test::block({6, 5, 4}, {0.06, 0.05, 0.04});
     GreyImage image;
     Imaged() {
         const Eigen::AngleAxisd turn(0.3, Vector3(1, 2, 3).normalized());
         image.size = {60, 70, 55};
-        image.ras_from_voxel.topLeftCorner<3, 3>() = turn.toRotationMatrix() * Vector3(0.002, 0.0018, 0.0022).asDiagonal();
+        image.ras_from_voxel.topLeftCorner<3, 3>() =
+            turn.toRotationMatrix() * Vector3(0.002, 0.0018, 0.0022).asDiagonal();
         const Vector3 middle(0.03, 0.025, 0.02);
         image.ras_from_voxel.topRightCorner<3, 1>() =
             middle - image.ras_from_voxel.topLeftCorner<3, 3>() * (0.5 * Vector3(59, 69, 54));
         for (int k = 0; k < image.size[2]; ++k)
             for (int j = 0; j < image.size[1]; ++j)
                 for (int i = 0; i < image.size[0]; ++i)
-                    image.values.push_back(value((image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()));
+                    image.values.push_back(
+                        value((image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>()));
     }
-    static float value(const Vector3& x) { return static_cast<float>(100 + 1000 * x.x() - 2000 * x.y() + 3000 * x.z()); }
+    static float value(const Vector3& x) {
+        return static_cast<float>(100 + 1000 * x.x() - 2000 * x.y() + 3000 * x.z());
+    }
     std::vector<Vector3> moved(const Eigen::Affine3d& motion) const {
         std::vector<Vector3> u;
         for (const Vector3& x : mesh.nodes) u.push_back(motion * x - x);
@@ -36,11 +40,14 @@ struct Imaged {
 };
 
 /// No pixel lies on the block's border, where rounding decides.
-SlicePlane plane_at(double z) { return {{-0.0053, -0.0052, z}, {0.001, 0, 0}, {0, 0.001, 0}, 70, 60}; }
+SlicePlane plane_at(double z) {
+    return {{-0.0053, -0.0052, z}, {0.001, 0, 0}, {0, 0.001, 0}, 70, 60};
+}
 
 Eigen::Affine3d some_motion() {
     Eigen::Affine3d motion = Eigen::Affine3d::Identity();
-    motion.translate(Vector3(0.004, -0.003, 0.002)).rotate(Eigen::AngleAxisd(0.1, Vector3(0, 0.6, 0.8)));
+    motion.translate(Vector3(0.004, -0.003, 0.002))
+        .rotate(Eigen::AngleAxisd(0.1, Vector3(0, 0.6, 0.8)));
     motion.linear() *= Vector3(1.05, 0.9, 1.02).asDiagonal();
     return motion;
 }
@@ -115,7 +122,8 @@ TEST(ImageSlice, AnInvertedTetShowsNothing) {
     BodySlice slice;
     const auto covered = [&] {
         slice_body(tet, u, plane, slice);
-        return std::count_if(slice.tet.begin(), slice.tet.end(), [](std::int32_t t) { return t >= 0; });
+        return std::count_if(slice.tet.begin(), slice.tet.end(),
+                             [](std::int32_t t) { return t >= 0; });
     };
     EXPECT_EQ(covered(), 36);  // i + j <= 7.5
     u[1] = Vector3(-1, 1, 0);  // nodes 1 and 2 change places
@@ -131,7 +139,8 @@ TEST(ImageSampler, ReachesTheOutermostVoxelsAndNoFarther) {
     };
     EXPECT_NEAR(at(0, 0, 0), imaged.image.at(0, 0, 0), 1e-3);
     EXPECT_NEAR(at(59, 69, 54), imaged.image.at(59, 69, 54), 1e-3);
-    EXPECT_NEAR(at(58.5, 69, 54), 0.5 * (imaged.image.at(58, 69, 54) + imaged.image.at(59, 69, 54)), 1e-3);
+    EXPECT_NEAR(at(58.5, 69, 54), 0.5 * (imaged.image.at(58, 69, 54) + imaged.image.at(59, 69, 54)),
+                1e-3);
     EXPECT_TRUE(std::isnan(at(-0.01, 5, 5)));
     EXPECT_TRUE(std::isnan(at(5, 69.01, 5)));
     GreyImage flat{{1, 1, 1}, Eigen::Matrix4d::Identity(), {7}};

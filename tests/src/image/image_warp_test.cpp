@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "base/error.hpp"
-#include "mesh/quadratic.hpp"
 #include "image/tet_raster.hpp"
+#include "mesh/quadratic.hpp"
 #include "support/points.hpp"
 #include "support/shapes.hpp"
 
@@ -18,27 +18,35 @@ namespace {
 
 using Eigen::Affine3d;
 
-/// Voxels of 2 x 2.5 x 3 mm that lie obliquely in space; left-handed where asked. The middle is at the origin.
+/// Voxels of 2 x 2.5 x 3 mm that lie obliquely in space; left-handed where asked. The middle is at
+/// the origin.
 ImageGrid oblique_grid(std::array<int, 3> size, bool left_handed = false) {
     ImageGrid grid{size, Eigen::Matrix4d::Identity()};
-    Eigen::Matrix3d axes = Eigen::AngleAxisd(0.4, Vector3(1, 2, 3).normalized()).toRotationMatrix() *
-                           Vector3(2e-3, 2.5e-3, 3e-3).asDiagonal();
+    Eigen::Matrix3d axes =
+        Eigen::AngleAxisd(0.4, Vector3(1, 2, 3).normalized()).toRotationMatrix() *
+        Vector3(2e-3, 2.5e-3, 3e-3).asDiagonal();
     if (left_handed) axes.col(1) *= -1;
     grid.ras_from_voxel.topLeftCorner<3, 3>() = axes;
-    grid.ras_from_voxel.topRightCorner<3, 1>() = -axes * (Vector3(size[0], size[1], size[2]) - Vector3::Ones()) / 2;
+    grid.ras_from_voxel.topRightCorner<3, 1>() =
+        -axes * (Vector3(size[0], size[1], size[2]) - Vector3::Ones()) / 2;
     return grid;
 }
 
-Vector3 place_of(const ImageGrid& grid, int i, int j, int k) { return Affine3d(grid.ras_from_voxel) * Vector3(i, j, k); }
+Vector3 place_of(const ImageGrid& grid, int i, int j, int k) {
+    return Affine3d(grid.ras_from_voxel) * Vector3(i, j, k);
+}
 
-double voxel_volume(const ImageGrid& grid) { return std::abs(grid.ras_from_voxel.topLeftCorner<3, 3>().determinant()); }
+double voxel_volume(const ImageGrid& grid) {
+    return std::abs(grid.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+}
 
 template <class T>
 Image<T> image_of(const ImageGrid& grid, const std::function<T(const Vector3&)>& value) {
     Image<T> image{grid.size, grid.ras_from_voxel, {}};
     for (int k = 0; k < grid.size[2]; ++k)
         for (int j = 0; j < grid.size[1]; ++j)
-            for (int i = 0; i < grid.size[0]; ++i) image.values.push_back(value(place_of(grid, i, j, k)));
+            for (int i = 0; i < grid.size[0]; ++i)
+                image.values.push_back(value(place_of(grid, i, j, k)));
     return image;
 }
 
@@ -54,7 +62,8 @@ TetMesh ball(double radius, int cells) {
 }
 
 /// What `move` does to every node.
-std::vector<Vector3> displaced(const TetMesh& mesh, const std::function<Vector3(const Vector3&)>& move) {
+std::vector<Vector3> displaced(const TetMesh& mesh,
+                               const std::function<Vector3(const Vector3&)>& move) {
     std::vector<Vector3> u;
     for (const Vector3& x : mesh.nodes) u.push_back(move(x) - x);
     return u;
@@ -78,7 +87,9 @@ TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
     // Linear interpolation is exact on an image that is linear: any error is the motion's.
     for (const bool left_handed : {false, true}) {
         const ImageGrid grid = oblique_grid({40, 36, 30}, left_handed);
-        const auto value = [](const Vector3& x) { return static_cast<float>(1e3 * x.dot(Vector3(3, -2, 1))); };
+        const auto value = [](const Vector3& x) {
+            return static_cast<float>(1e3 * x.dot(Vector3(3, -2, 1)));
+        };
         const GreyImage image = image_of<float>(grid, value);
         const TetMesh mesh = ball(0.025, 8);
         Affine3d motion = Affine3d::Identity();
@@ -93,7 +104,8 @@ TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
                 for (int i = 0; i < grid.size[0]; ++i) {
                     const Vector3 x = place_of(grid, i, j, k);
                     const float found = out.at(i, j, k);
-                    if ((back * x).norm() < 0.024) {  // the ball's facets cut less than a millimetre off
+                    if ((back * x).norm() <
+                        0.024) {  // the ball's facets cut less than a millimetre off
                         EXPECT_NEAR(found, value(back * x), 2e-3) << i << ' ' << j << ' ' << k;
                         ++inside;
                     } else if ((back * x).norm() > 0.025 && x.norm() > 0.025) {
@@ -110,11 +122,14 @@ TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
 
 TEST(ImageWarp, KeysCubicIsExactOnQuadraticImagesAndLinearIsNot) {
     const ImageGrid grid = oblique_grid({40, 36, 30});
-    const auto value = [](const Vector3& x) { return static_cast<float>(1e5 * x.x() * x.y() + 1e5 * x.z() * x.z()); };
+    const auto value = [](const Vector3& x) {
+        return static_cast<float>(1e5 * x.x() * x.y() + 1e5 * x.z() * x.z());
+    };
     const GreyImage image = image_of<float>(grid, value);
     const TetMesh mesh = ball(0.02, 6);
     const Vector3 shift(0.0011, 0.0007, -0.0013);
-    const BodyMotion motion = body_motion(mesh, displaced(mesh, [&](const Vector3& x) { return x + shift; }), 0);
+    const BodyMotion motion =
+        body_motion(mesh, displaced(mesh, [&](const Vector3& x) { return x + shift; }), 0);
     const auto worst = [&](Interpolation how) {
         const GreyImage out = warped(image, motion, how);
         double error = 0;
@@ -131,10 +146,12 @@ TEST(ImageWarp, KeysCubicIsExactOnQuadraticImagesAndLinearIsNot) {
 
 TEST(ImageWarp, WithoutMotionTheImageIsTheSameWhateverTheRind) {
     const ImageGrid grid = oblique_grid({30, 30, 30});
-    const LabelImage labels = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.03 ? 1 + (x.x() > 0) : 7; });
+    const LabelImage labels = image_of<std::int32_t>(
+        grid, [](const Vector3& x) { return x.norm() < 0.03 ? 1 + (x.x() > 0) : 7; });
     const TetMesh mesh = ball(0.025, 6);
     for (const double rind : {0.0, 0.003}) {
-        const BodyMotion motion = body_motion(mesh, std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()), rind);
+        const BodyMotion motion =
+            body_motion(mesh, std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()), rind);
         EXPECT_EQ(warped(labels, motion, Interpolation::nearest).values, labels.values);
         EXPECT_EQ(last_warp.left_empty, 0u);
     }
@@ -144,16 +161,20 @@ TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
     const ImageGrid grid = oblique_grid({80, 64, 56});
     const TetMesh mesh = ball(0.04, 10);
     // Everything is labelled but what is empty: the label counts what the deformed mesh covers.
-    const LabelImage labels = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.05 ? 1 : 0; });
+    const LabelImage labels =
+        image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.05 ? 1 : 0; });
     const auto u = displaced(mesh, [](const Vector3& x) -> Vector3 {  // bent and squeezed
         return {x.x() + 4 * x.z() * x.z(), 0.8 * x.y() + 2 * x.x() * x.z(), 1.1 * x.z() + 0.002};
     });
     warped(labels, body_motion(mesh, u, 0), Interpolation::nearest);
     const double expected = deformed_volume(mesh, u);
-    EXPECT_NEAR(static_cast<double>(last_warp.carried) * voxel_volume(grid), expected, 2e-3 * expected);
+    EXPECT_NEAR(static_cast<double>(last_warp.carried) * voxel_volume(grid), expected,
+                2e-3 * expected);
 
-    // A label that fills the mesh fills the deformed mesh, its rind with it; what was there and is not is empty.
-    const LabelImage exact = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0397 ? 3 : 0; });
+    // A label that fills the mesh fills the deformed mesh, its rind with it; what was there and is
+    // not is empty.
+    const LabelImage exact =
+        image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0397 ? 3 : 0; });
     const LabelImage out = warped(exact, body_motion(mesh, u, 0.004), Interpolation::nearest);
     const auto at_rest = std::count(exact.values.begin(), exact.values.end(), 3);
     const auto deformed = std::count(out.values.begin(), out.values.end(), 3);
@@ -164,9 +185,11 @@ TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
 TEST(ImageWarp, ARigidMotionCarriesTheRindAndLeavesNoGhost) {
     // The organ in the image is a voxel larger than its mesh.
     const ImageGrid grid = oblique_grid({60, 56, 44});
-    const LabelImage labels = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0225 ? 1 : 0; });
+    const LabelImage labels =
+        image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0225 ? 1 : 0; });
     const TetMesh mesh = ball(0.02, 8);
-    const Affine3d motion = Eigen::Translation3d(0.025, 0.006, -0.01) * Eigen::AngleAxisd(0.7, Vector3::UnitY());
+    const Affine3d motion =
+        Eigen::Translation3d(0.025, 0.006, -0.01) * Eigen::AngleAxisd(0.7, Vector3::UnitY());
     const auto u = displaced(mesh, [&](const Vector3& x) { return motion * x; });
     const LabelImage out = warped(labels, body_motion(mesh, u, 0.004), Interpolation::nearest);
     std::size_t wrong = 0, right = 0;
@@ -197,13 +220,17 @@ TEST(ImageWarp, OnAnotherGridTakesTheSameValues) {
     ImageGrid other{{25, 25, 25}, Eigen::Matrix4d::Identity()};
     other.ras_from_voxel.diagonal().head<3>().setConstant(2e-3);
     other.ras_from_voxel.topRightCorner<3, 1>().setConstant(-0.024);
-    const auto value = [](const Vector3& x) { return static_cast<float>(1e3 * x.dot(Vector3(1, 2, 3))); };
+    const auto value = [](const Vector3& x) {
+        return static_cast<float>(1e3 * x.dot(Vector3(1, 2, 3)));
+    };
     const GreyImage image = image_of<float>(grid, value);
     const TetMesh mesh = ball(0.015, 5);
     const Vector3 shift(0.004, 0, 0.002);
-    const BodyMotion motion = body_motion(mesh, displaced(mesh, [&](const Vector3& x) { return x + shift; }), 0);
+    const BodyMotion motion =
+        body_motion(mesh, displaced(mesh, [&](const Vector3& x) { return x + shift; }), 0);
     ThreadTeam team(1);
-    const GreyImage out = warp_image(image, other, motion, Interpolation::linear, -1e6F, team, last_warp);
+    const GreyImage out =
+        warp_image(image, other, motion, Interpolation::linear, -1e6F, team, last_warp);
     EXPECT_EQ(out.size, other.size);
     for (int n = 0; n < 25; ++n) {
         const Vector3 x = place_of(other, n, 12, 12);
@@ -219,8 +246,11 @@ TEST(ImageWarp, WhatComesFromBeyondTheImageIsEmptyAndCounted) {
     ImageGrid grid{{10, 10, 10}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-2);
     const GreyImage image = image_of<float>(grid, [](const Vector3&) { return 5.0F; });
-    const TetMesh mesh = test::block({2, 2, 2}, {0.09, 0.09, 0.09});  // corner to corner of the outermost centres
-    const BodyMotion motion = body_motion(mesh, displaced(mesh, [](const Vector3& x) { return Vector3(x + Vector3(0.02, 0, 0)); }), 0);
+    const TetMesh mesh =
+        test::block({2, 2, 2}, {0.09, 0.09, 0.09});  // corner to corner of the outermost centres
+    const BodyMotion motion = body_motion(
+        mesh, displaced(mesh, [](const Vector3& x) { return Vector3(x + Vector3(0.02, 0, 0)); }),
+        0);
     const GreyImage out = warped(image, motion, Interpolation::linear, -1.0F);
     EXPECT_EQ(last_warp.beyond_image, 0u);
     EXPECT_EQ(last_warp.left_empty, 200u);  // two layers
@@ -228,7 +258,8 @@ TEST(ImageWarp, WhatComesFromBeyondTheImageIsEmptyAndCounted) {
     EXPECT_FLOAT_EQ(out.at(2, 5, 5), 5);
     const GreyImage narrow{{5, 10, 10}, grid.ras_from_voxel, std::vector<float>(500, 5.0F)};
     ThreadTeam team(1);
-    const GreyImage wide = warp_image(narrow, grid, motion, Interpolation::linear, -1.0F, team, last_warp);
+    const GreyImage wide =
+        warp_image(narrow, grid, motion, Interpolation::linear, -1.0F, team, last_warp);
     EXPECT_FLOAT_EQ(wide.at(6, 5, 5), 5);
     EXPECT_EQ(wide.at(7, 5, 5), -1);
     EXPECT_EQ(last_warp.beyond_image, 300u);  // i = 7, 8, 9 came from 5, 6, 7
@@ -251,7 +282,8 @@ TEST(TetRaster, OfTissueOverTissueWhatMovedLeastCountsWhateverTheOrder) {
     Overlap o;
     ImageGrid grid{{32, 10, 10}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3);
-    const LabelImage labels = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.x() < 15e-3 ? 1 : 2; });
+    const LabelImage labels =
+        image_of<std::int32_t>(grid, [](const Vector3& x) { return x.x() < 15e-3 ? 1 : 2; });
     for (int order = 0; order < 2; ++order) {
         const LabelImage out = warped(labels, body_motion(o.mesh, o.u, 0), Interpolation::nearest);
         EXPECT_EQ(out.at(1, 1, 1), 1);
@@ -264,8 +296,10 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
     Overlap o;
     ImageGrid grid{{32, 10, 10}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3);
-    const LabelImage labels = image_of<std::int32_t>(grid, [](const Vector3& x) { return x.x() < 15e-3 ? 1 : 2; });
-    // The one that moves least is turned inside out where it lies, by two of its nodes that change places.
+    const LabelImage labels =
+        image_of<std::int32_t>(grid, [](const Vector3& x) { return x.x() < 15e-3 ? 1 : 2; });
+    // The one that moves least is turned inside out where it lies, by two of its nodes that change
+    // places.
     o.u[1] = o.mesh.nodes[2] - o.mesh.nodes[1];
     o.u[2] = o.mesh.nodes[1] - o.mesh.nodes[2];
     const LabelImage out = warped(labels, body_motion(o.mesh, o.u, 0), Interpolation::nearest);
@@ -280,7 +314,8 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
 
 TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {
     const std::vector<Vector3> corners{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}};
-    std::vector<Vector3> nodes = corners, values(4, Vector3(0.5, 0, 0));  // the tissue, moved by half a metre
+    std::vector<Vector3> nodes = corners,
+                         values(4, Vector3(0.5, 0, 0));  // the tissue, moved by half a metre
     nodes.insert(nodes.end(), corners.begin(), corners.end());
     values.insert(values.end(), 4, Vector3(0, 1e-3, 0));  // what lies about it, by a millimetre
     ImageGrid grid{{4, 4, 4}, Eigen::Matrix4d::Identity()};
@@ -290,7 +325,8 @@ TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {
         const TetRaster raster(grid, tets, first_class, nodes, values);
         RasterSlab slab = raster.make_slab();
         raster.draw(0, slab);
-        EXPECT_NEAR(slab.values[0].x(), first_class == 1 ? 0.5 : 0, 1e-6) << "of one class, what moved least";
+        EXPECT_NEAR(slab.values[0].x(), first_class == 1 ? 0.5 : 0, 1e-6)
+            << "of one class, what moved least";
     }
 }
 
@@ -308,27 +344,37 @@ TEST(TetRaster, EveryVoxelOfABlockIsCoveredOnFacesToo) {
         for (std::size_t n = 0; n < slab.ranks.size(); ++n) {
             if (!(slab.ranks[n] < uncovered)) continue;
             ++covered;
-            const int k = slab.first + static_cast<int>(n / slice), in_slice = static_cast<int>(n % slice);
-            EXPECT_LT((slab.values[n].cast<double>() - place_of(grid, in_slice % 13, in_slice / 13, k)).norm(), 1e-8);
+            const int k = slab.first + static_cast<int>(n / slice),
+                      in_slice = static_cast<int>(n % slice);
+            EXPECT_LT(
+                (slab.values[n].cast<double>() - place_of(grid, in_slice % 13, in_slice / 13, k))
+                    .norm(),
+                1e-8);
         }
     }
     EXPECT_EQ(covered, 13u * 13 * 13);
 }
 
 TEST(BodyMotion, OfAQuadraticMeshFollowsItsMiddleNodes) {
-    // x' = x + c z^2 e_x, which ten-node tets hold exactly; the linear pieces miss it by c h^2 / 8, h half an edge.
+    // x' = x + c z^2 e_x, which ten-node tets hold exactly; the linear pieces miss it by c h^2 / 8,
+    // h half an edge.
     const TetMesh linear = test::block({3, 3, 3}, {0.06, 0.06, 0.06});
-    const auto bend = [](const Vector3& x) { return Vector3(x + Vector3(2 * x.z() * x.z(), 0, 0)); };
+    const auto bend = [](const Vector3& x) {
+        return Vector3(x + Vector3(2 * x.z() * x.z(), 0, 0));
+    };
     ImageGrid grid{{40, 32, 32}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(2e-3);
     const auto worst = [&](const TetMesh& mesh) {
         ThreadTeam team(2);
-        const auto field = displacement_field(grid, body_motion(mesh, displaced(mesh, bend), 0), FieldDirection::inverse, team);
+        const auto field = displacement_field(grid, body_motion(mesh, displaced(mesh, bend), 0),
+                                              FieldDirection::inverse, team);
         double error = 0;
         for (int k = 0; k < 30; ++k)
             for (int i = 5; i < 28; ++i) {
                 const Vector3 x = place_of(grid, i, 10, k);
-                error = std::max(error, (field.at(i, 10, k).cast<double>() - Vector3(-2 * x.z() * x.z(), 0, 0)).norm());
+                error = std::max(
+                    error,
+                    (field.at(i, 10, k).cast<double>() - Vector3(-2 * x.z() * x.z(), 0, 0)).norm());
             }
         return error;
     };
@@ -350,7 +396,8 @@ TEST(BodyMotion, OfAQuadraticMeshFollowsItsMiddleNodes) {
 
 TEST(BodyMotion, TheRindFillsTheLayerAroundABody) {
     const TetMesh mesh = ball(0.04, 8);
-    const BodyMotion motion = body_motion(mesh, std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()), 0.002);
+    const BodyMotion motion =
+        body_motion(mesh, std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()), 0.002);
     TetMesh rind{motion.rest, {}, {}, {}, {}, {}};
     double layer = 0;
     for (std::size_t t = motion.own; t < motion.tets.size(); ++t) {
@@ -367,7 +414,9 @@ TEST(BodyMotion, TheRindFillsTheLayerAroundABody) {
 TEST(DisplacementField, ForwardAfterInverseIsTheIdentity) {
     const ImageGrid grid = oblique_grid({50, 44, 36});
     const TetMesh mesh = ball(0.03, 12);
-    const auto u = displaced(mesh, [](const Vector3& x) -> Vector3 { return {x.x() + 5 * x.y() * x.y(), 0.9 * x.y(), x.z() + 0.004}; });
+    const auto u = displaced(mesh, [](const Vector3& x) -> Vector3 {
+        return {x.x() + 5 * x.y() * x.y(), 0.9 * x.y(), x.z() + 0.004};
+    });
     const BodyMotion motion = body_motion(mesh, u, 0);
     ThreadTeam team(2);
     const auto inverse = displacement_field(grid, motion, FieldDirection::inverse, team);
@@ -378,13 +427,16 @@ TEST(DisplacementField, ForwardAfterInverseIsTheIdentity) {
     for (int k = 0; k < grid.size[2]; ++k)
         for (int j = 0; j < grid.size[1]; ++j)
             for (int i = 0; i < grid.size[0]; ++i) {
-                const Vector3 x = place_of(grid, i, j, k), rest = x + inverse.at(i, j, k).cast<double>();
+                const Vector3 x = place_of(grid, i, j, k),
+                              rest = x + inverse.at(i, j, k).cast<double>();
                 if (inverse.at(i, j, k).isZero(0) || rest.norm() > 0.02) continue;
                 const Vector3 v = (voxel_from_ras * rest).array().floor();
                 Vector3 there = Vector3::Zero();
                 for (int corner = 0; corner < 8; ++corner) {
-                    const Eigen::Vector3i c = v.cast<int>() + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-                    const Vector3 w = Vector3::Ones() - (voxel_from_ras * rest - c.cast<double>()).cwiseAbs();
+                    const Eigen::Vector3i c =
+                        v.cast<int>() + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+                    const Vector3 w =
+                        Vector3::Ones() - (voxel_from_ras * rest - c.cast<double>()).cwiseAbs();
                     there += w.prod() * forward.at(c[0], c[1], c[2]).cast<double>();
                 }
                 worst = std::max(worst, (rest + there - x).norm());
@@ -396,7 +448,10 @@ TEST(DisplacementField, ForwardAfterInverseIsTheIdentity) {
 
 TEST(BodyMotion, RefusesDisplacementsThatAreNotOneANode) {
     const TetMesh mesh = ball(0.02, 2);
-    EXPECT_NE(test::message_of([&] { body_motion(mesh, std::vector<Vector3>(3), 0); }).find("has 3 displacements"), std::string::npos);
+    EXPECT_NE(test::message_of([&] {
+                  body_motion(mesh, std::vector<Vector3>(3), 0);
+              }).find("has 3 displacements"),
+              std::string::npos);
 }
 
 }  // namespace

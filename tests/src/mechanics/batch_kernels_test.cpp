@@ -22,7 +22,8 @@ Eigen::Map<Vector3d> at(std::vector<double>& values, std::int32_t node) {
     return Eigen::Map<Vector3d>(values.data() + std::ptrdiff_t{3} * node);
 }
 
-/// Tets of random corners on shared nodes, each of its own material, with a displacement of each kind asked for.
+/// Tets of random corners on shared nodes, each of its own material, with a displacement of each
+/// kind asked for.
 struct Soup {
     std::vector<std::array<std::int32_t, 4>> tets;
     std::vector<TetElement> elements;
@@ -44,15 +45,20 @@ struct Soup {
         const auto first = static_cast<std::int32_t>(u.size() / 3);
         // The nodes in another order than the corners, so that a mix-up shows.
         tets.push_back({first + 2, first, first + 3, first + 1});
-        elements.push_back(make_element(x, 1 + std::abs(normal(generator)), 1 + std::abs(normal(generator))));
+        elements.push_back(
+            make_element(x, 1 + std::abs(normal(generator)), 1 + std::abs(normal(generator))));
         u.resize(u.size() + 12);
         for (int i = 0; i < 4; ++i) at(u, tets.back()[i]) = F * x[i] + shift - x[i];
     }
     Matrix3d turn() {
-        return Eigen::AngleAxisd(3 * normal(generator), random_vector().normalized()).toRotationMatrix();
+        return Eigen::AngleAxisd(3 * normal(generator), random_vector().normalized())
+            .toRotationMatrix();
     }
-    void add_stretched(const Vector3d& stretches) { add(turn() * (turn() * stretches.asDiagonal() * turn())); }
-    /// Joins the nodes of the second half to those of the first, so that tets share nodes; F is then anything.
+    void add_stretched(const Vector3d& stretches) {
+        add(turn() * (turn() * stretches.asDiagonal() * turn()));
+    }
+    /// Joins the nodes of the second half to those of the first, so that tets share nodes; F is
+    /// then anything.
     void share_nodes() {
         const auto nodes = static_cast<std::int32_t>(u.size() / 3);
         for (auto& t : tets)
@@ -64,7 +70,9 @@ struct Soup {
         for (int i = 0; i < 4; ++i) n.col(i) = Eigen::Map<const Vector3d>(&values[3 * tets[e][i]]);
         return n;
     }
-    Matrix3d F(std::size_t e) const { return Matrix3d::Identity() + gradient_of(elements[e], nodal(e, u)); }
+    Matrix3d F(std::size_t e) const {
+        return Matrix3d::Identity() + gradient_of(elements[e], nodal(e, u));
+    }
 };
 
 Soup shared_soup(int tets) {
@@ -80,15 +88,18 @@ class BatchKernels : public testing::Test {
     static constexpr double eps = std::is_same_v<Real, float> ? 1e-6 : 1e-12;
 
     static std::vector<Real> cast(const std::vector<double>& v) { return {v.begin(), v.end()}; }
-    static Matrix3d rotation(const TetBatches<Real>& batches, const std::vector<RotationBatch<Real>>& r,
-                             std::size_t e) {
+    static Matrix3d rotation(const TetBatches<Real>& batches,
+                             const std::vector<RotationBatch<Real>>& r, std::size_t e) {
         std::size_t k = 0;
-        while (batches.tet_at(k / batch_width<Real>, k % batch_width<Real>) != static_cast<std::int32_t>(e)) ++k;
+        while (batches.tet_at(k / batch_width<Real>, k % batch_width<Real>) !=
+               static_cast<std::int32_t>(e))
+            ++k;
         return Matrix3d::NullaryExpr([&](Eigen::Index a, Eigen::Index b) {
             return r[k / batch_width<Real>].R[3 * b + a][k % batch_width<Real>];
         });
     }
-    static std::vector<RotationBatch<Real>> rotations(const Soup& s, const TetBatches<Real>& batches) {
+    static std::vector<RotationBatch<Real>> rotations(const Soup& s,
+                                                      const TetBatches<Real>& batches) {
         auto r = batches.make_rotations();
         update_rotations<Real>(batches, batches.all(), cast(s.u), r);
         return r;
@@ -101,7 +112,8 @@ class BatchKernels : public testing::Test {
     static void expect_equal(const std::vector<Real>& got, const std::vector<double>& expected) {
         ASSERT_EQ(got.size(), expected.size());
         const double tolerance = 3 * eps * largest(expected);
-        for (std::size_t k = 0; k < got.size(); ++k) ASSERT_NEAR(got[k], expected[k], tolerance) << k;
+        for (std::size_t k = 0; k < got.size(); ++k)
+            ASSERT_NEAR(got[k], expected[k], tolerance) << k;
     }
 };
 using Reals = testing::Types<float, double>;
@@ -118,17 +130,19 @@ TetBatches<Real> in_parts(const Soup& s) {
 TYPED_TEST(BatchKernels, RotationsAreThoseOfRotationOf) {
     for (const int count : counts) {
         Soup s;
-        for (int e = 0; e < count; ++e) s.add_stretched(Vector3d(1, 1, 1) + 0.2 * s.random_vector());
+        for (int e = 0; e < count; ++e)
+            s.add_stretched(Vector3d(1, 1, 1) + 0.2 * s.random_vector());
         const TetBatches<TypeParam> batches(s.elements, s.tets);
         const auto r = this->rotations(s, batches);
         for (int e = 0; e < count; ++e)
-            EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(), 4 * this->eps) << e << '\n'
-                                                                                                   << s.F(e);
+            EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(), 4 * this->eps)
+                << e << '\n'
+                << s.F(e);
     }
 }
 
-/// From thin to flat to everted, among ordinary tets: what F loses by rounding is amplified by 1 / (s2 + s3), the two
-/// least singular values, the lesser with its sign.
+/// From thin to flat to everted, among ordinary tets: what F loses by rounding is amplified by 1 /
+/// (s2 + s3), the two least singular values, the lesser with its sign.
 TYPED_TEST(BatchKernels, RotationsOfFlatAndEvertedTetsAreThoseOfRotationOf) {
     Soup s;
     std::vector<double> gap;
@@ -141,11 +155,14 @@ TYPED_TEST(BatchKernels, RotationsOfFlatAndEvertedTetsAreThoseOfRotationOf) {
     const TetBatches<TypeParam> batches(s.elements, s.tets);
     const auto r = this->rotations(s, batches);
     for (std::size_t e = 0; e < s.tets.size(); ++e)
-        EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(), 8 * this->eps / gap[e]) << e << '\n'
-                                                                                                        << s.F(e);
+        EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(),
+                  8 * this->eps / gap[e])
+            << e << '\n'
+            << s.F(e);
 }
 
-/// Noise for F, where the rotation may not be unique: it must be one, and fit as well as rotation_of's.
+/// Noise for F, where the rotation may not be unique: it must be one, and fit as well as
+/// rotation_of's.
 TYPED_TEST(BatchKernels, RotationsOfAnyTetsAreRotationsAndFitAsWell) {
     Soup s;
     for (int e = 0; e < 3000; ++e) {
@@ -153,8 +170,9 @@ TYPED_TEST(BatchKernels, RotationsOfAnyTetsAreRotationsAndFitAsWell) {
         F << s.random_vector(), s.random_vector(), s.random_vector();
         s.add(F * std::pow(10.0, e % 7 - 3));
     }
-    for (const Vector3d& sigma : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
-                                  Vector3d(1, 1e-7, 1e-7), Vector3d(1e-12, 1e-12, 1e-12), Vector3d(1e12, 1, 1)})
+    for (const Vector3d& sigma :
+         {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
+          Vector3d(1, 1e-7, 1e-7), Vector3d(1e-12, 1e-12, 1e-12), Vector3d(1e12, 1, 1)})
         s.add(sigma.asDiagonal());
     const TetBatches<TypeParam> batches(s.elements, s.tets);
     const auto r = this->rotations(s, batches);
@@ -162,8 +180,11 @@ TYPED_TEST(BatchKernels, RotationsOfAnyTetsAreRotationsAndFitAsWell) {
         const Matrix3d R = this->rotation(batches, r, e), F = s.F(e);
         ASSERT_LT((R * R.transpose() - Matrix3d::Identity()).norm(), 4 * this->eps) << F;
         ASSERT_GT(R.determinant(), 0) << F;
-        const double size = F.norm() + Matrix3d::Identity().norm();  // u = F x - x was rounded, not F x
-        ASSERT_GT((R.transpose() * F).trace(), (rotation_of(F).transpose() * F).trace() - 20 * this->eps * size) << F;
+        const double size =
+            F.norm() + Matrix3d::Identity().norm();  // u = F x - x was rounded, not F x
+        ASSERT_GT((R.transpose() * F).trace(),
+                  (rotation_of(F).transpose() * F).trace() - 20 * this->eps * size)
+            << F;
     }
 }
 
@@ -186,8 +207,8 @@ TYPED_TEST(BatchKernels, ForcesAreThoseOfFirstPiola) {
         const auto r = this->rotations(s, batches);
         std::vector<double> expected(s.u.size(), 0.5);
         for (int e = 0; e < count; ++e) {
-            const Nodal f =
-                nodal_forces(s.elements[e], first_piola(s.elements[e], this->rotation(batches, r, e), s.F(e)));
+            const Nodal f = nodal_forces(
+                s.elements[e], first_piola(s.elements[e], this->rotation(batches, r, e), s.F(e)));
             for (int i = 0; i < 4; ++i) at(expected, s.tets[e][i]) += f.col(i);
         }
         std::vector<TypeParam> f(s.u.size(), TypeParam(0.5));  // what stands there stays
@@ -214,12 +235,14 @@ TYPED_TEST(BatchKernels, StiffnessTimesIsThatOfStressIncrement) {
         for (double& x : v) x = s.normal(s.generator);
         for (int e = 0; e < count; ++e) {
             const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, v));
-            const Nodal f =
-                nodal_forces(s.elements[e], -0.3 * stress_increment(s.elements[e], this->rotation(batches, r, e), H));
+            const Nodal f = nodal_forces(
+                s.elements[e],
+                -0.3 * stress_increment(s.elements[e], this->rotation(batches, r, e), H));
             for (int i = 0; i < 4; ++i) at(expected, s.tets[e][i]) += f.col(i);
         }
         std::vector<TypeParam> f(s.u.size(), TypeParam(-0.5));
-        add_stiffness_times<TypeParam>(TypeParam(-0.3), batches, batches.all(), r, this->cast(v), f);
+        add_stiffness_times<TypeParam>(TypeParam(-0.3), batches, batches.all(), r, this->cast(v),
+                                       f);
         this->expect_equal(f, expected);
     }
 }
@@ -227,7 +250,8 @@ TYPED_TEST(BatchKernels, StiffnessTimesIsThatOfStressIncrement) {
 /// Four of five nodes own a row, as on one of several ranks.
 BlockPattern pattern_of(const Soup& s) {
     const std::size_t nodes = s.u.size() / 3;
-    return {s.tets.size(), 4, nodes, static_cast<std::int32_t>(4 * nodes / 5), [&](std::size_t e, int i) { return s.tets[e][i]; }};
+    return {s.tets.size(), 4, nodes, static_cast<std::int32_t>(4 * nodes / 5),
+            [&](std::size_t e, int i) { return s.tets[e][i]; }};
 }
 
 TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
@@ -244,7 +268,8 @@ TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
                 for (int j = 0; j < 4; ++j) {
                     const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
                     if (row < pattern.owned())
-                        Eigen::Map<Matrix3d>(&expected[pattern.part_of(column)][9 * static_cast<std::size_t>(pattern.place(row, column))]) +=
+                        Eigen::Map<Matrix3d>(&expected[pattern.part_of(
+                            column)][9 * static_cast<std::size_t>(pattern.place(row, column))]) +=
                             0.7 * stiffness_block(s.elements[e], h.col(i), h.col(j));
                 }
         }
@@ -256,13 +281,14 @@ TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
     }
 }
 
-/// Ordinary tets by lanes, those that are flat, inverted or (positive) pressed together one by one: all as StrainEnergy has
-/// them. Every block in one of two arrays, as on several ranks.
+/// Ordinary tets by lanes, those that are flat, inverted or (positive) pressed together one by one:
+/// all as StrainEnergy has them. Every block in one of two arrays, as on several ranks.
 TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
     using Energy = StrainEnergy<StrainModel::corotated>;
     for (const int count : counts) {
         Soup s;
-        for (int e = 0; e < count; ++e) s.add_stretched(Vector3d(0.9, 1, 1) + 0.2 * s.random_vector());
+        for (int e = 0; e < count; ++e)
+            s.add_stretched(Vector3d(0.9, 1, 1) + 0.2 * s.random_vector());
         if (count > 8) {
             s.add_stretched({1, 1, 0});
             s.add_stretched({1, 0.9, -0.8});
@@ -282,16 +308,20 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
                 const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
                 const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
                 const TetElement& t = s.elements[e];
-                visit_stiffness(Energy{}, tangent, 0.7 * t.volume, t.mu, t.lambda, t.lambda * Energy::volume_strain(H, R), H, R,
-                                t.gradients, [&](int i, int j, const Matrix3d& K) {
-                                    const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
-                                    if (row >= pattern.owned()) return;
-                                    auto& blocks = expected[pattern.part_of(column)];
-                                    Eigen::Map<Matrix3d>(&blocks[9 * static_cast<std::size_t>(pattern.place(row, column))]) += K;
-                                });
+                visit_stiffness(
+                    Energy{}, tangent, 0.7 * t.volume, t.mu, t.lambda,
+                    t.lambda * Energy::volume_strain(H, R), H, R, t.gradients,
+                    [&](int i, int j, const Matrix3d& K) {
+                        const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
+                        if (row >= pattern.owned()) return;
+                        auto& blocks = expected[pattern.part_of(column)];
+                        Eigen::Map<Matrix3d>(
+                            &blocks[9 * static_cast<std::size_t>(pattern.place(row, column))]) += K;
+                    });
             }
             for (int part = 0; part < 2; ++part) {
-                assemble_with_turns(batches, batches.all(), r, s.u, tangent, 0.7, pattern, values[part], part);
+                assemble_with_turns(batches, batches.all(), r, s.u, tangent, 0.7, pattern,
+                                    values[part], part);
                 const double tolerance = 1e-11 * BatchKernels<double>::largest(expected[part]);
                 for (std::size_t k = 0; k < values[part].size(); ++k)
                     ASSERT_NEAR(values[part][k], expected[part][k], tolerance) << count << ' ' << k;

@@ -13,8 +13,9 @@ namespace livetet {
 namespace {
 
 std::vector<std::int32_t> tets_in(const BatchParts& parts, BatchRange range, int width) {
-    std::vector<std::int32_t> tets(parts.tet_of_lane.begin() + static_cast<std::ptrdiff_t>(range.begin * width),
-                                   parts.tet_of_lane.begin() + static_cast<std::ptrdiff_t>(range.end * width));
+    std::vector<std::int32_t> tets(
+        parts.tet_of_lane.begin() + static_cast<std::ptrdiff_t>(range.begin * width),
+        parts.tet_of_lane.begin() + static_cast<std::ptrdiff_t>(range.end * width));
     std::erase(tets, -1);
     return tets;
 }
@@ -30,7 +31,8 @@ void expect_sound(const std::vector<Tet>& tets, int parts, int width, const Batc
         ASSERT_EQ(range.begin, end);
         end = range.end;
         ASSERT_LE(end * width, cut.tet_of_lane.size());
-        EXPECT_GT(tets_in(cut, range, width).size() + width, (range.end - range.begin) * width) << "an empty batch";
+        EXPECT_GT(tets_in(cut, range, width).size() + width, (range.end - range.begin) * width)
+            << "an empty batch";
     }
     ASSERT_EQ(end * width, cut.tet_of_lane.size());
 
@@ -42,7 +44,8 @@ void expect_sound(const std::vector<Tet>& tets, int parts, int width, const Batc
     std::map<std::int32_t, int> part_of_node;
     for (int p = 0; p < parts; ++p)
         for (const std::int32_t e : tets_in(cut, cut.parts[p], width))
-            for (const std::int32_t n : tets[e]) ASSERT_EQ(part_of_node.try_emplace(n, p).first->second, p) << n;
+            for (const std::int32_t n : tets[e])
+                ASSERT_EQ(part_of_node.try_emplace(n, p).first->second, p) << n;
 }
 
 TEST(PartBatches, PutEachTetInOneLaneAndNoNodeInTwoParts) {
@@ -52,14 +55,15 @@ TEST(PartBatches, PutEachTetInOneLaneAndNoNodeInTwoParts) {
         if (!ordered) std::shuffle(mesh.tets.begin(), mesh.tets.end(), generator);
         for (const int parts : {1, 2, 3, 5})
             for (const int width : {4, 8}) {
-                SCOPED_TRACE(testing::Message() << parts << " parts, width " << width << ", ordered " << ordered);
+                SCOPED_TRACE(testing::Message()
+                             << parts << " parts, width " << width << ", ordered " << ordered);
                 expect_sound(mesh.tets, parts, width, part_batches(mesh.tets, parts, width));
             }
     }
 }
 
-/// Cuts through a cube cost so much (a sixth of it for two parts, half for four) that the parts are even only where the
-/// cuts allow for it.
+/// Cuts through a cube cost so much (a sixth of it for two parts, half for four) that the parts are
+/// even only where the cuts allow for it.
 TEST(PartBatches, AreOfEvenSizeAndShareLittle) {
     const TetMesh mesh = test::block({10, 10, 12}, {1, 1, 1});
     const std::size_t slice = mesh.tets.size() / 12;
@@ -67,7 +71,8 @@ TEST(PartBatches, AreOfEvenSizeAndShareLittle) {
         for (const int width : {4, 8}) {
             const BatchParts cut = part_batches(mesh.tets, parts, width);
             std::vector<std::size_t> sizes;
-            for (const BatchRange part : cut.parts) sizes.push_back(tets_in(cut, part, width).size());
+            for (const BatchRange part : cut.parts)
+                sizes.push_back(tets_in(cut, part, width).size());
             const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
             EXPECT_LT(static_cast<double>(*most), 1.15 * static_cast<double>(*least)) << parts;
             // A cut inside of a slice touches the rest of it and the row after it.
@@ -101,7 +106,8 @@ TEST(PartBatches, MayBeMoreThanThereAreTets) {
     const std::vector<Tet> one{{5, 2, 3, 1}}, joined{{0, 1, 2, 3}, {1, 2, 3, 4}, {2, 3, 4, 5}},
         apart{{0, 1, 2, 3}, {4, 5, 6, 7}, {8, 9, 10, 11}};
     for (const auto& tets : {one, joined, apart})
-        for (const int parts : {4, 5, 8}) expect_sound(tets, parts, 4, part_batches(tets, parts, 4));
+        for (const int parts : {4, 5, 8})
+            expect_sound(tets, parts, 4, part_batches(tets, parts, 4));
     const BatchParts cut = part_batches(apart, 5, 4);
     EXPECT_EQ(cut.shared.begin, cut.shared.end) << "nothing is shared, so nothing need wait";
 }
@@ -111,8 +117,8 @@ TEST(PartBatches, TetsAreFoundInTheirLanes) {
     const BatchParts cut = part_batches(mesh.tets, 3, batch_width<float>);
     std::vector<TetElement> elements;
     for (const Tet& t : mesh.tets)
-        elements.push_back(
-            make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 2, 3));
+        elements.push_back(make_element(
+            {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 2, 3));
     const TetBatches<float> batches(elements, mesh.tets, cut);
     int empty = 0;
     for (std::size_t k = 0; k < cut.tet_of_lane.size(); ++k) {
@@ -127,7 +133,8 @@ TEST(PartBatches, TetsAreFoundInTheirLanes) {
     EXPECT_GT(empty, 0);
 }
 
-/// A bent block whose tets differ in material, so that sums in another order round to other numbers.
+/// A bent block whose tets differ in material, so that sums in another order round to other
+/// numbers.
 struct Block {
     TetMesh mesh = test::block({7, 7, 8}, {0.1, 0.1, 0.1});
     std::vector<TetElement> elements;
@@ -141,8 +148,9 @@ struct Block {
             for (const double a : {x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
                 u.push_back(a * about_one(generator));
         for (const Tet& t : mesh.tets)
-            elements.push_back(make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
-                                            9000 * about_one(generator), 1000 * about_one(generator)));
+            elements.push_back(make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
+                9000 * about_one(generator), 1000 * about_one(generator)));
     }
 };
 

@@ -37,7 +37,8 @@ TEST(BlockPattern, HasABlockForEveryTwoNodesOfATet) {
     expect_places(whole, mesh.tets);
     EXPECT_EQ(whole.size(1), 0u);
     const auto owned = static_cast<std::int32_t>(nodes / 3);
-    const BlockPattern third(mesh.tets.size(), 4, nodes, owned, [&](std::size_t e, int i) { return mesh.tets[e][i]; });
+    const BlockPattern third(mesh.tets.size(), 4, nodes, owned,
+                             [&](std::size_t e, int i) { return mesh.tets[e][i]; });
     expect_places(third, mesh.tets);
     EXPECT_GT(third.size(1), 0u);
     for (std::int32_t i = 0; i < owned; ++i)

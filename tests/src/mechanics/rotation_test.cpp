@@ -18,13 +18,15 @@ Matrix3d random_matrix(std::mt19937& generator) {
 }
 
 bool is_rotation(const Matrix3d& R) {
-    return (R * R.transpose() - Matrix3d::Identity()).norm() < 1e-12 && std::abs(R.determinant() - 1) < 1e-12;
+    return (R * R.transpose() - Matrix3d::Identity()).norm() < 1e-12 &&
+           std::abs(R.determinant() - 1) < 1e-12;
 }
 
 TEST(Rotation, IsTheFactorOfAStretchedRotation) {
     std::mt19937 generator(1);
     for (int i = 0; i < 200; ++i) {
-        const Matrix3d R = AngleAxisd(3.1 * i / 200, random_matrix(generator).col(0).normalized()).toRotationMatrix();
+        const Matrix3d R = AngleAxisd(3.1 * i / 200, random_matrix(generator).col(0).normalized())
+                               .toRotationMatrix();
         const Matrix3d A = random_matrix(generator);
         const Matrix3d stretch = Matrix3d::Identity() + 0.2 * A * A.transpose();
         EXPECT_LT((rotation_of(R * stretch) - R).norm(), 1e-10);
@@ -40,15 +42,17 @@ TEST(Rotation, IsNeverAReflectionAndNothingElseFitsBetter) {
         const double fit = (R.transpose() * F).trace();
         for (int k = 0; k < 20; ++k) {
             const Matrix3d other =
-                R * AngleAxisd(0.05, random_matrix(generator).col(0).normalized()).toRotationMatrix();
+                R *
+                AngleAxisd(0.05, random_matrix(generator).col(0).normalized()).toRotationMatrix();
             ASSERT_LE((other.transpose() * F).trace(), fit + 1e-12);
         }
     }
 }
 
 TEST(Rotation, OfFlatLineAndPointElementsIsARotation) {
-    for (const Vector3d& sigma : {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
-                                  Vector3d(1, 1e-14, 1e-14), Vector3d(1e-20, 1e-20, 1e-20), Vector3d(1e150, 1, 1)})
+    for (const Vector3d& sigma :
+         {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
+          Vector3d(1, 1e-14, 1e-14), Vector3d(1e-20, 1e-20, 1e-20), Vector3d(1e150, 1, 1)})
         EXPECT_TRUE(is_rotation(rotation_of(sigma.asDiagonal()))) << sigma.transpose();
 }
 

@@ -21,12 +21,14 @@ struct Setting {
     explicit Setting(int count) {
         for (const Tet& t : mesh.tets) {
             const double stiff = mesh.nodes[t[0]].z() > 0.09 ? 1e4 : 1;
-            elements.push_back(make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
-                                            9000 * stiff, 1000 * stiff));
+            elements.push_back(make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
+                9000 * stiff, 1000 * stiff));
         }
         parts = part_batches(mesh.tets, count, batch_width<float>);
         for (const Vector3& x : mesh.nodes)
-            for (const double c : {3 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()}) u.push_back(static_cast<float>(c));
+            for (const double c : {3 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
+                u.push_back(static_cast<float>(c));
         u.push_back(0);
     }
 };
@@ -56,8 +58,10 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
     std::vector<float> values(9 * pattern.size(0));
     assemble<float>(batches, batches.all(), rotations, 1, pattern, values);
     const auto expected = [&](std::size_t i, std::size_t j) -> Eigen::Matrix3f {
-        const auto place = static_cast<std::size_t>(pattern.place(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)));
-        return Eigen::Map<const Eigen::Matrix3f>(&values[9 * place]) / (Q.scale()[i] * Q.scale()[j]);
+        const auto place = static_cast<std::size_t>(
+            pattern.place(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)));
+        return Eigen::Map<const Eigen::Matrix3f>(&values[9 * place]) /
+               (Q.scale()[i] * Q.scale()[j]);
     };
 
     // Each number within half a step (and float's digits), the sum of a row's blocks zero
@@ -71,7 +75,8 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
         Eigen::Matrix3f sum = own * Q.scale()[i];
         float largest = 0;
         Q.visit_row(i, [&](std::int32_t j, const std::array<std::int16_t, 9>& numbers) {
-            const Eigen::Matrix3f block = Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(numbers.data()).cast<float>();
+            const Eigen::Matrix3f block =
+                Eigen::Map<const Eigen::Matrix<std::int16_t, 3, 3>>(numbers.data()).cast<float>();
             ASSERT_LE((block - expected(i, j)).cwiseAbs().maxCoeff(), 0.51F) << i << " " << j;
             sum += block * Q.scale()[j];
             product += block * Eigen::Map<const Eigen::Vector3f>(&x[3 * j]);
@@ -81,7 +86,8 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
         EXPECT_GE(blocks, 3U);
         EXPECT_LT(sum.cwiseAbs().maxCoeff(), 0.1F * largest);
         // A soft node beside stiff ones is off by half a step of theirs for each.
-        EXPECT_LT((own - expected(i, i)).norm(), (largest > 2 * Q.scale()[i] ? 2e-2F : 5e-4F) * expected(i, i).norm());
+        EXPECT_LT((own - expected(i, i)).norm(),
+                  (largest > 2 * Q.scale()[i] ? 2e-2F : 5e-4F) * expected(i, i).norm());
         for (int c = 0; c < 3; ++c) y[3 * i + c] = product[c];
     }
     Q.multiply(0, nodes, x.data(), [&](std::size_t i, const auto& Qx) {
@@ -94,7 +100,9 @@ std::vector<float> numbers_of(ScaledStiffness& Q) {
     std::vector<float> numbers;
     for (std::size_t i = 0; i < Q.nodes(); ++i) {
         for (const float d : Q.diagonal(i)) numbers.push_back(d);
-        Q.visit_row(i, [&](std::int32_t, const auto& block) { numbers.insert(numbers.end(), block.begin(), block.end()); });
+        Q.visit_row(i, [&](std::int32_t, const auto& block) {
+            numbers.insert(numbers.end(), block.begin(), block.end());
+        });
     }
     return numbers;
 }
@@ -106,7 +114,8 @@ TEST_P(ScaledStiffnessOf, PartsIsRenewedByHalves) {
     ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, s.mesh.nodes.size());
     const auto renew = [&](Renewal renewal) {
         Q.turn_shared(s.parts.shared, batches, rotations);
-        for (int part = 0; part < GetParam(); ++part) Q.write_part(part, renewal, batches, rotations);
+        for (int part = 0; part < GetParam(); ++part)
+            Q.write_part(part, renewal, batches, rotations);
         Q.write_rows(Q.rows_of(renewal));
         return numbers_of(Q);
     };

@@ -24,7 +24,8 @@ std::vector<Matrix3d> gradients() {
     std::mt19937 generator(4);
     std::vector<Matrix3d> all;
     for (const double size : {0.05, 0.3, 1.0})
-        for (int i = 0; i < 20; ++i) all.push_back(Matrix3d::Identity() + random_matrix(generator, size));
+        for (int i = 0; i < 20; ++i)
+            all.push_back(Matrix3d::Identity() + random_matrix(generator, size));
     return all;
 }
 
@@ -55,7 +56,8 @@ Matrix9 tangent(StrainModel model, const Matrix3d& F, Tangent kind) {
         const Matrix3d R = rotation_for(e, model, F), H = F - Matrix3d::Identity();
         const Matrix3d N = e.volume_strain_gradient(H, R);
         const Eigen::Map<const Eigen::Matrix<double, 9, 1>> n(N.data());
-        return Matrix9(e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, kind) + lambda * n * n.transpose());
+        return Matrix9(e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, kind) +
+                       lambda * n * n.transpose());
     });
 }
 
@@ -68,7 +70,8 @@ TEST(StrainEnergy, StressIsItsDerivative) {
                 Matrix3d forward = F, back = F;
                 forward.data()[k] += h;
                 back.data()[k] -= h;
-                EXPECT_NEAR(P.data()[k], (energy(model, forward) - energy(model, back)) / (2 * h), 2e-7 * (1 + P.norm()))
+                EXPECT_NEAR(P.data()[k], (energy(model, forward) - energy(model, back)) / (2 * h),
+                            2e-7 * (1 + P.norm()))
                     << static_cast<int>(model);
             }
         }
@@ -78,7 +81,8 @@ TEST(StrainEnergy, TangentIsTheDerivativeOfStress) {
     for (const StrainModel model : models)
         for (const Matrix3d& F : gradients()) {
             const Vector3d sigma = signed_svd(F).sigma;
-            if (model == StrainModel::corotated && sigma[1] + sigma[2] < 0.1) continue;  // cut there, as documented
+            if (model == StrainModel::corotated && sigma[1] + sigma[2] < 0.1)
+                continue;  // cut there, as documented
             const Matrix9 A = tangent(model, F, Tangent::exact);
             for (int k = 0; k < 9; ++k) {
                 const double h = 1e-6;
@@ -86,8 +90,9 @@ TEST(StrainEnergy, TangentIsTheDerivativeOfStress) {
                 forward.data()[k] += h;
                 back.data()[k] -= h;
                 const Matrix3d dP = (stress(model, forward) - stress(model, back)) / (2 * h);
-                EXPECT_LT((A.col(k) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dP.data())).norm(),
-                          1e-5 * (1 + A.norm()))
+                EXPECT_LT(
+                    (A.col(k) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dP.data())).norm(),
+                    1e-5 * (1 + A.norm()))
                     << static_cast<int>(model) << "\n"
                     << F;
             }
@@ -96,7 +101,8 @@ TEST(StrainEnergy, TangentIsTheDerivativeOfStress) {
 
 TEST(StrainEnergy, IncrementIsTheTangentWhereThereIsNoRotationToHold) {
     std::mt19937 generator(5);
-    for (const StrainModel model : {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
+    for (const StrainModel model :
+         {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
         for (const Matrix3d& F : gradients()) {
             const Matrix3d dF = random_matrix(generator, 1), H = F - Matrix3d::Identity();
             with_energy(model, [&](auto e) {
@@ -113,13 +119,15 @@ TEST(StrainEnergy, IncrementIsTheTangentWhereThereIsNoRotationToHold) {
 TEST(StrainEnergy, PositiveTangentHasNoNegativeEigenvalueAndIsTheExactOneWhereThatHasNone) {
     for (const StrainModel model : models)
         for (const Matrix3d& F : gradients()) {
-            const Matrix9 positive = tangent(model, F, Tangent::positive), exact = tangent(model, F, Tangent::exact);
+            const Matrix9 positive = tangent(model, F, Tangent::positive),
+                          exact = tangent(model, F, Tangent::exact);
             const double least = Eigen::SelfAdjointEigenSolver<Matrix9>(positive).eigenvalues()[0];
             EXPECT_GT(least, -1e-9 * positive.norm()) << static_cast<int>(model);
             EXPECT_LT((positive - positive.transpose()).norm(), 1e-12 * positive.norm());
             with_energy(model, [&](auto e) {
                 const Matrix3d R = rotation_for(e, model, F), H = F - Matrix3d::Identity();
-                const Matrix9 shear = e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, Tangent::exact);
+                const Matrix9 shear =
+                    e.shear_tangent(mu, lambda * e.volume_strain(H, R), H, Tangent::exact);
                 if (Eigen::SelfAdjointEigenSolver<Matrix9>(shear).eigenvalues()[0] > 0) {
                     EXPECT_LT((positive - exact).norm(), 1e-9 * exact.norm());
                 }
@@ -133,7 +141,8 @@ TEST(StrainEnergy, AgreesWithHookesLawAtRest) {
     const Matrix3d strain = 0.5 * (H + H.transpose());
     const Matrix3d expected = 2 * mu * strain + lambda * strain.trace() * Matrix3d::Identity();
     for (const StrainModel model : models)
-        EXPECT_LT((stress(model, Matrix3d::Identity() + H) - expected).norm(), 1e-5 * expected.norm());
+        EXPECT_LT((stress(model, Matrix3d::Identity() + H) - expected).norm(),
+                  1e-5 * expected.norm());
 }
 
 TEST(StrainEnergy, KeepsTheDigitsOfSmallStrains) {
@@ -141,19 +150,23 @@ TEST(StrainEnergy, KeepsTheDigitsOfSmallStrains) {
     const Matrix3d H = random_matrix(generator, 1e-12);
     const Matrix3d strain = 0.5 * (H + H.transpose());
     const Matrix3d expected = 2 * mu * strain + lambda * strain.trace() * Matrix3d::Identity();
-    for (const StrainModel model : {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
+    for (const StrainModel model :
+         {StrainModel::linear, StrainModel::green, StrainModel::neohookean})
         with_energy(model, [&](auto e) {
             const Matrix3d I = Matrix3d::Identity();
-            EXPECT_LT((e.stress(mu, lambda * e.volume_strain(H, I), H, I) - expected).norm(), 1e-10 * expected.norm());
+            EXPECT_LT((e.stress(mu, lambda * e.volume_strain(H, I), H, I) - expected).norm(),
+                      1e-10 * expected.norm());
         });
 }
 
 TEST(StrainEnergy, KnowsNoDifferenceBetweenABodyAndTheSameBodyTurned) {
     const Matrix3d R = Eigen::AngleAxisd(2.5, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
-    for (const StrainModel model : {StrainModel::corotated, StrainModel::green, StrainModel::neohookean})
+    for (const StrainModel model :
+         {StrainModel::corotated, StrainModel::green, StrainModel::neohookean})
         for (const Matrix3d& F : gradients()) {
             EXPECT_NEAR(energy(model, R * F), energy(model, F), 1e-10 * (1 + energy(model, F)));
-            EXPECT_LT((stress(model, R * F) - R * stress(model, F)).norm(), 1e-9 * (1 + stress(model, F).norm()));
+            EXPECT_LT((stress(model, R * F) - R * stress(model, F)).norm(),
+                      1e-9 * (1 + stress(model, F).norm()));
         }
 }
 

@@ -11,15 +11,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-const std::array<Vector3d, 4> corners{Vector3d(0.1, 0, 0), Vector3d(1.1, 0.2, 0), Vector3d(0, 0.9, 0.1),
-                                      Vector3d(0.2, 0.1, 1.2)};
+const std::array<Vector3d, 4> corners{Vector3d(0.1, 0, 0), Vector3d(1.1, 0.2, 0),
+                                      Vector3d(0, 0.9, 0.1), Vector3d(0.2, 0.1, 1.2)};
 const TetElement element = make_element(corners, 2.0, 1.5);
 
 template <int nodes>
 Eigen::Matrix<double, 3, nodes> positions() {
     Eigen::Matrix<double, 3, nodes> x;
     for (int i = 0; i < 4; ++i) x.col(i) = corners[i];
-    for (int k = 4; k < nodes; ++k) x.col(k) = (corners[tet_edges[k - 4][0]] + corners[tet_edges[k - 4][1]]) / 2;
+    for (int k = 4; k < nodes; ++k)
+        x.col(k) = (corners[tet_edges[k - 4][0]] + corners[tet_edges[k - 4][1]]) / 2;
     return x;
 }
 
@@ -46,7 +47,8 @@ TEST(TetShape, TenNodesReproduceAQuadraticField) {
         Vector3d at = Vector3d::Zero(), gradient = Vector3d::Zero();
         for (int i = 0; i < 4; ++i) at += L[i] * corners[i];
         for (int k = 0; k < 10; ++k)
-            gradient += (x(0, k) * x(0, k) + 2 * x(1, k) * x(2, k)) * TetShape<10>::gradients(element, q).col(k);
+            gradient += (x(0, k) * x(0, k) + 2 * x(1, k) * x(2, k)) *
+                        TetShape<10>::gradients(element, q).col(k);
         EXPECT_LT((gradient - Vector3d(2 * at.x(), 2 * at.z(), 2 * at.y())).norm(), 1e-12);
     }
 }
@@ -65,15 +67,17 @@ TEST(VisitStiffness, HeldRotationBlocksAreTheDerivativeOfTheStressWithTheRotatio
     using Energy = StrainEnergy<StrainModel::corotated>;
     std::mt19937 generator(3);
     std::normal_distribution<double> normal;
-    const Matrix3d F = Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
+    const Matrix3d F =
+        Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
     const Matrix3d R = rotation_of(F), H = F - Matrix3d::Identity();
     const auto g = element.gradients;
-    visit_stiffness(Energy{}, Tangent::held_rotation, element.volume, element.mu, element.lambda, 0, H, R, g,
-                    [&](int i, int j, const Matrix3d& K) {
+    visit_stiffness(Energy{}, Tangent::held_rotation, element.volume, element.mu, element.lambda, 0,
+                    H, R, g, [&](int i, int j, const Matrix3d& K) {
                         for (int c = 0; c < 3; ++c) {
                             const Matrix3d dF = Vector3d::Unit(c) * g.col(j).transpose();
-                            const Matrix3d dP = Energy::shear_stress_increment(element.mu, 0, H, R, dF) +
-                                                element.lambda * R.cwiseProduct(dF).sum() * R;
+                            const Matrix3d dP =
+                                Energy::shear_stress_increment(element.mu, 0, H, R, dF) +
+                                element.lambda * R.cwiseProduct(dF).sum() * R;
                             EXPECT_LT((element.volume * dP * g.col(i) - K.col(c)).norm(), 1e-12);
                         }
                     });

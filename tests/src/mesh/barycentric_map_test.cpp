@@ -17,7 +17,8 @@ std::vector<Vector3> random_points(std::size_t count, const Vector3& low, const 
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(0, 1);
     std::vector<Vector3> points(count);
-    for (Vector3& x : points) x = low + (high - low).cwiseProduct(Vector3(unit(random), unit(random), unit(random)));
+    for (Vector3& x : points)
+        x = low + (high - low).cwiseProduct(Vector3(unit(random), unit(random), unit(random)));
     return points;
 }
 
@@ -93,7 +94,8 @@ TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_r
     const std::vector<Vector3> near = random_points(2000, -0.2 * cell, box_size + 0.2 * cell);
     const BarycentricMap map = map_into(mesh, near, Outside::extrapolated);
     for (std::size_t i = 0; i < near.size(); ++i)
-        EXPECT_LT((interpolate(map, i, values) - gradient * near[i]).norm(), 1e-12) << "point " << i;
+        EXPECT_LT((interpolate(map, i, values) - gradient * near[i]).norm(), 1e-12)
+            << "point " << i;
     const std::vector<Vector3> far = random_points(2000, -3 * box_size, 4 * box_size);
     const BarycentricMap away = map_into(mesh, far, Outside::extrapolated);
     for (std::size_t i = 0; i < far.size(); ++i) {
@@ -107,7 +109,8 @@ TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_r
 }
 
 TEST(BarycentricMap, stays_on_the_boundary_for_points_absurdly_far_away) {
-    // A thousand km off, squared distances no longer tell neighbouring triangles apart; the distance is still right.
+    // A thousand km off, squared distances no longer tell neighbouring triangles apart; the
+    // distance is still right.
     const TetMesh mesh = shapes::box(box_size, {5, 4, 3});
     const std::vector<Vector3> points{{1e6, 0.05, 0.04}};
     const BarycentricMap map = map_into(mesh, points);
@@ -117,12 +120,14 @@ TEST(BarycentricMap, stays_on_the_boundary_for_points_absurdly_far_away) {
 }
 
 TEST(BarycentricMap, finds_the_inside_of_a_body_with_a_gap) {
-    // Two boxes with 2 cm of nothing between them: the grid's cells there are empty, and the nearer box counts.
+    // Two boxes with 2 cm of nothing between them: the grid's cells there are empty, and the nearer
+    // box counts.
     TetMesh mesh = shapes::box({0.05, 0.05, 0.05}, {3, 3, 3});
     const TetMesh single = mesh;
     for (const Vector3& x : single.nodes) mesh.nodes.push_back(x + Vector3(0.07, 0, 0));
     const auto shift = static_cast<std::int32_t>(single.nodes.size());
-    for (const Tet& t : single.tets) mesh.tets.push_back({t[0] + shift, t[1] + shift, t[2] + shift, t[3] + shift});
+    for (const Tet& t : single.tets)
+        mesh.tets.push_back({t[0] + shift, t[1] + shift, t[2] + shift, t[3] + shift});
     const std::vector<Vector3> points{{0.055, 0.02, 0.03}, {0.066, 0.02, 0.03}, {0.08, 0.02, 0.03}};
     const BarycentricMap map = map_into(mesh, points);
     EXPECT_LT((interpolate(map, 0, mesh.nodes) - Vector3(0.05, 0.02, 0.03)).norm(), 1e-12);
@@ -138,7 +143,8 @@ TEST(BarycentricMap, gives_the_same_places_for_every_order_of_the_tets) {
     std::shuffle(mesh.tets.begin(), mesh.tets.end(), std::mt19937(3));
     const BarycentricMap after = map_into(mesh, points);
     for (std::size_t i = 0; i < points.size(); ++i)
-        EXPECT_LT((interpolate(before, i, mesh.nodes) - interpolate(after, i, mesh.nodes)).norm(), 1e-9);
+        EXPECT_LT((interpolate(before, i, mesh.nodes) - interpolate(after, i, mesh.nodes)).norm(),
+                  1e-9);
 }
 
 TEST(BarycentricMap, refuses_an_empty_mesh_and_points_that_are_not_finite) {

@@ -22,7 +22,8 @@ TEST(NodeSelection, takes_a_node_by_its_nearest_voxel) {
     mask.at(0, 0, 5) = -1;
     std::vector<std::int32_t> expected{4 + 6 * (2 + 6 * 3), 5 + 6 * (0 + 6 * 5)};
     EXPECT_EQ(nodes_in_mask(box, mask), expected);
-    EXPECT_EQ(nodes_in_mask(box, mask, NodeScope::surface_only), std::vector<std::int32_t>{expected[1]});
+    EXPECT_EQ(nodes_in_mask(box, mask, NodeScope::surface_only),
+              std::vector<std::int32_t>{expected[1]});
     mask.ras_from_voxel(0, 3) += 0.009;  // less than half a voxel: the same nodes
     EXPECT_EQ(nodes_in_mask(box, mask), expected);
     mask.ras_from_voxel(0, 3) += 0.002;  // more than half: the next ones
@@ -39,7 +40,8 @@ TEST(NodeSelection, leaves_out_nodes_beyond_the_image) {
 }
 
 TEST(NodeSelection, box_sphere_and_half_space_take_their_borders) {
-    const Vector3 corner(0.1, 0.1, box.nodes[36].z());  // to the last bit that of the second layer of nodes
+    const Vector3 corner(0.1, 0.1,
+                         box.nodes[36].z());  // to the last bit that of the second layer of nodes
     EXPECT_EQ(nodes_in_box(box, {0, 0, 0}, corner).size(), 72u);
     EXPECT_EQ(nodes_in_box(box, {0, 0, 0}, corner, NodeScope::surface_only).size(), 72u - 16u);
     EXPECT_EQ(nodes_in_sphere(box, box.nodes[0], 0.0200001).size(), 4u);

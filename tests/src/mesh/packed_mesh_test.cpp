@@ -39,7 +39,8 @@ TEST(PackedMesh, too_few_or_too_many_bytes_are_an_error) {
 
 TEST(PackedMesh, counts_are_believed_only_as_far_as_there_are_bytes) {
     std::vector<char> bytes = packed(tet_with_sets());
-    for (const std::uint64_t count : {std::uint64_t(5), std::uint64_t(1) << 60, ~std::uint64_t(0)}) {
+    for (const std::uint64_t count :
+         {std::uint64_t(5), std::uint64_t(1) << 60, ~std::uint64_t(0)}) {
         std::memcpy(bytes.data(), &count, sizeof count);
         EXPECT_THROW(unpacked_mesh(bytes, "it"), Error) << count;
     }

@@ -14,7 +14,8 @@ constexpr double side = 0.096, thickness = 0.001, edge = 0.008;
 /// A plate whose upper nodes lie above the middles between the lower ones.
 TetMesh plate() {
     TetMesh mesh = shapes::box({side, side, thickness}, {12, 12, 1});
-    for (Vector3& x : mesh.nodes) x.head<2>() += Vector3(edge, edge, 0).head<2>() / 2 * (x.z() / thickness);
+    for (Vector3& x : mesh.nodes)
+        x.head<2>() += Vector3(edge, edge, 0).head<2>() / 2 * (x.z() / thickness);
     return mesh;
 }
 
@@ -55,7 +56,8 @@ TEST(SurfacePatch, measures_along_the_surface) {
 TEST(SurfacePatch, goes_round_a_rim_as_far_as_the_radius_goes) {
     const TetMesh mesh = plate();
     const SurfacePatch patch = surface_patch(mesh, {side + 0.004, 0.05, thickness + 0.001}, 0.02);
-    const auto lower = std::count_if(patch.nodes.begin(), patch.nodes.end(), [&](std::int32_t n) { return mesh.nodes[n].z() == 0; });
+    const auto lower = std::count_if(patch.nodes.begin(), patch.nodes.end(),
+                                     [&](std::int32_t n) { return mesh.nodes[n].z() == 0; });
     EXPECT_GT(lower, 0);
     EXPECT_LT(lower, std::ssize(patch.nodes) - lower);
 }

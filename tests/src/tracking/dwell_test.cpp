@@ -12,7 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-const std::vector<Vector3d> points{{0, 0, 0}, {0.1, 0, 0.02}, {0, 0.1, 0}, {0.08, 0.07, 0.05}, {0.02, -0.06, 0.03}};
+const std::vector<Vector3d> points{
+    {0, 0, 0}, {0.1, 0, 0.02}, {0, 0.1, 0}, {0.08, 0.07, 0.05}, {0.02, -0.06, 0.03}};
 
 TEST(Dwell, FindsEachPointTouchedInNoise) {
     for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8})
@@ -20,12 +21,15 @@ TEST(Dwell, FindsEachPointTouchedInNoise) {
             SimulatedTrackerOptions options;
             options.seed = seed;
             options.rate_Hz = rate_Hz;
-            const auto dwells = find_dwells(simulate_touching(options, points), options.tool_from_tip);
+            const auto dwells =
+                find_dwells(simulate_touching(options, points), options.tool_from_tip);
             ASSERT_EQ(dwells.size(), points.size()) << "seed " << seed << ", " << rate_Hz << " Hz";
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const Vector3d truth = options.tracker_from_image_at_start * points[i];
-                EXPECT_LT((dwells[i].tip_in_tracker - truth).norm(), 0.0015) << i << ' ' << seed << ' ' << rate_Hz;
-                const double begin = touch_begins_s(options, i), middle = rate_Hz * (begin + options.dwell_s / 2);
+                EXPECT_LT((dwells[i].tip_in_tracker - truth).norm(), 0.0015)
+                    << i << ' ' << seed << ' ' << rate_Hz;
+                const double begin = touch_begins_s(options, i),
+                             middle = rate_Hz * (begin + options.dwell_s / 2);
                 EXPECT_LT(dwells[i].first, middle);
                 EXPECT_GT(dwells[i].last, middle);
                 EXPECT_NEAR(dwells[i].scatter, 0.0018, 0.0006);
@@ -41,7 +45,8 @@ TEST(Dwell, AToolThatLiesStillOrKeepsMovingIsNoLandmark) {
         TrackedPose pose{Eigen::Matrix3d::Identity(), {0.1, 0.2, 0.3}, PoseStatus::ok};
         lying.samples.push_back({i / 20.0, {noise(pose)}});
         pose.rotation = Eigen::AngleAxisd(0.3 * std::sin(i / 8.0), Vector3d::UnitX());
-        pose.translation = Vector3d(0.01 * i / 20.0, 0, 0) - pose.rotation * options.tool_from_tip.translation;
+        pose.translation =
+            Vector3d(0.01 * i / 20.0, 0, 0) - pose.rotation * options.tool_from_tip.translation;
         moving.samples.push_back({i / 20.0, {noise(pose)}});
     }
     EXPECT_TRUE(find_dwells(lying, options.tool_from_tip).empty());
@@ -106,7 +111,8 @@ TEST(Dwell, WindowsGiveTheMeanAndRefuseWhatIsNoWindow) {
         return dwells_in_windows(recording, options.tool_from_tip, std::vector{window});
     };
     const auto dwells = call({100, 160});
-    EXPECT_LT((dwells[0].tip_in_tracker - options.tracker_from_image_at_start * points[1]).norm(), 0.001);
+    EXPECT_LT((dwells[0].tip_in_tracker - options.tracker_from_image_at_start * points[1]).norm(),
+              0.001);
     EXPECT_EQ(dwells[0].used, 60u);
     EXPECT_FALSE(dwells[0].tip_in_reference);
     EXPECT_THROW(call({160, 160}), Error);

@@ -16,13 +16,15 @@ using Eigen::Vector3d;
 // Fiducials with 1 mm of error, as touched while the organ was where it starts.
 struct Scene {
     SimulatedTrackerOptions options;
-    std::vector<Vector3d> in_image{{0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}};
+    std::vector<Vector3d> in_image{
+        {0.05, 0, 0}, {-0.05, 0.02, 0}, {0, 0.06, 0.01}, {0.01, -0.05, 0.04}};
     std::vector<Vector3d> in_tracker;
     Scene() {
         options.image_from_reference.translation = Vector3d(0.05, 0.02, 0.03);
         int i = 0;
         for (const Vector3d& x : in_image)
-            in_tracker.push_back(options.tracker_from_image_at_start * x + 0.001 * Vector3d::Unit(i++ % 3));
+            in_tracker.push_back(options.tracker_from_image_at_start * x +
+                                 0.001 * Vector3d::Unit(i++ % 3));
     }
     RigidTransform<Tracker, Reference> reference_at(double t) const {
         return true_tracker_from_image(options, t) * options.image_from_reference;

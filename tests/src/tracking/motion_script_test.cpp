@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "geometry/pivot.hpp"
@@ -15,8 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-
-DelayedRecording simulated(const std::string& text) { return simulate(parse_motion_script(text, "script.yaml")); }
+DelayedRecording simulated(const std::string& text) {
+    return simulate(parse_motion_script(text, "script.yaml"));
+}
 
 const TrackedPose& pose_at(const DelayedRecording& r, double time_s, std::size_t tool = 0) {
     for (const TrackerSample& sample : r.recording.samples)
@@ -29,13 +29,16 @@ TEST(MotionScript, AToolOnTheOrganGoesWhereTheOrganGoes) {
         "rate_Hz: 10\nduration_s: 4\n"
         "organ: {at_mm: [100, 0, 0], turn_deg: [0, 0, 90], moves: [{at_s: 1, by_mm: [0, 0, 50]}, "
         "{at_s: 3, turn_deg: [0, 0, 90]}]}\n"
-        "tools: [{tool: Reference, at_mm: [20, 0, 0]}, {tool: Probe, on: tracker, at_mm: [1, 2, 3]}]\n");
+        "tools: [{tool: Reference, at_mm: [20, 0, 0]}, {tool: Probe, on: tracker, at_mm: [1, 2, "
+        "3]}]\n");
     ASSERT_EQ(r.recording.tools, (std::vector<std::string>{"Reference", "Probe"}));
     ASSERT_EQ(r.recording.samples.size(), 41u);
     EXPECT_LT((pose_at(r, 0).translation - Vector3d(0.1, 0.02, 0)).norm(), 1e-12);
-    EXPECT_LT((pose_at(r, 0.5).translation - Vector3d(0.1, 0.02, 0.025)).norm(), 1e-12) << "half the way";
+    EXPECT_LT((pose_at(r, 0.5).translation - Vector3d(0.1, 0.02, 0.025)).norm(), 1e-12)
+        << "half the way";
     EXPECT_LT((pose_at(r, 1).translation - Vector3d(0.1, 0.02, 0.05)).norm(), 1e-12);
-    EXPECT_LT((pose_at(r, 3).translation - Vector3d(0.08, 0, 0)).norm(), 1e-12) << "turned by 90 degrees more";
+    EXPECT_LT((pose_at(r, 3).translation - Vector3d(0.08, 0, 0)).norm(), 1e-12)
+        << "turned by 90 degrees more";
     EXPECT_EQ(pose_at(r, 3).translation, pose_at(r, 4).translation) << "it stays";
     const Eigen::Matrix3d turned = rotation_of_vector(Vector3d(0, 0, 180 * test::degree));
     EXPECT_LT((pose_at(r, 4).rotation - turned).norm(), 1e-12);
@@ -45,7 +48,8 @@ TEST(MotionScript, AToolOnTheOrganGoesWhereTheOrganGoes) {
 
 TEST(MotionScript, MovesBeginAndEndAtRest) {
     const auto r = simulated(
-        "rate_Hz: 1000\nduration_s: 2\ntools: [{tool: A, moves: [{at_s: 1, by_mm: [1000, 0, 0]}, {at_s: 2, by_mm: "
+        "rate_Hz: 1000\nduration_s: 2\ntools: [{tool: A, moves: [{at_s: 1, by_mm: [1000, 0, 0]}, "
+        "{at_s: 2, by_mm: "
         "[0, 0, 0]}]}]");
     const auto speed = [&](double t) {
         return (pose_at(r, t + 0.001).translation - pose_at(r, t).translation).norm() / 0.001;
@@ -59,8 +63,10 @@ TEST(MotionScript, MovesBeginAndEndAtRest) {
 
 TEST(MotionScript, ATipThatRestsIsFoundByPivotCalibration) {
     const auto r = simulated(
-        "rate_Hz: 50\nduration_s: 8\ntools: [{tool: Stylus, on: tracker, at_mm: [10, 20, 30], tip_mm: [4, -2, 150], "
-        "moves: [{at_s: 2, turn_deg: [30, 0, 0]}, {at_s: 4, turn_deg: [0, 30, 0]}, {at_s: 6, turn_deg: [-30, 0, 0]}, "
+        "rate_Hz: 50\nduration_s: 8\ntools: [{tool: Stylus, on: tracker, at_mm: [10, 20, 30], "
+        "tip_mm: [4, -2, 150], "
+        "moves: [{at_s: 2, turn_deg: [30, 0, 0]}, {at_s: 4, turn_deg: [0, 30, 0]}, {at_s: 6, "
+        "turn_deg: [-30, 0, 0]}, "
         "{at_s: 8, turn_deg: [0, -30, 60]}]}]");
     const auto c = calibrate_pivot(usable_poses(r.recording, "Stylus"));
     EXPECT_LT((c.tool_from_tip.translation - Vector3d(0.004, -0.002, 0.15)).norm(), 1e-9);
@@ -69,9 +75,11 @@ TEST(MotionScript, ATipThatRestsIsFoundByPivotCalibration) {
 
 TEST(MotionScript, NoiseDropoutsAndLatencyAreAsLargeAsStatedAndTheSeedsOwn) {
     const std::string text =
-        "rate_Hz: 100\nduration_s: 100\nposition_noise_mm: 2\nrotation_noise_deg: 1\ndropout_rate: 0.2\n"
+        "rate_Hz: 100\nduration_s: 100\nposition_noise_mm: 2\nrotation_noise_deg: 1\ndropout_rate: "
+        "0.2\n"
         "latency_ms: 40\nlatency_jitter_ms: 5\ntools: [{tool: A}]\nseed: ";
-    const auto r = simulated(text + "3"), again = simulated(text + "3"), other = simulated(text + "4");
+    const auto r = simulated(text + "3"), again = simulated(text + "3"),
+               other = simulated(text + "4");
     double missing = 0, position = 0, angle = 0, mean = 0, deviation = 0;
     const auto n = static_cast<double>(r.recording.samples.size());
     ASSERT_EQ(r.delays_s.size(), r.recording.samples.size());
@@ -96,7 +104,8 @@ TEST(MotionScript, NoiseDropoutsAndLatencyAreAsLargeAsStatedAndTheSeedsOwn) {
 
 TEST(MotionScript, ALostToolIsMissingAndAJumpIsOneSample) {
     const auto r = simulated(
-        "rate_Hz: 10\nduration_s: 3\ntools: [{tool: A, lost_s: [0.5, 1, 2, 2.1], jump_s: [1.45], jump_mm: [0, 300, "
+        "rate_Hz: 10\nduration_s: 3\ntools: [{tool: A, lost_s: [0.5, 1, 2, 2.1], jump_s: [1.45], "
+        "jump_mm: [0, 300, "
         "0]}, {tool: B}]");
     for (std::size_t i = 0; i <= 30; ++i) {
         const auto& poses = r.recording.samples[i].poses;
@@ -109,8 +118,10 @@ TEST(MotionScript, ALostToolIsMissingAndAJumpIsOneSample) {
 
 TEST(MotionScript, WhatIsWrongIsNamedByFileAndKey) {
     const auto refused = [](const std::string& text, std::initializer_list<const char*> parts) {
-        const std::string message = test::message_of([&] { parse_motion_script(text, "script.yaml"); });
-        for (const char* part : parts) EXPECT_NE(message.find(part), std::string::npos) << part << " in: " << message;
+        const std::string message =
+            test::message_of([&] { parse_motion_script(text, "script.yaml"); });
+        for (const char* part : parts)
+            EXPECT_NE(message.find(part), std::string::npos) << part << " in: " << message;
     };
     refused("", {"tools", "script.yaml"});
     refused("[1, 2]", {"table of keys", "script.yaml:1"});
@@ -123,19 +134,24 @@ TEST(MotionScript, WhatIsWrongIsNamedByFileAndKey) {
     refused("tools: [{tool: A}, {tool: A}]", {"tools[1].tool = A", "twice", "script.yaml"});
     refused("tools: [{tool: A, moves: [{at_s: 2}, {at_s: 1}]}]",
             {"tools[0].moves[1].at_s = 1 s", "2 s", "script.yaml"});
-    refused("tools: [{tool: A}]\norgan: {moves: [{by_mm: [1, 2, 3]}]}", {"organ.moves[0].at_s", "script.yaml"});
-    refused("tools: [{tool: A}]\nrate_Hz: 1000\nduration_s: 1e6\n", {"rate_Hz = 1000", "duration_s", "script.yaml"});
+    refused("tools: [{tool: A}]\norgan: {moves: [{by_mm: [1, 2, 3]}]}",
+            {"organ.moves[0].at_s", "script.yaml"});
+    refused("tools: [{tool: A}]\nrate_Hz: 1000\nduration_s: 1e6\n",
+            {"rate_Hz = 1000", "duration_s", "script.yaml"});
     refused("tools: [{tool: A, at_mm: [1, 2]}]", {"tools[0].at_mm", "three numbers"});
     refused("tools: [", {"script.yaml:1", "not YAML"});
 }
 
 TEST(MotionScript, WrittenOutItReadsBackTheSame) {
     const auto script = parse_motion_script(
-        "tools: [{tool: A, tip_mm: [0, 0, 100], moves: [{at_s: 1, turn_deg: [10, 0, 0]}], lost_s: [1, 2]}]", "a.yaml");
+        "tools: [{tool: A, tip_mm: [0, 0, 100], moves: [{at_s: 1, turn_deg: [10, 0, 0]}], lost_s: "
+        "[1, 2]}]",
+        "a.yaml");
     const auto again = parse_motion_script(to_yaml(script), "b.yaml");
     const auto r = simulate(script), s = simulate(again);
     for (std::size_t i = 0; i < r.recording.samples.size(); ++i)
-        EXPECT_EQ(r.recording.samples[i].poses[0].translation, s.recording.samples[i].poses[0].translation);
+        EXPECT_EQ(r.recording.samples[i].poses[0].translation,
+                  s.recording.samples[i].poses[0].translation);
 }
 
 }  // namespace

@@ -37,7 +37,8 @@ TEST(PoseFilter, CalmsTheNoiseOfASensorAtRest) {
         turn_before += std::pow(turn_between(raw, at({0, 0, 0})), 2);
         turn_after += std::pow(turn_between(smooth, at({0, 0, 0})), 2);
     }
-    // An exponential average leaves alpha / (2 - alpha) of the variance; alpha = 1 / (1 + 40 / (2 pi)).
+    // An exponential average leaves alpha / (2 - alpha) of the variance; alpha = 1 / (1 + 40 / (2
+    // pi)).
     const double alpha = 1 / (1 + 40 / (2 * M_PI)), left = alpha / (2 - alpha);
     EXPECT_NEAR(after / before, left, 0.15 * left);
     EXPECT_NEAR(turn_after / turn_before, left, 0.15 * left);
@@ -51,7 +52,8 @@ TEST(PoseFilter, LagsLessWithBetaWhenTheSensorMoves) {
         options.beta_per_rad = with_beta * 2;
         PoseFilter filter(options);
         TrackedPose smooth;
-        for (int i = 0; i <= 200; ++i) smooth = filter.update(i / 40.0, at({0.1 * i / 40.0, 0, 0}, 0.5 * i / 40.0));
+        for (int i = 0; i <= 200; ++i)
+            smooth = filter.update(i / 40.0, at({0.1 * i / 40.0, 0, 0}, 0.5 * i / 40.0));
         lag[with_beta] = 0.5 - smooth.translation.x();
         EXPECT_GT(turn_between(smooth, at({0, 0, 0}, 2.5)), 0);
     }
@@ -65,7 +67,8 @@ TEST(PoseFilter, DoesNotDependOnTheAxes) {
     for (int i = 0; i < 100; ++i) {
         const TrackedPose raw = at({std::sin(i / 5.0), std::cos(i / 7.0), 0.01 * i}, 0.02 * i);
         const TrackedPose a = filter.update(i / 30.0, raw);
-        const TrackedPose b = turned.update(i / 30.0, {turn * raw.rotation, turn * raw.translation, PoseStatus::ok});
+        const TrackedPose b =
+            turned.update(i / 30.0, {turn * raw.rotation, turn * raw.translation, PoseStatus::ok});
         EXPECT_LT((turn * a.translation - b.translation).norm(), 1e-12);
         EXPECT_LT((turn * a.rotation - b.rotation).norm(), 1e-12);
     }
@@ -75,12 +78,14 @@ TEST(PoseFilter, SurvivesAnyTimesAndPoses) {
     PoseFilter filter;
     const double nan = std::numeric_limits<double>::quiet_NaN();
     int i = 0;  // counts the poses
-    for (const double t : {0.0, 0.0, 0.1, 0.1, 0.05, 0.1000001, 0.3, nan, 0.31, 100.0, 1.0, 1.02, 1.02}) {
+    for (const double t :
+         {0.0, 0.0, 0.1, 0.1, 0.05, 0.1000001, 0.3, nan, 0.31, 100.0, 1.0, 1.02, 1.02}) {
         const TrackedPose pose = filter.update(t, at({0.01 * i, 0, 0}, 0.1 * i));
         EXPECT_TRUE(pose.translation.allFinite() && pose.rotation.allFinite()) << t;
         ++i;
         EXPECT_LE(pose.translation.x(), 0.01 * i + 1e-12);
-        EXPECT_LT((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+        EXPECT_LT((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(),
+                  1e-12);
     }
     const TrackedPose kept = filter.update(1.03, at({0.1, 0, 0}));
     EXPECT_EQ(filter.update(1.04, TrackedPose{}).status, PoseStatus::missing);
@@ -107,14 +112,17 @@ TEST(PoseFilter, CarriesAPoseOnByItsSpeedsToMakeUpForLatency) {
     options.ahead_s = 0.05;
     PoseFilter filter(options), plain;
     TrackedPose ahead, now;
-    for (int i = 0; i <= 200; ++i) {  // steadily 0.1 m/s and 0.5 rad/s: four seconds, the speeds are known
+    for (int i = 0; i <= 200;
+         ++i) {  // steadily 0.1 m/s and 0.5 rad/s: four seconds, the speeds are known
         const double t = 0.02 * i;
         ahead = filter.update(t, at({0.1 * t, 0, 0}, 0.5 * t));
         now = plain.update(t, at({0.1 * t, 0, 0}, 0.5 * t));
     }
     EXPECT_NEAR(ahead.translation.x() - now.translation.x(), 0.1 * 0.05, 1e-6);
-    EXPECT_NEAR(Eigen::AngleAxisd(ahead.rotation * now.rotation.transpose()).angle(), 0.5 * 0.05, 1e-6);
-    EXPECT_EQ(filter.update(4, at({0.4, 0, 0}, 2)).translation, ahead.translation) << "a time that stands still";
+    EXPECT_NEAR(Eigen::AngleAxisd(ahead.rotation * now.rotation.transpose()).angle(), 0.5 * 0.05,
+                1e-6);
+    EXPECT_EQ(filter.update(4, at({0.4, 0, 0}, 2)).translation, ahead.translation)
+        << "a time that stands still";
     options.ahead_s = -1;
     EXPECT_THROW(PoseFilter{options}, Error);
 }

@@ -32,7 +32,8 @@ TEST(SensorDrive, BaseIsTheMeanOverItsWindow) {
     SensorDrive drive;
     EXPECT_EQ(drive.update(0, std::nullopt), DriveStatus::placing);
     for (int i = 0; i <= 9; ++i)
-        EXPECT_EQ(drive.update(1 + 0.05 * i, moved_by(Vector3d(i % 2 ? 0.001 : -0.001, 0, 0), i % 2 ? 0.01 : -0.01)),
+        EXPECT_EQ(drive.update(1 + 0.05 * i, moved_by(Vector3d(i % 2 ? 0.001 : -0.001, 0, 0),
+                                                      i % 2 ? 0.01 : -0.01)),
                   DriveStatus::placing);
     EXPECT_EQ(drive.displacement(node), Vector3d::Zero());
     EXPECT_FALSE(drive.base());
@@ -51,7 +52,8 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
     const auto rest = [&](double from_s, const Vector3d& place) {
         for (int i = 0; i <= 21; ++i) drive.update(from_s + 0.05 * i, moved_by(place));
     };
-    EXPECT_EQ(drive.update(10, moved_by({0.004, 0, 0})), DriveStatus::placing) << "one pose of the new place is no mean";
+    EXPECT_EQ(drive.update(10, moved_by({0.004, 0, 0})), DriveStatus::placing)
+        << "one pose of the new place is no mean";
     rest(10, {0.004, 0, 0});
     ASSERT_TRUE(drive.base());
     EXPECT_LT((drive.base()->translation - placed - Vector3d(0.004, 0, 0)).norm(), 1e-12);
@@ -148,7 +150,8 @@ TEST(SensorDrive, ReturningSensorIsCaughtUpWithAtALimitedSpeed) {
             }
         }
         EXPECT_LT((last - Vector3d(0, 0, -0.02)).norm(), 1e-15);
-        EXPECT_EQ(status, away < 2 ? DriveStatus::following : DriveStatus::returning) << "not yet a second held again";
+        EXPECT_EQ(status, away < 2 ? DriveStatus::following : DriveStatus::returning)
+            << "not yet a second held again";
     }
 }
 

@@ -18,9 +18,11 @@ TrackedPose seen_at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
 
 /// A sensor whose image is the tracker's frame, followed every 20 ms.
 struct Followed {
-    SensorPatch patch{{.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
+    SensorPatch patch{
+        {.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
     double time_s = 0;
-    SensorTrouble follow(const TrackedPose& sensor, const OutlierGate::Result& reference = {seen_at({0, 0, 0})}) {
+    SensorTrouble follow(const TrackedPose& sensor,
+                         const OutlierGate::Result& reference = {seen_at({0, 0, 0})}) {
         patch.follow(time_s += 0.02, sensor, reference, {});
         return patch.trouble();
     }
@@ -32,7 +34,8 @@ struct Followed {
 TEST(SensorPatch, SaysWhyItDoesNotFollow) {
     Followed f;
     EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
-    for (const auto& [status, trouble] : std::initializer_list<std::pair<PoseStatus, SensorTrouble>>{
+    for (const auto& [status, trouble] :
+         std::initializer_list<std::pair<PoseStatus, SensorTrouble>>{
              {PoseStatus::missing, SensorTrouble::lost},
              {PoseStatus::invalid, SensorTrouble::invalid},
              {PoseStatus::out_of_volume, SensorTrouble::out_of_volume},
@@ -40,12 +43,14 @@ TEST(SensorPatch, SaysWhyItDoesNotFollow) {
              {PoseStatus::broken, SensorTrouble::broken}})
         EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}, status)), trouble);
     EXPECT_EQ(f.follow(seen_at({std::nan(""), 0, 0})), SensorTrouble::broken);
-    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}), {seen_at({0, 0, 0}), GateVerdict::held}), SensorTrouble::no_reference);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}), {seen_at({0, 0, 0}), GateVerdict::held}),
+              SensorTrouble::no_reference);
     EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
     EXPECT_EQ(f.follow(seen_at({0.9, 0, 0})), SensorTrouble::jumped);
     SensorTrouble last = SensorTrouble::none;
     for (int i = 0; i < 10; ++i) last = f.follow(seen_at({0.9, 0, 0}));
-    EXPECT_EQ(last, SensorTrouble::too_far) << "believed, and farther than the organ could be moved";
+    EXPECT_EQ(last, SensorTrouble::too_far)
+        << "believed, and farther than the organ could be moved";
 }
 
 TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {

@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-
 SimulatedTrackerOptions noiseless() {
     SimulatedTrackerOptions options;
     options.position_rms_mm = options.rotation_rms_deg = 0;
@@ -32,7 +31,8 @@ TEST(SimulatedTracker, NoiseHasTheStatedSize) {
         position += pose.translation.squaredNorm() / count;
         mean += pose.translation / count;
         angle += std::pow(angle_of(pose.rotation), 2) / count;
-        ASSERT_LT((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+        ASSERT_LT((pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(),
+                  1e-12);
     }
     EXPECT_NEAR(std::sqrt(position), 1.4e-3, 0.02 * 1.4e-3);
     EXPECT_NEAR(std::sqrt(angle), 0.5 * test::degree, 0.02 * 0.5 * test::degree);
@@ -70,14 +70,16 @@ TEST(SimulatedTracker, PressIsSmoothAndReturnsToRest) {
     for (int press = 0; press < options.presses; ++press) {
         const double begin = options.rest_s + press * 4.5;
         EXPECT_NEAR(true_press_depth(options, begin + 0.5), options.press_depth / 2, 1e-12);
-        for (const double t : {1.0, 1.7, 2.5}) EXPECT_NEAR(true_press_depth(options, begin + t), 0.015, 1e-12);
+        for (const double t : {1.0, 1.7, 2.5})
+            EXPECT_NEAR(true_press_depth(options, begin + t), 0.015, 1e-12);
         EXPECT_NEAR(true_press_depth(options, begin + 4), 0, 1e-12);
     }
     EXPECT_EQ(true_press_depth(options, press_duration_s(options) + 1), 0);
     double fastest = 0;
     for (double t = 0; t < press_duration_s(options); t += 1e-3)
-        fastest =
-            std::max(fastest, std::abs(true_press_depth(options, t + 1e-3) - true_press_depth(options, t)) / 1e-3);
+        fastest = std::max(
+            fastest,
+            std::abs(true_press_depth(options, t + 1e-3) - true_press_depth(options, t)) / 1e-3);
     EXPECT_NEAR(fastest, 1.875 * options.press_depth / options.ramp_s, 1e-4);
 }
 
@@ -92,7 +94,8 @@ TEST(SimulatedTracker, OrganMovesFarBeforeItIsPressed) {
         turn = std::max(turn, angle_of(now.rotation * start.rotation.transpose()) / test::degree);
         if (t < options.rest_s) rest_way = way, rest_turn = turn;
         const auto next = true_tracker_from_image(options, t + 0.02);
-        EXPECT_LT((next.translation - now.translation).norm(), 0.3 * 0.02) << "too fast at " << t << " s";
+        EXPECT_LT((next.translation - now.translation).norm(), 0.3 * 0.02)
+            << "too fast at " << t << " s";
     }
     EXPECT_GT(way, 0.07);
     EXPECT_LE(way, 0.1);
@@ -108,7 +111,8 @@ TEST(SimulatedTracker, SensorsStandWhereTheTruthSays) {
     const Recording recording = simulate_press(options);
     ASSERT_EQ(recording.samples.size(), 1 + 20 * press_duration_s(options));
     for (const TrackerSample& s : recording.samples) {
-        const auto image_from_sensor = options.image_from_reference * tracker_from<Reference>(s.poses[0]).inverse() *
+        const auto image_from_sensor = options.image_from_reference *
+                                       tracker_from<Reference>(s.poses[0]).inverse() *
                                        tracker_from<Sensor>(s.poses[1]);
         const Vector3d expected = Vector3d(-0.04, 0.01, 0.06 - true_press_depth(options, s.time_s));
         EXPECT_LT((image_from_sensor.translation - expected).norm(), 1e-14);
