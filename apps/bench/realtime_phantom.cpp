@@ -8,7 +8,7 @@
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "base/stopwatch.hpp"
-#include "mesh/node_selection.hpp"
+#include "image/mask_selection.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
 #include "tracking/poses.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "mesh/node_selection.hpp"
+#include "image/mask_selection.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/surface_patch.hpp"
 #include "meshing/image_surface.hpp"

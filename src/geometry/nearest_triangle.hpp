@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/tet_mesh.hpp"
+#include "geometry/triangle_mesh.hpp"
 
 namespace livetet {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "geometry/transform.hpp"
-#include "mesh/tet_mesh.hpp"
+#include "geometry/triangle_mesh.hpp"
 
 namespace livetet {
 

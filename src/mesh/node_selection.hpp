@@ -1,19 +1,29 @@
 #pragma once
 
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
-#include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
 
 enum class NodeScope { all, surface_only };
 
-/// The nodes whose nearest voxel is not zero, sorted. A node outside the image is not in the mask.
-/// Throws Error if the image's affine is singular.
-std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& mask,
-                                        NodeScope scope = NodeScope::all);
+/// The nodes of `scope` whose place satisfies inside(place in metres), sorted.
+template <class Predicate>
+std::vector<std::int32_t> select_nodes(const TetMesh& mesh, NodeScope scope,
+                                       const Predicate& inside) {
+    std::vector<std::int32_t> candidates;
+    if (scope == NodeScope::surface_only) {
+        candidates = nodes_of(boundary_triangles(mesh.tets));
+    } else {
+        candidates.resize(mesh.nodes.size());
+        std::iota(candidates.begin(), candidates.end(), 0);
+    }
+    std::erase_if(candidates, [&](std::int32_t n) { return !inside(mesh.nodes[n]); });
+    return candidates;
+}
 
 /// The nodes in the closed box from `low` to `high` (metres, RAS), sorted. Throws Error if low >
 /// high along an axis.

@@ -10,21 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "geometry/triangle_mesh.hpp"
+
 namespace livetet {
 
-using Vector3 = Eigen::Vector3d;
-using Triangle = std::array<std::int32_t, 3>;
 using Tet = std::array<std::int32_t, 4>;
 
 /// The edges of a tet, in the order of VTK, XDMF and CalculiX: edge k joins corners tet_edges[k][0]
 /// and [1].
 inline constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
-
-/// A surface of triangles, wound so that normals point outwards. Positions in metres.
-struct TriangleMesh {
-    std::vector<Vector3> nodes;
-    std::vector<Triangle> triangles;
-};
 
 /// A mesh of tetrahedra in its rest shape, of four nodes each (P1) or of ten (P2, see
 /// `quadratic_mesh`). Positions in metres, RAS. Each tet is positively oriented: det(x1 - x0, x2 -

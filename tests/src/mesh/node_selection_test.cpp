@@ -1,4 +1,4 @@
-#include "mesh/node_selection.hpp"
+#include "image/mask_selection.hpp"
 
 #include <gtest/gtest.h>
 
