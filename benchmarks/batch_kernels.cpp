@@ -98,7 +98,7 @@ void memory_bandwidth(benchmark::State& state) {
     state.counters["triad GB/s"] = bandwidths().triad / 1e9;
 }
 
-/// The scalar way: an array of elements, one after the other, as ElasticLevel has it.
+/// The scalar way: an array of elements, one after the other, as LevelAssembler has it.
 struct Scalar {
     const Setting& s;
     std::vector<Eigen::Matrix3d> rotations{s.elements.size()};

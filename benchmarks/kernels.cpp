@@ -34,10 +34,10 @@ const Setting& setting() {
 }
 
 struct Level {
-    ElasticLevel level;
+    LevelAssembler level;
     PetscHandle<Vec> u, f;
     explicit Level(MatrixLayout layout)
-        : level(setting().mesh(), share_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
+        : level(setting().mesh(), distribute_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
                 setting().materials, StrainModel::corotated, Formulation::displacement, layout),
           u(make_vector(level.share())),
           f(make_vector(level.share())) {

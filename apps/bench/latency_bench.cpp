@@ -142,7 +142,7 @@ int bench_latency(const LatencyArguments& arguments) {
     {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
-        Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
+        Recorder recorder(writer, body.body->linear_solver().kind(), arrivals);
         const TrackerServer server(simulate_press(tracker));
         OpenIgtLinkSourceOptions options;
         options.listener = [&](const StreamSample& sample) {

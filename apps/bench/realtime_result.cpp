@@ -26,7 +26,7 @@ double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes,
         batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
     const double vectors =
         24.0 * static_cast<double>(nodes) * ((dynamic ? 45 : 28) + 9 * iterations);
-    ElasticOperator& op = body.elastic_operator();
+    LinearSolver& op = body.linear_solver();
     return forces + vectors + op.bytes_of_update() + op.bytes_of_solve(iterations);
 }
 

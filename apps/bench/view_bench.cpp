@@ -103,7 +103,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
-        Recorder recorder(writer, body.body->elastic_operator().kind(), arrivals);
+        Recorder recorder(writer, body.body->linear_solver().kind(), arrivals);
         Playback source(simulate_press(tracker),
                         {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
         LiveModel model(

@@ -175,7 +175,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const CheckpointStore store(scene.output.file, run);
     RunHooks hooks{.progress = progress ? progress->callback() : ProgressCallback{}};
     if (arguments.restart) {
-        BodyState state;
+        BodySnapshot state;
         std::tie(hooks.start, state) = store.read();
         scene_body.body->set_state(state);
     } else if (keeps_going && first) {
@@ -204,7 +204,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     };
     if (scene.output.checkpoint_every > 0)
         hooks.checkpoint = [&](const RunPlace& place) {
-            const BodyState state = scene_body.body->gather_state();
+            const BodySnapshot state = scene_body.body->gather_state();
             on_first_rank(first, [&] { store.write(place, state); });
         };
     const RunHistory history = run_scene(scene, scene_body, constraints, hooks);
@@ -252,7 +252,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
               {"assembly_s", sum.operator_s},
               {"preconditioner_s", sum.preconditioner_s},
               {"linear_s", sum.solve_s},
-              {"solver", scene_body.body->elastic_operator().name()},
+              {"solver", scene_body.body->linear_solver().name()},
               {"peak_bytes", usage.peak_bytes},
               {"peak_bytes_most", usage.peak_bytes_most},
               {"messages", usage.messages},
@@ -284,7 +284,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
                scene_body.mesh().nodes.size(), scene_body.hierarchy.levels.size());
     fmt::print("ranks            {}\n", session.ranks());
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last.displacement));
-    fmt::print("solver           {}\n", scene_body.body->elastic_operator().name());
+    fmt::print("solver           {}\n", scene_body.body->linear_solver().name());
     fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(),
                sum.linearisations, sum.iterations,
                history.converged ? "converged" : "NOT converged");

@@ -46,7 +46,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"tets", body.mesh().tets.size()},
             {"nodes", body.mesh().nodes.size()},
             {"levels", body.hierarchy.levels.size()},
-            {"solver", body.body->elastic_operator().name()},
+            {"solver", body.body->linear_solver().name()},
             {"version", LIVETET_VERSION}};
 }
 
@@ -154,7 +154,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
         writer->write_text(
             "tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
-        recorder.emplace(*writer, body.body->elastic_operator().kind(), arrivals);
+        recorder.emplace(*writer, body.body->linear_solver().kind(), arrivals);
     }
     const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());

@@ -215,8 +215,8 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
         frame.checksum = static_cast<std::uint32_t>(
             whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         if (has_pulls) frame.pull = read_pull(reader, k, source);
-        const std::vector<double> solves = reader.values("solves", k, 2 * most_recorded_solves);
-        for (int i = 0; i < most_recorded_solves; ++i)
+        const std::vector<double> solves = reader.values("solves", k, 2 * max_recorded_solves);
+        for (int i = 0; i < max_recorded_solves; ++i)
             frame.solves[i] = {
                 static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
                 solves[2 * i + 1] != 0};

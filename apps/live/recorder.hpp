@@ -79,7 +79,7 @@ class Recorder {
 struct RecordedRun {
     struct FrameRecord {
         std::uint64_t sample = 0;
-        std::array<SolveRecord, most_recorded_solves> solves{};
+        std::array<SolveRecord, max_recorded_solves> solves{};
         std::uint32_t checksum = 0;
         std::optional<HandPull> pull{};  ///< older files hold none
     };

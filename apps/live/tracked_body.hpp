@@ -57,7 +57,7 @@ struct FrameLimits {
     std::optional<Clock::time_point> deadline{};
     int iterations = 0;
     bool by_halves = false;
-    const std::array<SolveRecord, most_recorded_solves>* as_done = nullptr;
+    const std::array<SolveRecord, max_recorded_solves>* as_done = nullptr;
 };
 
 /// The place of a tool in the samples' poses; throws Error where there is none of that name.

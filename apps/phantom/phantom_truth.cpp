@@ -28,7 +28,7 @@ double force_out_of_balance(DeformableBody& body, const Constraints& constraints
 /// How a body is brought from one depth to the next.
 struct PressEffort {
     int steps;
-    StepEffort moving, resting;
+    StepControls moving, resting;
 };
 
 /// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static

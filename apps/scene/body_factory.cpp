@@ -316,12 +316,13 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
     SolverOptions options = scene.solver;
     const bool strain =
         scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
-    const bool levels = hierarchy.levels.size() > 1 &&
-                        hierarchy.levels.back().nodes.size() <= FloatMultigrid::most_coarsest_nodes;
+    const bool levels =
+        hierarchy.levels.size() > 1 &&
+        hierarchy.levels.back().nodes.size() <= SinglePrecisionMultigrid::most_coarsest_nodes;
     if (live && options.kind == SolverKind::automatic && levels && strain &&
         scene.elements == Elements::p1 &&
         elastic_model(scene, live).formulation == Formulation::displacement &&
-        contrast_of(scene.materials) <= FloatMultigrid::most_contrast)
+        contrast_of(scene.materials) <= SinglePrecisionMultigrid::most_contrast)
         options.kind = SolverKind::live;
     return options;
 }
@@ -343,7 +344,7 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
         free.size(), free.size() == 1 ? " is" : "s are", list);
 }
 
-StepEffort batch_effort(const Scene& scene) {
+StepControls batch_effort(const Scene& scene) {
     return {.linearisations = scene.solver.max_newton,
             .tolerance = scene.solver.newton_tolerance,
             .linear_tolerance = scene.solver.relative_tolerance};
@@ -388,7 +389,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         comm, scene_body.hierarchy, parts, elastic_model(scene, live), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // which had their say in who gets what
-    if (scene_body.body->elastic_operator().kind() != SolverKind::live)
+    if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
             used.levels[l] = {};  // the body has its share of them
     return scene_body;

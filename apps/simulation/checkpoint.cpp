@@ -68,7 +68,7 @@ void CheckpointStore::begin() const {
     if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
 }
 
-std::pair<RunPlace, BodyState> CheckpointStore::read() const {
+std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
     if (!fs::exists(folder_ / state_file))
         fail(
             "{}: no checkpoint to go on from, expected a run with output.checkpoint_every that was "
@@ -81,7 +81,7 @@ std::pair<RunPlace, BodyState> CheckpointStore::read() const {
             "{}: is of another scene or mesh than this ({}), expected the one that it was written "
             "by",
             file.shown(), first_difference(was, about_));
-    BodyState state;
+    BodySnapshot state;
     const RunPlace place = read_about(file, [&](const json& about) {
         state.started = about.at("started");
         return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"),
@@ -135,7 +135,7 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
     });
 }
 
-void CheckpointStore::write(const RunPlace& place, const BodyState& state) const {
+void CheckpointStore::write(const RunPlace& place, const BodySnapshot& state) const {
     std::size_t bytes = about_.size() + state.pressure.size() * sizeof(double);
     for (const auto& values : state.nodal) bytes += values.size() * sizeof(Vector3);
     write_part(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {

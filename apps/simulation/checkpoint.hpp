@@ -37,10 +37,10 @@ class CheckpointStore {
     void begin() const;
     /// Where an earlier run can go on from. Throws Error where there is none, or it was of another
     /// scene or mesh.
-    std::pair<RunPlace, BodyState> read() const;
+    std::pair<RunPlace, BodySnapshot> read() const;
 
     void keep(std::size_t number, const ResultFrame& frame) const;
-    void write(const RunPlace& place, const BodyState& state) const;
+    void write(const RunPlace& place, const BodySnapshot& state) const;
     /// A frame that was kept; by `check_frames` it is known to be sound.
     ResultFrame frame(std::size_t number) const;
     /// Throws Error, naming the first, where files of the first `count` frames are damaged or gone.

@@ -160,7 +160,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
 }  // namespace
 
 double step_in_parts(
-    DeformableBody& body, double dt, const StepEffort& effort,
+    DeformableBody& body, double dt, const StepControls& effort,
     const std::function<void(double share)>& move,
     const std::function<void(double share, double part, const StepReport&)>& record) {
     body.keep_state();

@@ -8,11 +8,11 @@ namespace livetet {
 
 std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene,
                                       const SceneBody& scene_body, double mesh_s,
-                                      const PartCost& output) {
+                                      const PhaseCost& output) {
     const BodyCosts c = scene_body.body->costs();
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
-    const bool is_mixed = scene_body.body->elastic_operator().is_mixed();
-    const bool has_levels = scene_body.body->elastic_operator().level_count() > 1;
+    const bool is_mixed = scene_body.body->linear_solver().is_mixed();
+    const bool has_levels = scene_body.body->linear_solver().level_count() > 1;
     std::vector<ProfileRow> rows{
         {"mesh", {0, mesh_s, 1}, true, ""},
         {"partition", {0, scene_body.partition_s, 1}, scene_body.partition_s > 0, "one rank"},

@@ -10,14 +10,14 @@ namespace livetet {
 /// it was left out.
 struct ProfileRow {
     std::string part;
-    PartCost cost;
+    PhaseCost cost;
     bool is_built = false;
     std::string why;  ///< where it was left out
 };
 
 /// The parts of a run, set-up and steps. Collective.
 std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& body,
-                                      double mesh_s, const PartCost& output);
+                                      double mesh_s, const PhaseCost& output);
 
 /// As a table.
 std::string profile_table(std::span<const ProfileRow> rows);

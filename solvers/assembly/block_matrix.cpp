@@ -29,7 +29,7 @@ BlockMatrix::Arrays::~Arrays() {
                                             : MatSeqAIJRestoreArray(parts_[p], &data[p]);
 }
 
-BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
+BlockMatrix::BlockMatrix(const PartitionedMesh& share, MatrixLayout layout)
     : layout_(layout),
       pattern_(share.tets.size(), share.nodes_per_tet(), share.nodes.size(), share.owned,
                [&](std::size_t e, int i) { return share.node(e, i); }) {
@@ -37,7 +37,7 @@ BlockMatrix::BlockMatrix(const MeshShare& share, MatrixLayout layout)
     check_pattern();
 }
 
-void BlockMatrix::make_matrix(const MeshShare& share) {
+void BlockMatrix::make_matrix(const PartitionedMesh& share) {
     int ranks = 1;
     MPI_Comm_size(share.comm, &ranks);
     const bool blocks = layout_ == MatrixLayout::blocks;
@@ -80,7 +80,8 @@ void BlockMatrix::make_matrix(const MeshShare& share) {
     LIVETET_PETSC(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
 }
 
-void BlockMatrix::set_rigid_motions(const MeshShare& share, std::span<const Vector3> positions) {
+void BlockMatrix::set_rigid_motions(const PartitionedMesh& share,
+                                    std::span<const Vector3> positions) {
     const PetscHandle<Vec> x = make_vector(share);
     {
         WriteArray values(x.get());

@@ -17,11 +17,11 @@ enum class MatrixLayout { blocks, scalars };
 class BlockMatrix {
   public:
     /// Collective.
-    BlockMatrix(const MeshShare& share, MatrixLayout layout);
+    BlockMatrix(const PartitionedMesh& share, MatrixLayout layout);
 
     /// The six rigid motions, which algebraic multigrid wants; `positions` of the local nodes, m.
     /// Collective.
-    void set_rigid_motions(const MeshShare& share, std::span<const Vector3> positions);
+    void set_rigid_motions(const PartitionedMesh& share, std::span<const Vector3> positions);
 
     Mat get() const { return matrix_.get(); }
 
@@ -44,7 +44,7 @@ class BlockMatrix {
     /// part.
     class Arrays;
 
-    void make_matrix(const MeshShare& share);
+    void make_matrix(const PartitionedMesh& share);
     void check_pattern() const;
 
     MatrixLayout layout_;

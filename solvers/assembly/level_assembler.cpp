@@ -24,7 +24,7 @@ class LocalForces {
     }
     LocalForces(const LocalForces&) = delete;
     LocalForces& operator=(const LocalForces&) = delete;
-    std::span<double> span(const MeshShare& share) { return {data_, 3 * share.nodes.size()}; }
+    std::span<double> span(const PartitionedMesh& share) { return {data_, 3 * share.nodes.size()}; }
 
   private:
     Vec vec_;
@@ -34,10 +34,10 @@ class LocalForces {
 
 }  // namespace
 
-ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share,
-                           std::span<const Material> materials, StrainModel strain,
-                           Formulation formulation, std::optional<MatrixLayout> layout,
-                           ThreadTeam& team, std::span<const double> volumes)
+LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
+                               std::span<const Material> materials, StrainModel strain,
+                               Formulation formulation, std::optional<MatrixLayout> layout,
+                               ThreadTeam& team, std::span<const double> volumes)
     : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
     rest_.reserve(share_.nodes.size());
     for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
@@ -54,8 +54,8 @@ ElasticLevel::ElasticLevel(const TetMesh& mesh, MeshShare share,
     if (layout) matrix_.emplace(share_, *layout);
 }
 
-void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
-                               std::span<const double> volumes) {
+void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
+                                 std::span<const double> volumes) {
     for (const Material& m : materials)
         moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3});
     for (const std::int32_t whole : share_.tet_ids) {
@@ -66,7 +66,7 @@ void ElasticLevel::find_moduli(const TetMesh& mesh, std::span<const Material> ma
     }
 }
 
-void ElasticLevel::find_mass() {
+void LevelAssembler::find_mass() {
     node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
@@ -79,21 +79,21 @@ void ElasticLevel::find_mass() {
     });
 }
 
-double ElasticLevel::matrix_bytes() const {
+double LevelAssembler::matrix_bytes() const {
     if (!matrix_) return 0;
     MatInfo info;
     LIVETET_PETSC(MatGetInfo(matrix_->get(), MAT_LOCAL, &info));
     return info.memory + matrix_->pattern().bytes();
 }
 
-double ElasticLevel::rotation_bytes() const {
+double LevelAssembler::rotation_bytes() const {
     const auto bytes = [](const auto& list) {
         return static_cast<double>(list.capacity() * sizeof(list[0]));
     };
     return bytes(rotations_) + bytes(batch_rotations_) + (live_ ? bytes(live_->rotations) : 0);
 }
 
-TetElement ElasticLevel::element(std::size_t e) const {
+TetElement LevelAssembler::element(std::size_t e) const {
     const Tet& t = share_.tets[e];
     const Moduli& m = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
     TetElement element =
@@ -102,14 +102,14 @@ TetElement ElasticLevel::element(std::size_t e) const {
     return element;
 }
 
-std::vector<TetElement> ElasticLevel::elements() const {
+std::vector<TetElement> LevelAssembler::elements() const {
     std::vector<TetElement> all;
     all.reserve(share_.tets.size());
     for (std::size_t e = 0; e < share_.tets.size(); ++e) all.push_back(element(e));
     return all;
 }
 
-void ElasticLevel::make_batches(bool in_double) {
+void LevelAssembler::make_batches(bool in_double) {
     parts_ = part_batches(share_.tets, team_.size(),
                           in_double ? batch_width<double> : batch_width<float>);
     if (in_double) {
@@ -119,8 +119,8 @@ void ElasticLevel::make_batches(bool in_double) {
         TetBatches<float> batches(elements(), share_.tets, parts_);
         auto rotations = batches.make_rotations(strain_ == StrainModel::corotated);
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-        live_ = std::make_unique<LiveBatches>(std::move(batches), std::move(rotations), zeros,
-                                              zeros, zeros);
+        live_ = std::make_unique<SinglePrecisionBatches>(std::move(batches), std::move(rotations),
+                                                         zeros, zeros, zeros);
     }
     if (in_double && parts_.parts.size() == 1) {  // tet after tet: no table is needed
         std::vector<std::int32_t>().swap(parts_.tet_of_lane);
@@ -132,19 +132,19 @@ void ElasticLevel::make_batches(bool in_double) {
             lane_of_tet_[e] = static_cast<std::int32_t>(lane);
 }
 
-void ElasticLevel::set_constrained(std::span<const std::uint8_t> components) {
+void LevelAssembler::set_constrained(std::span<const std::uint8_t> components) {
     for (std::size_t i = 0; i < share_.nodes.size(); ++i)
         constrained_[i] = components[share_.nodes[i]];
     if (matrix_) matrix_->set_constrained(constrained_);
 }
 
-void ElasticLevel::set_springs(std::span<const double> stiffness) {
+void LevelAssembler::set_springs(std::span<const double> stiffness) {
     springs_.clear();
     if (stiffness.empty()) return;
     for (std::int32_t i = 0; i < share_.owned; ++i) springs_.push_back(stiffness[share_.nodes[i]]);
 }
 
-void ElasticLevel::update_rotations(Vec u) {
+void LevelAssembler::update_rotations(Vec u) {
     if (strain_ != StrainModel::corotated) return;
     const LocalValues values(u);
     if (live_) {
@@ -176,14 +176,14 @@ void ElasticLevel::update_rotations(Vec u) {
     });
 }
 
-void ElasticLevel::update_live_rotations() {
+void LevelAssembler::update_live_rotations() {
     if (strain_ != StrainModel::corotated) return;
     team_.run_pieces(live_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
         livetet::update_rotations<float>(live_->batches, {begin, end}, live_->u, live_->rotations);
     });
 }
 
-void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticState& at) {
+void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configuration& at) {
     BlockMatrix::Filling matrix(*matrix_);
     const BlockPattern& pattern = matrix_->pattern();
     const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
@@ -219,7 +219,7 @@ void ElasticLevel::assemble(double s, double m, Tangent tangent, const ElasticSt
 }
 
 template <class Kernel>
-void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
+void LevelAssembler::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
     const LocalValues values(v);
     LocalForces forces(f);
     const auto from = all_of(values, share_);
@@ -231,7 +231,7 @@ void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
         });
         return;
     }
-    LiveBatches& live = *live_;
+    SinglePrecisionBatches& live = *live_;
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             live.values[i] = static_cast<float>(from[i]), live.forces[i] = 0;
@@ -245,12 +245,12 @@ void ElasticLevel::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
     });
 }
 
-double ElasticLevel::force_epsilon() const {
+double LevelAssembler::force_epsilon() const {
     return live_ ? std::numeric_limits<float>::epsilon()
                  : 16 * std::numeric_limits<double>::epsilon();
 }
 
-void ElasticLevel::held_force(Vec y, Vec f) const {
+void LevelAssembler::held_force(Vec y, Vec f) const {
     {
         LocalForces forces(f);
         const auto to = forces.span(share_);
@@ -269,7 +269,7 @@ void ElasticLevel::held_force(Vec y, Vec f) const {
                    });
 }
 
-void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
+void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
     if (holds_rotations()) {
         held_force(at.u, f);
         return;
@@ -287,7 +287,8 @@ void ElasticLevel::elastic_force(const ElasticState& at, Vec f) const {
         });
 }
 
-void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const {
+void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v,
+                                         Vec f) const {
     if (holds_rotations()) {
         add_by_batches(
             v, f,
@@ -318,7 +319,7 @@ void ElasticLevel::add_stiffness_times(double factor, const ElasticState& at, Ve
         });
 }
 
-double ElasticLevel::force_at_unit_strain() const {
+double LevelAssembler::force_at_unit_strain() const {
     std::vector<double> force(share_.owned, 0.0);
     for (std::size_t e = 0; e < share_.tets.size(); ++e) {
         const TetElement t = element(e);
@@ -333,7 +334,7 @@ double ElasticLevel::force_at_unit_strain() const {
     return std::sqrt(sum);
 }
 
-double ElasticLevel::strain_energy(const ElasticState& at) const {
+double LevelAssembler::strain_energy(const Configuration& at) const {
     double energy = 0;
     visit_fields(at, [&](std::size_t e, const TetFields& fields) {
         // Shared by the ranks that own its corners, so that each tet counts once.

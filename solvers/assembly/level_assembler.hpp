@@ -15,7 +15,7 @@ namespace livetet {
 
 /// Where a body is: displacement and, in the mixed form, pressure (else null), their ghosts up to
 /// date.
-struct ElasticState {
+struct Configuration {
     Vec u = nullptr;
     Vec p = nullptr;
 };
@@ -29,7 +29,7 @@ struct TetFields {
 
 /// The tets of a level that moves live, in float. Forces are good to about 1e-7 of those at a
 /// strain of one: u rounded to float shifts an equilibrium by as little as u was rounded by.
-struct LiveBatches {
+struct SinglePrecisionBatches {
     TetBatches<float> batches;
     std::vector<RotationBatch<float>> rotations;
     std::vector<float> u;  ///< where the rotations were taken, m; one number behind the last node's
@@ -40,17 +40,17 @@ struct LiveBatches {
 /// tangent stiffness and M the lumped mass; rows and columns of constrained components are those of
 /// the identity. In the mixed form K is that of the displacements alone, psi_mu + p theta at a
 /// given p.
-class ElasticLevel {
+class LevelAssembler {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
     /// does). No layout: no matrix but `live` batches. `team`: works on the batches; must outlive
     /// this. `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
     /// carried_volumes).
-    ElasticLevel(const TetMesh& mesh, MeshShare share, std::span<const Material> materials,
-                 StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
-                 ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
+    LevelAssembler(const TetMesh& mesh, PartitionedMesh share, std::span<const Material> materials,
+                   StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
+                   ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
 
-    const MeshShare& share() const { return share_; }
+    const PartitionedMesh& share() const { return share_; }
     StrainModel strain() const { return strain_; }
     /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would
     /// take a quarter of all that a level keeps.
@@ -83,15 +83,15 @@ class ElasticLevel {
     /// The same from what stands in live()->u.
     void update_live_rotations();
     /// P1, linear or corotated strain, without a matrix; else null.
-    LiveBatches* live() { return live_.get(); }
+    SinglePrecisionBatches* live() { return live_.get(); }
     const BatchParts& parts() const { return parts_; }
 
     /// Writes s K + m M and the springs into the matrix; `at`: where K is taken. m: 0 without mass.
-    void assemble(double s, double m, Tangent tangent, const ElasticState& at);
+    void assemble(double s, double m, Tangent tangent, const Configuration& at);
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
     /// reaction).
-    void elastic_force(const ElasticState& at, Vec f) const;
+    void elastic_force(const Configuration& at, Vec f) const;
 
     /// Whether `held_force` can be had: P1, linear or corotated strain, by displacements.
     bool holds_rotations() const { return batches_ || live_; }
@@ -100,7 +100,7 @@ class ElasticLevel {
     void held_force(Vec y, Vec f) const;
 
     /// f += factor K v, K at `at` with the rotations held.
-    void add_stiffness_times(double factor, const ElasticState& at, Vec v, Vec f) const;
+    void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
 
     /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form:
     /// of shear, the pressures being unknowns); collective.
@@ -111,20 +111,20 @@ class ElasticLevel {
     double force_epsilon() const;
 
     /// Strain energy, J; collective.
-    double strain_energy(const ElasticState& at) const;
+    double strain_energy(const Configuration& at) const;
 
     /// `visit(local tet, its mean volume change and energy)` for each local tet; the stress is left
     /// to visit_stress.
     template <class Visit>
-    void visit_fields(const ElasticState& at, Visit&& visit) const;
+    void visit_fields(const Configuration& at, Visit&& visit) const;
 
     /// `visit(local tet, det F)`, the mean over its quadrature points, whatever the strain model.
     template <class Visit>
-    void visit_volume_ratio(const ElasticState& at, Visit&& visit) const;
+    void visit_volume_ratio(const Configuration& at, Visit&& visit) const;
 
     /// `visit(local tet, point, Cauchy stress Pa)` at every quadrature point.
     template <class Visit>
-    void visit_stress(const ElasticState& at, Visit&& visit) const;
+    void visit_stress(const Configuration& at, Visit&& visit) const;
 
     /// Theta and its derivative at each point: `visit(e, point, weight m^3, theta, n)` with n (3 x
     /// nodes) the derivative of theta by the nodes' displacements.
@@ -155,7 +155,7 @@ class ElasticLevel {
     template <class Kernel>
     void add_by_batches(Vec values, Vec forces, Kernel&& kernel) const;
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
-    static std::span<const double> all_of(const LocalValues& values, const MeshShare& share) {
+    static std::span<const double> all_of(const LocalValues& values, const PartitionedMesh& share) {
         return {values.data(), 3 * share.nodes.size()};
     }
     bool is_mixed() const { return pressure_.has_value(); }
@@ -193,9 +193,9 @@ class ElasticLevel {
     /// visit(energy, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature
     /// point of every local tet.
     template <class Visit>
-    void visit_points(const ElasticState& at, Visit&& visit) const;
+    void visit_points(const Configuration& at, Visit&& visit) const;
 
-    MeshShare share_;
+    PartitionedMesh share_;
     StrainModel strain_;
     std::vector<Vector3> rest_;                ///< of each local node, m
     std::vector<Moduli> moduli_;               ///< those that there are
@@ -209,7 +209,7 @@ class ElasticLevel {
     std::optional<TetBatches<double>> batches_;
     std::vector<std::int32_t> lane_of_tet_;  ///< empty: its own number
     std::vector<RotationBatch<double>> batch_rotations_;
-    std::unique_ptr<LiveBatches>
+    std::unique_ptr<SinglePrecisionBatches>
         live_;  ///< without a matrix: instead of batches_ and their rotations
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;

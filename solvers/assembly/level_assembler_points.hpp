@@ -3,12 +3,12 @@
 #include "mechanics/tet_kernels.hpp"
 #include "solvers/assembly/level_assembler.hpp"
 
-// The visits of ElasticLevel to its quadrature points, for who calls one.
+// The visits of LevelAssembler to its quadrature points, for who calls one.
 
 namespace livetet {
 
 template <class Visit>
-void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
+void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const {
     const LocalValues u(at.u);
     std::optional<LocalValues> pressures;
     if (is_mixed()) pressures.emplace(at.p);
@@ -34,7 +34,7 @@ void ElasticLevel::visit_points(const ElasticState& at, Visit&& visit) const {
 }
 
 template <class Visit>
-void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
+void LevelAssembler::visit_stress(const Configuration& at, Visit&& visit) const {
     visit_points(
         at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
                 const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
@@ -51,7 +51,7 @@ void ElasticLevel::visit_stress(const ElasticState& at, Visit&& visit) const {
 }
 
 template <class Visit>
-void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
+void LevelAssembler::visit_fields(const Configuration& at, Visit&& visit) const {
     TetFields fields;
     visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element,
                          int point, const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
@@ -70,7 +70,7 @@ void ElasticLevel::visit_fields(const ElasticState& at, Visit&& visit) const {
 }
 
 template <class Visit>
-void ElasticLevel::visit_volume_ratio(const ElasticState& at, Visit&& visit) const {
+void LevelAssembler::visit_volume_ratio(const Configuration& at, Visit&& visit) const {
     double ratio = 0;
     visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point,
                          const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d&, double) {
@@ -82,7 +82,7 @@ void ElasticLevel::visit_volume_ratio(const ElasticState& at, Visit&& visit) con
 }
 
 template <class Visit>
-void ElasticLevel::visit_volume_strain(Vec u, Visit&& visit) const {
+void LevelAssembler::visit_volume_strain(Vec u, Visit&& visit) const {
     const LocalValues values(u);
     with_energy(strain_, [&](auto energy) {
         with_shape([&](auto count) {

@@ -10,21 +10,21 @@ namespace livetet {
 
 /// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was
 /// computed.
-struct PartCost {
+struct PhaseCost {
     double bytes = 0, seconds = 0;
     long times = 0;
 };
 
 /// Counts one time, and what passes until the timer is gone.
-class PartTimer {
+class PhaseTimer {
   public:
-    explicit PartTimer(PartCost& part) : part_(part) { ++part_.times; }
-    ~PartTimer() { part_.seconds += seconds_since(start_); }
-    PartTimer(const PartTimer&) = delete;
-    PartTimer& operator=(const PartTimer&) = delete;
+    explicit PhaseTimer(PhaseCost& part) : part_(part) { ++part_.times; }
+    ~PhaseTimer() { part_.seconds += seconds_since(start_); }
+    PhaseTimer(const PhaseTimer&) = delete;
+    PhaseTimer& operator=(const PhaseTimer&) = delete;
 
   private:
-    PartCost& part_;
+    PhaseCost& part_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -32,7 +32,7 @@ class PartTimer {
 /// heap, under its locks: for set-up, not for frames.
 class HeapGrowth {
   public:
-    explicit HeapGrowth(PartCost* part) : part_(part), before_(part ? heap() : 0) {}
+    explicit HeapGrowth(PhaseCost* part) : part_(part), before_(part ? heap() : 0) {}
     ~HeapGrowth() {
         if (part_) part_->bytes += heap() - before_;
     }
@@ -44,7 +44,7 @@ class HeapGrowth {
         const struct mallinfo2 m = mallinfo2();
         return static_cast<double>(m.uordblks) + static_cast<double>(m.hblkhd);
     }
-    PartCost* part_;
+    PhaseCost* part_;
     double before_;
 };
 

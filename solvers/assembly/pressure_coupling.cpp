@@ -23,9 +23,9 @@ PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns,
 
 }  // namespace
 
-PressureCoupling::PressureCoupling(const ElasticLevel& level) : level_(level) {
+PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) {
     const PressureSpace& space = *level.pressure_space();
-    const MeshShare& share = level.share();
+    const PartitionedMesh& share = level.share();
     // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and
     // m^3/Pa.
     double sums[4] = {0, 0, 0, 0};
@@ -83,7 +83,7 @@ void PressureCoupling::make_c() {
 }
 
 void PressureCoupling::assemble(Vec u) {
-    const MeshShare& share = level_.share();
+    const PartitionedMesh& share = level_.share();
     const auto constrained = level_.constrained();
     std::fill(values_.begin(), values_.end(), 0.0);
     level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
@@ -115,7 +115,7 @@ void PressureCoupling::residual(Vec u, Vec p, Vec g) {
 
 void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
     const PressureSpace& space = *level_.pressure_space();
-    const MeshShare& share = level_.share();
+    const PartitionedMesh& share = level_.share();
     const LocalValues direction(v);
     WriteArray values(g);
     level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,

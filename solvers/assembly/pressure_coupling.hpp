@@ -15,7 +15,7 @@ namespace livetet {
 /// forces: the unknown of the matrices is p / scale.
 class PressureCoupling {
   public:
-    explicit PressureCoupling(const ElasticLevel& level);
+    explicit PressureCoupling(const LevelAssembler& level);
 
     Mat b() const { return b_.get(); }
     Mat minus_c() const { return minus_c_.get(); }
@@ -39,7 +39,7 @@ class PressureCoupling {
   private:
     void make_c();
 
-    const ElasticLevel& level_;
+    const LevelAssembler& level_;
     double scale_ = 1;
     PetscHandle<Mat> b_, minus_c_;
     PetscHandle<Vec> schur_;

@@ -4,7 +4,7 @@
 
 namespace livetet {
 
-PressureSpace make_pressure_space(const MeshShare& share, std::int32_t corners) {
+PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t corners) {
     PressureSpace space{.comm = share.comm, .owned = 0, .numbers = {}, .tets = {}};
     std::vector<std::int32_t> owned_corners;
     for (std::int32_t i = 0; i < share.owned; ++i)

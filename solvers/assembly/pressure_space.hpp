@@ -16,7 +16,7 @@ struct PressureSpace {
 };
 
 /// Collective. `corners`: how many nodes of the whole mesh are corners.
-PressureSpace make_pressure_space(const MeshShare& share, std::int32_t corners);
+PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t corners);
 
 /// One value for each pressure, with room for the ghosts' behind the owned ones.
 PetscHandle<Vec> make_vector(const PressureSpace& space);

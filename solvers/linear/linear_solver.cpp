@@ -93,7 +93,7 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
 }
 
 /// Ones on the diagonal of constrained components, whose rows and columns P^T A P leaves empty.
-void add_identity(Mat A, const MeshShare& share, std::span<const std::uint8_t> components) {
+void add_identity(Mat A, const PartitionedMesh& share, std::span<const std::uint8_t> components) {
     for (std::int32_t i = 0; i < share.owned; ++i)
         for (PetscInt c = 0; c < 3; ++c)
             if (components[share.nodes[i]] >> c & 1)
@@ -130,10 +130,10 @@ Formulation resolved_formulation(const ElasticModel& model) {
     return locks && !cork ? Formulation::mixed : Formulation::displacement;
 }
 
-struct ElasticOperator::Stopping {
-    explicit Stopping(ElasticOperator& o) : owner(o) {}
+struct LinearSolver::Stopping {
+    explicit Stopping(LinearSolver& o) : owner(o) {}
 
-    void begin(const LinearEffort& e, double allowed_residual) {
+    void begin(const LinearControls& e, double allowed_residual) {
         effort = e;
         allowed = allowed_residual;
         steps[0] = steps[1] = 0;
@@ -195,8 +195,8 @@ struct ElasticOperator::Stopping {
         return steps[1] * ratio / (1 - ratio);
     }
 
-    ElasticOperator& owner;
-    LinearEffort effort;
+    LinearSolver& owner;
+    LinearControls effort;
     double allowed = 0;
     PetscHandle<Vec> previous;
     double steps[2] = {0, 0};
@@ -204,10 +204,10 @@ struct ElasticOperator::Stopping {
     Clock::time_point last;
 };
 
-ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                 std::span<const std::vector<std::int32_t>> parts,
-                                 const ElasticModel& model, const SolverOptions& options,
-                                 ThreadTeam& team)
+LinearSolver::LinearSolver(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                           std::span<const std::vector<std::int32_t>> parts,
+                           const ElasticModel& model, const SolverOptions& options,
+                           ThreadTeam& team)
     : options_(options),
       team_(team),
       kind_(resolved_kind(options.kind, hierarchy.levels.size())),
@@ -231,11 +231,11 @@ ElasticOperator::ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
     if (coupling_) make_saddle_krylov(comm);
 }
 
-ElasticOperator::~ElasticOperator() = default;
+LinearSolver::~LinearSolver() = default;
 
-void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                                  std::span<const std::vector<std::int32_t>> parts,
-                                  const ElasticModel& model) {
+void LinearSolver::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                               std::span<const std::vector<std::int32_t>> parts,
+                               const ElasticModel& model) {
     const bool has_levels = kind_ == SolverKind::multigrid || kind_ == SolverKind::live;
     const std::size_t count = has_levels ? hierarchy.levels.size() : 1;
     const Formulation formulation = resolved_formulation(model);
@@ -260,11 +260,11 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                       hierarchy.transfers[l - 1], hierarchy.levels[l]);
         const auto layout = layout_for(kind_, coarse_, l + 1 == count);
         const HeapGrowth grown(l == 0 ? &costs_.elements : &costs_.coarse_levels);
-        levels_.push_back(std::make_unique<ElasticLevel>(
+        levels_.push_back(std::make_unique<LevelAssembler>(
             hierarchy.levels[l],
-            share_mesh(comm, hierarchy.levels[l],
-                       parts.empty() ? std::span<const std::int32_t>{} : parts[l],
-                       hierarchy.is_cut(l)),
+            distribute_mesh(comm, hierarchy.levels[l],
+                            parts.empty() ? std::span<const std::int32_t>{} : parts[l],
+                            hierarchy.is_cut(l)),
             l == 0 ? model.materials : std::span<const Material>(coarse), model.strain,
             l == 0 ? formulation : Formulation::displacement, layout, team_, volumes));
         if (l > 0)
@@ -280,17 +280,17 @@ void ElasticOperator::make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
     costs_.elements.bytes -= costs_.matrix.bytes + costs_.rotations.bytes;
 }
 
-void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticModel& model) {
+void LinearSolver::make_live(const MeshHierarchy& hierarchy, const ElasticModel& model) {
     int ranks = 1;
     MPI_Comm_size(fine().share().comm, &ranks);
     const bool strain =
         model.strain == StrainModel::linear || model.strain == StrainModel::corotated;
     if (const double contrast = contrast_of(model.materials);
-        contrast > FloatMultigrid::most_contrast)
+        contrast > SinglePrecisionMultigrid::most_contrast)
         fail(
             "solver.kind = live: found Young's moduli a factor of {:.3g} apart, expected at most "
             "{:g} (kind: multigrid)",
-            contrast, FloatMultigrid::most_contrast);
+            contrast, SinglePrecisionMultigrid::most_contrast);
     if (ranks > 1 || !strain || coupling_ || !hierarchy.levels.front().edge_nodes.empty())
         fail(
             "solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; "
@@ -298,25 +298,25 @@ void ElasticOperator::make_live(const MeshHierarchy& hierarchy, const ElasticMod
             "nodes a tet{}{}",
             ranks, hierarchy.levels.front().edge_nodes.empty() ? 4 : 10,
             coupling_ ? ", pressures" : "", strain ? "" : ", another strain");
-    std::vector<ElasticLevel*> levels;
+    std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (const auto& level : levels_) levels.push_back(level.get());
     for (const BarycentricMap& map : hierarchy.transfers) maps.push_back(&map);
-    live_ = std::make_unique<FloatMultigrid>(std::move(levels), std::move(maps), smoothing_steps_,
-                                             team_);
+    live_ = std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps),
+                                                       smoothing_steps_, team_);
     const PetscInt n = 3 * fine().share().owned;
     LIVETET_PETSC(MatCreateShell(fine().share().comm, n, n, n, n, live_.get(), live_matrix_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_shell<FloatMultigrid>(
+        return in_shell<SinglePrecisionMultigrid>(
             MatShellGetContext, A, x, y,
-            [](FloatMultigrid& m, auto from, auto to) { m.multiply(from, to); });
+            [](SinglePrecisionMultigrid& m, auto from, auto to) { m.multiply(from, to); });
     };
     LIVETET_PETSC(MatShellSetOperation(
         live_matrix_.get(), MATOP_MULT,
         reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
 }
 
-void ElasticOperator::read_asked_tolerances() {
+void LinearSolver::read_asked_tolerances() {
     const auto number = [](const char* name) {
         PetscReal value = 0;
         PetscBool given = PETSC_FALSE;
@@ -328,7 +328,7 @@ void ElasticOperator::read_asked_tolerances() {
     if (const auto most = number("-ksp_max_it")) asked_iterations_ = static_cast<int>(*most);
 }
 
-void ElasticOperator::make_krylov(MPI_Comm comm) {
+void LinearSolver::make_krylov(MPI_Comm comm) {
     read_asked_tolerances();
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
@@ -358,9 +358,9 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
             LIVETET_PETSC(PCShellSetContext(pc, live_.get()));
             LIVETET_PETSC(
                 PCShellSetApply(pc, [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-                    return in_shell<FloatMultigrid>(
+                    return in_shell<SinglePrecisionMultigrid>(
                         PCShellGetContext, shell, r, z,
-                        [](FloatMultigrid& m, auto from, auto to) { m.cycle(from, to); });
+                        [](SinglePrecisionMultigrid& m, auto from, auto to) { m.cycle(from, to); });
                 }));
             break;
         case SolverKind::boomeramg:
@@ -381,7 +381,7 @@ void ElasticOperator::make_krylov(MPI_Comm comm) {
     if (fine().matrix() && !cycles()) fine().set_rigid_motions();
 }
 
-void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
+void LinearSolver::make_saddle_krylov(MPI_Comm comm) {
     LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
     Mat blocks[4] = {fine().matrix(), b_transposed_.get(), coupling_->b(), coupling_->minus_c()};
     LIVETET_PETSC(MatCreateNest(comm, 2, nullptr, 2, nullptr, blocks, saddle_matrix_.out()));
@@ -399,7 +399,7 @@ void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
         try {
             void* self = nullptr;
             LIVETET_PETSC(PCShellGetContext(shell, &self));
-            static_cast<ElasticOperator*>(self)->apply_saddle_preconditioner(r, y);
+            static_cast<LinearSolver*>(self)->apply_saddle_preconditioner(r, y);
             return 0;
         } catch (const std::exception&) {
             return PETSC_ERR_LIB;
@@ -410,7 +410,7 @@ void ElasticOperator::make_saddle_krylov(MPI_Comm comm) {
 }
 
 /// y_p = -S^-1 r_p, y_u = K^-1 (r_u - B^T y_p).
-void ElasticOperator::apply_saddle_preconditioner(Vec r, Vec y) {
+void LinearSolver::apply_saddle_preconditioner(Vec r, Vec y) {
     Vec r_u = nullptr, r_p = nullptr, y_u = nullptr, y_p = nullptr;
     LIVETET_PETSC(VecNestGetSubVec(r, 0, &r_u));
     LIVETET_PETSC(VecNestGetSubVec(r, 1, &r_p));
@@ -423,7 +423,7 @@ void ElasticOperator::apply_saddle_preconditioner(Vec r, Vec y) {
     LIVETET_PETSC(KSPSolve(krylov_.get(), saddle_work_.get(), y_u));
 }
 
-void ElasticOperator::configure_multigrid(PC pc, std::size_t l) {
+void LinearSolver::configure_multigrid(PC pc, std::size_t l) {
     const char* outer = nullptr;  // "displacement_" in the mixed form
     LIVETET_PETSC(KSPGetOptionsPrefix(krylov_.get(), &outer));
     const auto set_prefix = [&](KSP ksp, const std::string& name) {
@@ -464,7 +464,7 @@ void ElasticOperator::configure_multigrid(PC pc, std::size_t l) {
     coarse_solves_.insert(coarse_solves_.begin(), coarse);
 }
 
-void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) {
+void LinearSolver::set_constrained(std::span<const std::uint8_t> components) {
     components_.assign(1, {components.begin(), components.end()});
     fine().set_constrained(components);
     if (live_) {
@@ -476,7 +476,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
         live_->set_constrained();
     }
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
-        ElasticLevel &upper = *levels_[l], &lower = *levels_[l + 1];
+        LevelAssembler &upper = *levels_[l], &lower = *levels_[l + 1];
         components_.push_back(
             coarse_components(transfers_[l]->map(), components_[l], coarse_bodies_[l]));
         lower.set_constrained(components_[l + 1]);
@@ -487,7 +487,7 @@ void ElasticOperator::set_constrained(std::span<const std::uint8_t> components) 
     kept_.reset();
 }
 
-void ElasticOperator::set_springs(std::span<const double> stiffness) {
+void LinearSolver::set_springs(std::span<const double> stiffness) {
     std::vector<double> level(stiffness.begin(), stiffness.end());
     fine().set_springs(level);
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
@@ -504,11 +504,11 @@ void ElasticOperator::set_springs(std::span<const double> stiffness) {
     kept_.reset();
 }
 
-bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tangent tangent,
-                               bool by_halves) {
+bool LinearSolver::assemble(const Configuration& at, double s, double m, Tangent tangent,
+                            bool by_halves) {
     const bool is_linear = fine().strain() == StrainModel::linear;
     if (is_linear && kept_ == std::pair(s, m)) return false;
-    const PartTimer timer(costs_.matrix);
+    const PhaseTimer timer(costs_.matrix);
     kept_.reset();
     if (is_linear) kept_.emplace(s, m);
     is_new_ = true;
@@ -538,28 +538,28 @@ bool ElasticOperator::assemble(const ElasticState& at, double s, double m, Tange
     return false;
 }
 
-void ElasticOperator::set_up_preconditioner() {
+void LinearSolver::set_up_preconditioner() {
     if (!is_new_) return;
     is_new_ = false;
-    const PartTimer timer(costs_.preconditioner);
+    const PhaseTimer timer(costs_.preconditioner);
     const HeapGrowth grown(costs_.preconditioner.times == 1 ? &costs_.preconditioner : nullptr);
     LIVETET_PETSC(KSPSetUp(krylov_.get()));
 }
 
-void ElasticOperator::find_mass() {
+void LinearSolver::find_mass() {
     const HeapGrowth grown(&costs_.mass);
     for (const auto& level : levels_)
         if (level == levels_.front() || live_ || coarse_ == CoarseOperator::rediscretised)
             level->find_mass();
 }
 
-void ElasticOperator::update_rotations(Vec u) {
+void LinearSolver::update_rotations(Vec u) {
     if (fine().strain() != StrainModel::corotated) return;
-    const PartTimer timer(costs_.rotations);
+    const PhaseTimer timer(costs_.rotations);
     fine().update_rotations(u);
 }
 
-void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m, Tangent tangent) {
+void LinearSolver::assemble_levels(const Configuration& at, double s, double m, Tangent tangent) {
     fine().assemble(s, m, tangent, at);
     if (kind_ != SolverKind::multigrid) return;
     for (std::size_t l = 0; l < transfers_.size(); ++l) {
@@ -584,7 +584,7 @@ void ElasticOperator::assemble_levels(const ElasticState& at, double s, double m
     set_level_operators();
 }
 
-bool ElasticOperator::cycles() const {
+bool LinearSolver::cycles() const {
     PC pc = nullptr;
     PetscBool multigrid = PETSC_FALSE;
     LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
@@ -592,7 +592,7 @@ bool ElasticOperator::cycles() const {
     return multigrid;
 }
 
-void ElasticOperator::set_level_operators() {
+void LinearSolver::set_level_operators() {
     if (!cycles()) return;
     const auto matrix = [&](std::size_t l) {
         return l > 0 && coarse_ == CoarseOperator::galerkin ? galerkin_[l - 1].get()
@@ -604,7 +604,7 @@ void ElasticOperator::set_level_operators() {
     }
 }
 
-bool ElasticOperator::set_bounds() {
+bool LinearSolver::set_bounds() {
     bounds_known_ = true;
     if (!cycles()) return true;
     bool good = true;
@@ -628,13 +628,13 @@ bool ElasticOperator::set_bounds() {
     return good;
 }
 
-bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {
+bool LinearSolver::start_from(std::span<const Vec> guesses, Vec b) {
     if (!rest_)
         for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]})
             *v = make_vector(fine().share());
     // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in
     // energy.
-    const std::size_t count = std::min<std::size_t>(guesses.size(), most_guesses);
+    const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
     for (std::size_t i = 0; i < count; ++i)
         LIVETET_PETSC(MatMult(displacement_matrix(), guesses[i], images_[i].get()));
     Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
@@ -667,8 +667,8 @@ bool ElasticOperator::start_from(std::span<const Vec> guesses, Vec b) {
     return of_use;
 }
 
-LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const LinearEffort& effort,
-                                    std::span<const Vec> guesses) {
+LinearReport LinearSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const LinearControls& effort,
+                                 std::span<const Vec> guesses) {
     KSP ksp = coupling_ ? saddle_.get() : krylov_.get();
     // What PETSc's options say goes before what the step asks for.
     const double tolerance = asked_tolerance_.value_or(effort.relative_tolerance);
@@ -708,7 +708,7 @@ LinearReport ElasticOperator::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p, const Li
     return report;
 }
 
-std::string ElasticOperator::name() const {
+std::string LinearSolver::name() const {
     KSPType krylov = nullptr;
     PCType preconditioner = nullptr;
     PC pc = nullptr;

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 /// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond
 /// `max_iterations`, nor, after its first iteration, past the deadline (it stops where half as much
 /// again as the last iteration took would end later).
-struct LinearEffort {
+struct LinearControls {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
     std::optional<Clock::time_point> deadline{};
@@ -41,8 +41,8 @@ struct [[nodiscard]] LinearReport {
 };
 
 /// Of an operator's parts; where it renews several levels at once, `matrix` has the time of all.
-struct OperatorCosts {
-    PartCost elements, rotations, matrix, coarse_levels, mass, pressures, preconditioner;
+struct SolverCosts {
+    PhaseCost elements, rotations, matrix, coarse_levels, mass, pressures, preconditioner;
 };
 
 /// What a body is made of, as far as its operators go.
@@ -65,17 +65,17 @@ Formulation resolved_formulation(const ElasticModel& model);
 /// stiffness and stays as easy as a Poisson's ratio of zero, and the lumped pressure mass for the
 /// Schur complement. The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014,
 /// chapter 4).
-class ElasticOperator {
+class LinearSolver {
   public:
     /// Collective. The hierarchy must outlive the operator. `parts[l]`: the tets' parts of level l
-    /// (see share_mesh).
-    ElasticOperator(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                    std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
-                    const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
-    ~ElasticOperator();
+    /// (see distribute_mesh).
+    LinearSolver(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                 std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
+                 const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
+    ~LinearSolver();
 
-    ElasticLevel& fine() { return *levels_.front(); }
-    const ElasticLevel& fine() const { return *levels_.front(); }
+    LevelAssembler& fine() { return *levels_.front(); }
+    const LevelAssembler& fine() const { return *levels_.front(); }
     SolverKind kind() const { return kind_; }
     /// What solves: "cg + multigrid, 3 levels, rediscretised".
     std::string name() const;
@@ -100,7 +100,7 @@ class ElasticOperator {
     /// now and the other the next time; returns whether it did. Small strain's is the same at any
     /// `at`: kept while s, m, constraints and springs are, and with it what the preconditioner was
     /// computed to.
-    bool assemble(const ElasticState& at, double s, double m, Tangent tangent,
+    bool assemble(const Configuration& at, double s, double m, Tangent tangent,
                   bool by_halves = false);
 
     /// What the preconditioner computes from the operators before it can be applied; nothing where
@@ -108,25 +108,25 @@ class ElasticOperator {
     void set_up_preconditioner();
 
     /// What the parts took on this rank so far, and how often.
-    const OperatorCosts& costs() const { return costs_; }
+    const SolverCosts& costs() const { return costs_; }
 
     bool is_mixed() const { return coupling_ != nullptr; }
     PressureCoupling& coupling() { return *coupling_; }
     const PressureCoupling& coupling() const { return *coupling_; }
 
     /// A x = b. Displacement form: from the combination of `guesses` (zero at constrained
-    /// components; at most `most_guesses`, of no use to the mixed form) that is nearest to x in
+    /// components; at most `max_guesses`, of no use to the mixed form) that is nearest to x in
     /// energy. Mixed form: b_p the constraint's residual as PressureCoupling::residual gives it,
     /// x_p in Pa; else both null.
-    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearEffort& effort,
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& effort,
                        std::span<const Vec> guesses = {});
-    static constexpr int most_guesses = 2;
+    static constexpr int max_guesses = 2;
 
     /// Bytes that the live solver's operators, and a solve of so many iterations from two guesses,
     /// have to move at least; 0 for the others.
     double bytes_of_update() const { return live_ ? live_->bytes_of_update() : 0; }
     double bytes_of_solve(double iterations) const {
-        return live_ ? (iterations + most_guesses) * live_->bytes_of_multiply() +
+        return live_ ? (iterations + max_guesses) * live_->bytes_of_multiply() +
                            iterations * live_->bytes_of_cycle()
                      : 0;
     }
@@ -147,7 +147,7 @@ class ElasticOperator {
     static constexpr int cycles_below = 2;
     /// Whether multigrid is what preconditions: the user's options may have chosen another.
     bool cycles() const;
-    void assemble_levels(const ElasticState& at, double s, double m, Tangent tangent);
+    void assemble_levels(const Configuration& at, double s, double m, Tangent tangent);
     void apply_saddle_preconditioner(Vec r, Vec y);
     void set_level_operators();
     /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and
@@ -164,19 +164,19 @@ class ElasticOperator {
     SolverKind kind_;
     CoarseOperator coarse_;
     int smoothing_steps_;
-    std::vector<std::unique_ptr<ElasticLevel>> levels_;  ///< finest first
+    std::vector<std::unique_ptr<LevelAssembler>> levels_;  ///< finest first
     std::vector<std::unique_ptr<Transfer>> transfers_;
     std::vector<PetscHandle<Vec>> displacements_;        ///< of coarse levels, for their rotations
     std::vector<PetscHandle<Mat>> galerkin_;             ///< coarse operators P^T A P
     std::vector<CoarseBody> coarse_bodies_;              ///< by level from the second
     std::vector<std::vector<std::uint8_t>> components_;  ///< constrained, by level
-    std::unique_ptr<FloatMultigrid> live_;
+    std::unique_ptr<SinglePrecisionMultigrid> live_;
     PetscHandle<Mat> live_matrix_;
     PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
     std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     std::unique_ptr<Stopping> stopping_;
     PetscHandle<Vec> rest_, start_;  ///< with guesses: what is left of b, and x, before Krylov
-    PetscHandle<Vec> images_[most_guesses];       ///< A times the guesses
+    PetscHandle<Vec> images_[max_guesses];        ///< A times the guesses
     std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows
     PetscHandle<Mat> b_transposed_, saddle_matrix_;
     PetscHandle<KSP> saddle_;
@@ -186,7 +186,7 @@ class ElasticOperator {
     std::optional<std::pair<double, double>>
         kept_;             ///< s and m of small strain's operator, where it still is that
     bool is_new_ = false;  ///< assembled since the preconditioner was set up last
-    OperatorCosts costs_;
+    SolverCosts costs_;
     std::optional<double> asked_tolerance_;
     std::optional<int> asked_iterations_;
     double asked_residual_ = 1e-50;  ///< N

@@ -74,9 +74,9 @@ constexpr std::size_t grain = 150;
 
 /// A level works on A / s = K + (m M + springs) / s with the nodes' values scaled as
 /// ScaledStiffness scales them: its unknowns are S x, its right-hand sides S^-1 b / s.
-struct FloatMultigrid::Level {
-    ElasticLevel& level;
-    LiveBatches& live;
+struct SinglePrecisionMultigrid::Level {
+    LevelAssembler& level;
+    SinglePrecisionBatches& live;
     ThreadTeam& team;
     ScaledStiffness A;
     std::vector<float>
@@ -87,7 +87,7 @@ struct FloatMultigrid::Level {
     std::vector<float> more;  ///< of each node: inertia and springs, as they stand in the diagonal
     double bound = 2;         ///< largest eigenvalue of D^-1 A
 
-    Level(ElasticLevel& l, ThreadTeam& t)
+    Level(LevelAssembler& l, ThreadTeam& t)
         : level(l),
           live(*l.live()),
           team(t),
@@ -218,9 +218,9 @@ struct FloatMultigrid::Level {
     }
 };
 
-FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels,
-                               std::vector<const BarycentricMap*> maps, int smoothing_steps,
-                               ThreadTeam& team)
+SinglePrecisionMultigrid::SinglePrecisionMultigrid(std::vector<LevelAssembler*> levels,
+                                                   std::vector<const BarycentricMap*> maps,
+                                                   int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
     if (const std::size_t nodes = levels.back()->share().nodes.size();
         levels.size() < 2 || nodes > most_coarsest_nodes)
@@ -228,21 +228,21 @@ FloatMultigrid::FloatMultigrid(std::vector<ElasticLevel*> levels,
             "solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the "
             "coarsest of at most {} nodes",
             levels.size(), nodes, most_coarsest_nodes);
-    for (ElasticLevel* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
+    for (LevelAssembler* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l)
         levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
     dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()),
                   static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
 }
 
-FloatMultigrid::~FloatMultigrid() = default;
+SinglePrecisionMultigrid::~SinglePrecisionMultigrid() = default;
 
-void FloatMultigrid::set_constrained() {
+void SinglePrecisionMultigrid::set_constrained() {
     for (auto& level : levels_) level->set_constrained();
     fresh_ = true;
 }
 
-void FloatMultigrid::restrict_displacements() {
+void SinglePrecisionMultigrid::restrict_displacements() {
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         const Level& fine = *levels_[l];
         Level& coarse = *levels_[l + 1];
@@ -253,7 +253,7 @@ void FloatMultigrid::restrict_displacements() {
     }
 }
 
-void FloatMultigrid::update(double s, double m, bool by_halves) {
+void SinglePrecisionMultigrid::update(double s, double m, bool by_halves) {
     restrict_displacements();
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     by_halves = by_halves && !invert;
@@ -277,7 +277,7 @@ void FloatMultigrid::update(double s, double m, bool by_halves) {
     m_ = m;
 }
 
-void FloatMultigrid::find_bounds(Level& level) {
+void SinglePrecisionMultigrid::find_bounds(Level& level) {
     // Power iteration on D^-1 A from a rough vector; Chebyshev's interval ends a tenth above.
     std::uint32_t state = 12345;
     for (float& v : level.x)
@@ -298,7 +298,7 @@ void FloatMultigrid::find_bounds(Level& level) {
     }
 }
 
-void FloatMultigrid::invert_coarsest() {
+void SinglePrecisionMultigrid::invert_coarsest() {
     Level& level = *levels_.back();
     dense_.setZero();
     const auto put = [&](std::size_t i, std::size_t j, const Eigen::Matrix3f& block) {
@@ -323,7 +323,7 @@ void FloatMultigrid::invert_coarsest() {
     factor_.solveInPlace(dense_);
 }
 
-void FloatMultigrid::descend(std::size_t l) {
+void SinglePrecisionMultigrid::descend(std::size_t l) {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
         const auto n = static_cast<Eigen::Index>(3 * level.nodes());
@@ -360,7 +360,7 @@ void FloatMultigrid::descend(std::size_t l) {
     level.smooth(smoothing_steps_, false);
 }
 
-void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
+void SinglePrecisionMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     Level& fine = *levels_.front();
     team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
@@ -373,7 +373,7 @@ void FloatMultigrid::multiply(std::span<const double> x, std::span<double> y) {
     });
 }
 
-void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
+void SinglePrecisionMultigrid::cycle(std::span<const double> r, std::span<double> z) {
     Level& fine = *levels_.front();
     team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
@@ -385,7 +385,7 @@ void FloatMultigrid::cycle(std::span<const double> r, std::span<double> z) {
     });
 }
 
-double FloatMultigrid::bytes_of_update() const {
+double SinglePrecisionMultigrid::bytes_of_update() const {
     double bytes = 0;
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
@@ -400,13 +400,13 @@ double FloatMultigrid::bytes_of_update() const {
     return bytes;
 }
 
-double FloatMultigrid::bytes_of_multiply() const {
+double SinglePrecisionMultigrid::bytes_of_multiply() const {
     const Level& fine = *levels_.front();
     return static_cast<double>(fine.A.bytes_of_product()) +
            (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
 }
 
-double FloatMultigrid::bytes_of_cycle() const {
+double SinglePrecisionMultigrid::bytes_of_cycle() const {
     double bytes = 0;
     for (const auto& level : levels_) {
         const auto nodes = static_cast<double>(level->nodes());

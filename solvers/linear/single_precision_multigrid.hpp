@@ -19,7 +19,7 @@ namespace livetet {
 /// P1, linear and corotated strain. Its finest operator is the frame's too. Chebyshev smoothing on
 /// 3x3 block Jacobi; the coarsest level by its dense inverse, made anew when constraints or
 /// coefficients change. After `set_constrained` and the first `update`, nothing allocates.
-class FloatMultigrid {
+class SinglePrecisionMultigrid {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
     static constexpr std::size_t most_coarsest_nodes = 2000;
@@ -30,9 +30,10 @@ class FloatMultigrid {
 
     /// `levels` (without matrices), finest first, the maps between them and the team must outlive
     /// this. Throws Error where there is but one, or the coarsest is too large.
-    FloatMultigrid(std::vector<ElasticLevel*> levels, std::vector<const BarycentricMap*> maps,
-                   int smoothing_steps, ThreadTeam& team);
-    ~FloatMultigrid();
+    SinglePrecisionMultigrid(std::vector<LevelAssembler*> levels,
+                             std::vector<const BarycentricMap*> maps, int smoothing_steps,
+                             ThreadTeam& team);
+    ~SinglePrecisionMultigrid();
 
     const BarycentricMap& map(std::size_t level) const { return *maps_[level]; }
 

@@ -136,8 +136,8 @@ namespace {
 /// visits the PETSc numbers of the nodes that owned row number `row` has entries for, each once; it
 /// is called once for every row, in order. `width` numbers a node.
 template <class ColumnsOf>
-PetscHandle<Mat> make_matrix(const MeshShare& rows, const MeshShare& columns, PetscInt width,
-                             ColumnsOf&& columns_of) {
+PetscHandle<Mat> make_matrix(const PartitionedMesh& rows, const PartitionedMesh& columns,
+                             PetscInt width, ColumnsOf&& columns_of) {
     const PetscInt first = columns.owned ? columns.numbers.front() : 0, end = first + columns.owned;
     std::vector<PetscInt> own, others;
     for (std::int32_t i = 0; i < rows.owned; ++i) {
@@ -161,7 +161,7 @@ void finish(Mat A) {
 
 }  // namespace
 
-Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse,
+Transfer::Transfer(const PartitionedMesh& fine, const PartitionedMesh& coarse,
                    const BarycentricMap& fine_in_coarse)
     : map_(fine_in_coarse) {
     interpolation_ = make_matrix(fine, coarse, 3, [&](std::int32_t i, auto&& visit) {
@@ -172,7 +172,7 @@ Transfer::Transfer(const MeshShare& fine, const MeshShare& coarse,
     make_mean(fine, coarse);
 }
 
-void Transfer::make_mean(const MeshShare& fine, const MeshShare& coarse) {
+void Transfer::make_mean(const PartitionedMesh& fine, const PartitionedMesh& coarse) {
     // Columns of the map, normalised. Every rank has the whole map, so each fills its own rows.
     struct Lent {
         std::int32_t row;  ///< owned node of the coarse mesh
@@ -208,7 +208,7 @@ void Transfer::restrict_displacement(Vec fine, Vec coarse) const {
     LIVETET_PETSC(MatMult(mean_.get(), fine, coarse));
 }
 
-void Transfer::set_constrained(const MeshShare& fine, const MeshShare& coarse,
+void Transfer::set_constrained(const PartitionedMesh& fine, const PartitionedMesh& coarse,
                                std::span<const std::uint8_t> fine_components,
                                std::span<const std::uint8_t> coarse_components) {
     for (std::int32_t i = 0; i < fine.owned; ++i) {

@@ -52,7 +52,8 @@ class Transfer {
   public:
     /// Collective. `fine_in_coarse` places every node of the whole fine mesh in the whole coarse
     /// mesh. The interpolation is there after the first `set_constrained`.
-    Transfer(const MeshShare& fine, const MeshShare& coarse, const BarycentricMap& fine_in_coarse);
+    Transfer(const PartitionedMesh& fine, const PartitionedMesh& coarse,
+             const BarycentricMap& fine_in_coarse);
 
     /// Coarse to fine; zero in rows of constrained fine components and columns of constrained
     /// coarse ones.
@@ -63,12 +64,12 @@ class Transfer {
 
     const BarycentricMap& map() const { return map_; }
 
-    void set_constrained(const MeshShare& fine, const MeshShare& coarse,
+    void set_constrained(const PartitionedMesh& fine, const PartitionedMesh& coarse,
                          std::span<const std::uint8_t> fine_components,
                          std::span<const std::uint8_t> coarse_components);
 
   private:
-    void make_mean(const MeshShare& fine, const MeshShare& coarse);
+    void make_mean(const PartitionedMesh& fine, const PartitionedMesh& coarse);
 
     const BarycentricMap& map_;
     PetscHandle<Mat> interpolation_;

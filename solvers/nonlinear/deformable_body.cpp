@@ -95,13 +95,13 @@ void DeformableBody::set_constraints(const Constraints& constraints) {
         operator_.set_constrained(constrained_);
         find_held();
     }
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     for (std::size_t k = 0; k < held_nodes_.size(); ++k)
         held_values_[k] = constraints.values[share.nodes[held_nodes_[k]]];
 }
 
 void DeformableBody::find_held() {
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     held_nodes_.clear();
     held_at_.assign(share.owned, -1);
     for (std::int32_t i = 0; i < share.owned; ++i) {
@@ -116,7 +116,7 @@ void DeformableBody::find_held() {
 
 void DeformableBody::move_constraints(std::span<const std::int32_t> nodes,
                                       std::span<const Vector3> values) {
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         const PetscInt i =
             share.number_of_node[nodes[k]] - (share.owned > 0 ? share.numbers.front() : 0);
@@ -167,9 +167,9 @@ void DeformableBody::copy_state(const DeformableBody& other) {
     started_ = other.started_;
 }
 
-BodyState DeformableBody::gather_state() const {
-    const MeshShare& share = operator_.fine().share();
-    BodyState state;
+BodySnapshot DeformableBody::gather_state() const {
+    const PartitionedMesh& share = operator_.fine().share();
+    BodySnapshot state;
     for (const PetscHandle<Vec>* v : {&u_, &v_, &a_, &net_})
         if (*v) state.nodal.push_back(gather(share, v->get()));
     if (p_) {
@@ -187,8 +187,8 @@ BodyState DeformableBody::gather_state() const {
     return state;
 }
 
-void DeformableBody::set_state(const BodyState& state) {
-    const MeshShare& share = operator_.fine().share();
+void DeformableBody::set_state(const BodySnapshot& state) {
+    const PartitionedMesh& share = operator_.fine().share();
     std::size_t k = 0;
     for (const PetscHandle<Vec>* v : {&u_, &v_, &a_, &net_}) {
         if (!*v) continue;
@@ -235,7 +235,7 @@ void DeformableBody::take_rotations() {
 }
 
 double DeformableBody::find_prescribed() {
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     const auto constrained = operator_.fine().constrained();
     double largest = 0;
     {
@@ -266,8 +266,8 @@ double DeformableBody::residual_norm() const {
 }
 
 double DeformableBody::evaluate_residual(const TimeCoefficients& c, bool prescribed) {
-    const PartTimer timer(forces_);
-    const ElasticLevel& fine = operator_.fine();
+    const PhaseTimer timer(forces_);
+    const LevelAssembler& fine = operator_.fine();
     const double beta = time_.rayleigh_beta;
     if (is_dynamic()) {
         // v1 = v_u (u - u0) + v_v v0 + v_a a0
@@ -334,7 +334,7 @@ void DeformableBody::add_inertia(const TimeCoefficients& c) {
 }
 
 void DeformableBody::subtract_spring_pull() {
-    const ElasticLevel& fine = operator_.fine();
+    const LevelAssembler& fine = operator_.fine();
     const auto springs = fine.springs();
     if (springs.empty()) return;
     const ReadArray u(u_.get());
@@ -362,7 +362,7 @@ double DeformableBody::subtract_prescribed(const TimeCoefficients& c) {
 void DeformableBody::start_acceleration() {
     // M a0 = f_ext - f_int(u0) - C v0: with a0 = 0 under loads the scheme would be first order
     // only.
-    const ElasticLevel& fine = operator_.fine();
+    const LevelAssembler& fine = operator_.fine();
     fine.elastic_force(state(), force_.get());
     subtract_spring_pull();
     if (time_.rayleigh_beta > 0) {
@@ -392,12 +392,12 @@ bool DeformableBody::assemble(const TimeCoefficients& c, Tangent tangent, bool b
         by_halves);
 }
 
-bool DeformableBody::is_late(const StepEffort& effort) const {
+bool DeformableBody::is_late(const StepControls& effort) const {
     return effort.deadline &&
            Clock::now() + std::chrono::duration<double>(renewal_s_ + rest_s_) > *effort.deadline;
 }
 
-LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepEffort& effort,
+LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepControls& effort,
                                           StepReport& report) {
     Stopwatch watch;
     const bool exact = options_.tangent == TangentChoice::exact ||
@@ -406,7 +406,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
                       : positive_steps_ > 0 ? Tangent::positive
                                             : Tangent::exact;
     positive_steps_ = std::max(0, positive_steps_ - 1);
-    const SolveRecord* done = effort.as_done && report.linearisations < most_recorded_solves
+    const SolveRecord* done = effort.as_done && report.linearisations < max_recorded_solves
                                   ? &(*effort.as_done)[report.linearisations]
                                   : nullptr;
     bool by_halves =
@@ -425,7 +425,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
                                                  : options_.max_iterations;
         operator_.set_up_preconditioner();
         report.preconditioner_s += watch.lap();
-        const LinearEffort how{effort.linear_tolerance, most, effort.deadline};
+        const LinearControls how{effort.linear_tolerance, most, effort.deadline};
         const Vec guesses[] = {previous_[0].get(), previous_[1].get()};
         const std::size_t guessed = report.linearisations == 0 ? guesses_ : 0;
         const LinearReport linear = operator_.solve(residual_.get(), volume_.get(), du_.get(),
@@ -435,7 +435,7 @@ LinearReport DeformableBody::solve_linear(const TimeCoefficients& c, const StepE
         linear_solves_.seconds += solve_s;
         linear_solves_.times += linear.iterations;
         report.iterations += linear.iterations;
-        if (report.linearisations < most_recorded_solves)
+        if (report.linearisations < max_recorded_solves)
             report.solves[report.linearisations] = {linear.iterations, half};
         report.cut_short |= linear.cut_short;
         report.solve_error = linear.error;
@@ -468,7 +468,7 @@ bool DeformableBody::leads_astray(const LinearReport& linear) const {
            !(linear.residual <= residual_norm());
 }
 
-StepReport DeformableBody::step(double dt, const StepEffort& effort) {
+StepReport DeformableBody::step(double dt, const StepControls& effort) {
     const TimeCoefficients c = time_coefficients(time_, dt);
     StepReport report;
     Stopwatch watch;
@@ -549,7 +549,7 @@ void DeformableBody::move(double length) {
     if (p_) LIVETET_PETSC(VecAXPY(p_.get(), length, dp_.get()));
 }
 
-double DeformableBody::allowed(const StepEffort& effort) const {
+double DeformableBody::allowed(const StepControls& effort) const {
     return std::max(effort.tolerance * scale_, effort.tolerance > 0 ? round_off_ : 0);
 }
 
@@ -614,7 +614,7 @@ void DeformableBody::finish_step(const TimeCoefficients& c, double dt, StepRepor
         raise_to(largest, error);
     });
     report.time_error = c.error * largest.load();
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     if (share.ranks > 1)
         MPI_Allreduce(MPI_IN_PLACE, &report.time_error, 1, MPI_DOUBLE, MPI_MAX, share.comm);
 }

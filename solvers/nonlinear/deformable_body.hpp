@@ -12,7 +12,7 @@
 namespace livetet {
 
 /// A step makes this many linearisations at most where it is to be done again to the bit.
-constexpr int most_recorded_solves = 4;
+constexpr int max_recorded_solves = 4;
 
 /// What a deadline left of one linearisation's solve.
 struct SolveRecord {
@@ -30,8 +30,8 @@ struct [[nodiscard]] StepReport {
                                 ///< is the next step's
     bool kept_old = false;      ///< the new state was not finite
     int linearisations = 0;
-    int iterations = 0;                                      ///< of all linear solves
-    std::array<SolveRecord, most_recorded_solves> solves{};  ///< of the first linearisations
+    int iterations = 0;                                     ///< of all linear solves
+    std::array<SolveRecord, max_recorded_solves> solves{};  ///< of the first linearisations
     double imbalance = 0;  ///< force out of balance relative to the forces at work: at the end
                            ///< where a tolerance was asked for, else before the last linear solve
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
@@ -50,7 +50,7 @@ struct [[nodiscard]] StepReport {
 /// How far a step goes: `linearisations` at most, stopping early at `tolerance` (force out of
 /// balance relative to the forces at work); each linear solve to `linear_tolerance`, by at most
 /// `iterations` (0: as the solver's options say) and not past the deadline.
-struct StepEffort {
+struct StepControls {
     int linearisations = 1;
     double tolerance = 0;
     double linear_tolerance = 1e-3;
@@ -61,12 +61,12 @@ struct StepEffort {
     bool by_halves = false;
     /// Live: as an earlier step was done, whose `StepReport::solves` these are, without a deadline:
     /// the same to the bit.
-    const std::array<SolveRecord, most_recorded_solves>* as_done = nullptr;
+    const std::array<SolveRecord, max_recorded_solves>* as_done = nullptr;
 };
 
 /// All that a body needs to go on from where it is, in the whole mesh's numbering: the same on any
 /// number of ranks.
-struct BodyState {
+struct BodySnapshot {
     /// Of each node: displacement, m; where the body is dynamic velocity, m/s, and acceleration,
     /// m/s^2; with generalized-alpha the forces at the last step's end, N.
     std::vector<std::vector<Vector3>> nodal;
@@ -77,8 +77,8 @@ struct BodyState {
 
 /// Of a body's parts: the operator's; and velocities with all that a dynamic body keeps beside its
 /// mass; forces; iterations of linear solves.
-struct BodyCosts : OperatorCosts {
-    PartCost velocities, forces, linear_solves;
+struct BodyCosts : SolverCosts {
+    PhaseCost velocities, forces, linear_solves;
 };
 
 /// A deformable body with its constraints, loads and state of motion: M u'' + C u' + f_int(u) =
@@ -87,7 +87,7 @@ struct BodyCosts : OperatorCosts {
 /// only the K of shear.
 class DeformableBody {
   public:
-    /// Collective; see ElasticOperator.
+    /// Collective; see LinearSolver.
     DeformableBody(MPI_Comm comm, const MeshHierarchy& hierarchy,
                    std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
                    const TimeOptions& time, const SolverOptions& options);
@@ -104,15 +104,15 @@ class DeformableBody {
 
     /// One step of `dt` seconds (static: to equilibrium, dt unused). Always leaves a finite state:
     /// where the new one is not, the old one is kept and the report says converged = false.
-    StepReport step(double dt, const StepEffort& effort);
+    StepReport step(double dt, const StepControls& effort);
 
     /// Takes up displacement, velocity and acceleration of a body on the same mesh and of the same
     /// scheme.
     void copy_state(const DeformableBody& other);
     /// The state on every rank; and a body of the same mesh and scheme takes it up. Collective.
     /// Throws Error where it is of another size.
-    BodyState gather_state() const;
-    void set_state(const BodyState& state);
+    BodySnapshot gather_state() const;
+    void set_state(const BodySnapshot& state);
     /// Remembers the state, or takes up the one remembered last (a step that is to be done again).
     void keep_state();
     void return_to_kept_state();
@@ -149,13 +149,13 @@ class DeformableBody {
     /// What the parts of the body took on this rank; nothing where they were left out.
     BodyCosts costs() const;
 
-    ElasticOperator& elastic_operator() { return operator_; }
+    LinearSolver& linear_solver() { return operator_; }
     int threads() const { return team_.size(); }
 
   private:
     PetscHandle<Vec> vector() const { return make_vector(operator_.fine().share()); }
     bool is_dynamic() const { return time_.scheme != TimeScheme::static_equilibrium; }
-    ElasticState state() const { return {u_.get(), p_.get()}; }
+    Configuration state() const { return {u_.get(), p_.get()}; }
     std::vector<Vec> state_vectors() const;
     std::vector<TetFields> local_tet_fields();
     /// Ghosts of the state, and the rotations there.
@@ -187,9 +187,9 @@ class DeformableBody {
     bool assemble(const TimeCoefficients& c, Tangent tangent, bool by_halves);
     /// Whether a whole operator, one iteration and what follows, as long as they take of late,
     /// would miss the deadline.
-    bool is_late(const StepEffort& effort) const;
+    bool is_late(const StepControls& effort) const;
     /// du_ (and dp_) from residual_, by the exact tangent where that is asked for and positive.
-    LinearReport solve_linear(const TimeCoefficients& c, const StepEffort& effort,
+    LinearReport solve_linear(const TimeCoefficients& c, const StepControls& effort,
                               StepReport& report);
     /// Whether the solve by an operator of which one half is a step old went where no whole one
     /// would: where tets have flipped since, the halves may not fit together.
@@ -198,7 +198,7 @@ class DeformableBody {
     double downhill() const;
     /// The force out of balance that counts as none: the tolerance's, or round-off where that is
     /// more.
-    double allowed(const StepEffort& effort) const;
+    double allowed(const StepControls& effort) const;
     /// Goes along du_ as far as is good; returns the norm of the residual there.
     double search_line(const TimeCoefficients& c, double norm);
     void move(double length);
@@ -209,7 +209,7 @@ class DeformableBody {
     TimeOptions time_;
     SolverOptions options_;
     mutable ThreadTeam team_;
-    ElasticOperator operator_;
+    LinearSolver operator_;
     std::vector<std::uint8_t>
         constrained_;  ///< components of every node of the whole mesh, see Constraints
     Springs springs_;
@@ -225,7 +225,7 @@ class DeformableBody {
     PetscHandle<Vec> p_, p0_, dp_,
         volume_;  ///< mixed form: pressure, its increment, the constraint's residual
     std::vector<PetscHandle<Vec>> kept_;
-    PartCost velocities_, forces_, linear_solves_;
+    PhaseCost velocities_, forces_, linear_solves_;
     bool started_ = false, kept_started_ = false;
     double scale_ =
         0;  ///< size of the forces at work, N: now, or when the step began where that is more

@@ -19,7 +19,7 @@ std::vector<Vector3> DeformableBody::elastic_force() {
 }
 
 std::vector<Vector3> DeformableBody::reactions() {
-    const ElasticLevel& fine = operator_.fine();
+    const LevelAssembler& fine = operator_.fine();
     take_rotations();
     fine.elastic_force(state(), force_.get());
     if (is_dynamic() && time_.rayleigh_beta > 0) {
@@ -49,8 +49,8 @@ std::vector<Vector3> DeformableBody::reactions() {
 
 std::vector<TetFields> DeformableBody::local_tet_fields() {
     take_rotations();
-    const ElasticLevel& fine = operator_.fine();
-    const MeshShare& share = fine.share();
+    const LevelAssembler& fine = operator_.fine();
+    const PartitionedMesh& share = fine.share();
     std::vector<TetFields> local(share.tets.size());
     fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
     const double points = share.edge_nodes.empty() ? 1 : 4;
@@ -70,7 +70,7 @@ double DeformableBody::largest_von_mises() {
 
 std::size_t DeformableBody::inverted_tets() {
     take_rotations();
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     std::uint64_t count = 0;
     operator_.fine().visit_volume_ratio(state(), [&](std::size_t e, double ratio) {
         count +=
@@ -81,7 +81,7 @@ std::size_t DeformableBody::inverted_tets() {
 }
 
 std::vector<TetFields> DeformableBody::tet_fields() {
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     const std::vector<TetFields> local = local_tet_fields();
     // Each tet from the rank that owns its first corner.
     constexpr int numbers = 11;
@@ -104,8 +104,8 @@ std::vector<TetFields> DeformableBody::tet_fields() {
 
 std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     take_rotations();
-    const ElasticLevel& fine = operator_.fine();
-    const MeshShare& share = fine.share();
+    const LevelAssembler& fine = operator_.fine();
+    const PartitionedMesh& share = fine.share();
     const bool quadratic = !share.edge_nodes.empty();
     // The linear function through the values at the four points takes at corner i: own * value_i +
     // other * the rest.
@@ -145,7 +145,7 @@ double DeformableBody::strain_energy() {
 }
 
 double DeformableBody::kinetic_energy() {
-    const MeshShare& share = operator_.fine().share();
+    const PartitionedMesh& share = operator_.fine().share();
     const auto mass = operator_.fine().node_mass();
     double energy = 0;
     if (is_dynamic()) {

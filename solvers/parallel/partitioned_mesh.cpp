@@ -132,11 +132,11 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
     return numbers;
 }
 
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
-                     bool cut) {
+PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
+                                std::span<const std::int32_t> parts, bool cut) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
-    MeshShare share;
+    PartitionedMesh share;
     share.comm = comm;
     MPI_Comm_size(comm, &share.ranks);
     if (share.ranks == 1) {
@@ -194,7 +194,7 @@ MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::in
     return share;
 }
 
-PetscHandle<Vec> make_vector(const MeshShare& share) {
+PetscHandle<Vec> make_vector(const PartitionedMesh& share) {
     PetscHandle<Vec> v;
     LIVETET_PETSC(VecCreateGhostBlock(share.comm, 3, 3 * share.owned, PETSC_DETERMINE,
                                       static_cast<PetscInt>(share.ghosts()),
@@ -210,13 +210,13 @@ void update_ghosts(Vec v) {
     LIVETET_PETSC(VecGhostUpdateEnd(v, INSERT_VALUES, SCATTER_FORWARD));
 }
 
-std::vector<Vector3> gather(const MeshShare& share, Vec v) {
+std::vector<Vector3> gather(const PartitionedMesh& share, Vec v) {
     std::vector<Vector3> values;
     gather(share, v, values);
     return values;
 }
 
-void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values) {
+void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values) {
     values.resize(share.number_of_node.size());
     if (share.owned < static_cast<std::int32_t>(values.size()))
         std::fill(values.begin(), values.end(), Vector3::Zero());
@@ -228,7 +228,7 @@ void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values) {
                       MPI_SUM, share.comm);
 }
 
-void fill(const MeshShare& share, std::span<const Vector3> values, Vec v) {
+void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v) {
     WriteArray mine(v);
     for (std::int32_t i = 0; i < share.owned; ++i)
         for (int c = 0; c < 3; ++c) mine[3 * i + c] = values[share.nodes[i]][c];

@@ -12,7 +12,7 @@ namespace livetet {
 /// One rank's share of a mesh. Local nodes: the owned ones first, by rising number in the whole
 /// mesh, then ghosts by rising PETSc number. Local tets: every tet that touches an owned node, so
 /// that the owned rows of an operator can be assembled without a message.
-struct MeshShare {
+struct PartitionedMesh {
     MPI_Comm comm = MPI_COMM_SELF;
     int ranks = 1;
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
@@ -37,8 +37,8 @@ struct MeshShare {
 /// DMPlex would move all of it through the first rank. With one rank, nothing is distributed and
 /// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
 /// corners.
-MeshShare share_mesh(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
-                     bool cut = false);
+PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
+                                std::span<const std::int32_t> parts, bool cut = false);
 
 /// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`:
 /// consecutive on each rank, -1 for things that nobody owns.
@@ -46,18 +46,18 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
                                    std::span<const std::int32_t> owned);
 
 /// A vector of three components a node, with room for the ghosts' values behind the owned ones.
-PetscHandle<Vec> make_vector(const MeshShare& share);
+PetscHandle<Vec> make_vector(const PartitionedMesh& share);
 
 /// Fetches the ghosts' values from their owners.
 void update_ghosts(Vec v);
 
 /// The nodes' values in the whole mesh's numbering, on every rank.
-std::vector<Vector3> gather(const MeshShare& share, Vec v);
+std::vector<Vector3> gather(const PartitionedMesh& share, Vec v);
 /// The same into `values`, whose storage is used again.
-void gather(const MeshShare& share, Vec v, std::vector<Vector3>& values);
+void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values);
 
 /// Fills the owned part of `v` from values in the whole mesh's numbering.
-void fill(const MeshShare& share, std::span<const Vector3> values, Vec v);
+void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v);
 
 /// Owned and ghost values of a vector from make_vector, read only; given back when the guard dies.
 class LocalValues {

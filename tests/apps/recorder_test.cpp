@@ -25,7 +25,7 @@ struct Recorded {
         writer.append(0, std::vector<Vector3>(8, Vector3::Zero()));
         writer.append_values("sample", {{frame_sample}});
         writer.append_values("checksum", {{checksum}});
-        std::vector<double> solves(2 * most_recorded_solves, 0);
+        std::vector<double> solves(2 * max_recorded_solves, 0);
         solves[0] = iterations;
         writer.append_values("solves", solves);
         writer.close();

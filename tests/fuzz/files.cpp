@@ -213,7 +213,7 @@ void write_run(const fs::path& path) {
                                  "press_mm", "registration_status", "converged", "checksum"})
             writer.append_values(name, {{1.0}});
         writer.append_values("sample", {{1.0 * k}});
-        writer.append_values("solves", std::vector<double>(2 * most_recorded_solves, 1));
+        writer.append_values("solves", std::vector<double>(2 * max_recorded_solves, 1));
     }
     writer.write_text(
         "run",

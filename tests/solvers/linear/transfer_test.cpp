@@ -59,9 +59,9 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
             {test::block({8, 4, 4}, test::beam_size), test::block({5, 3, 3}, test::beam_size)}, ""),
         1);
     const auto parts = partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis);
-    std::vector<MeshShare> shares;
+    std::vector<PartitionedMesh> shares;
     for (std::size_t l = 0; l < h.levels.size(); ++l)
-        shares.push_back(share_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
+        shares.push_back(distribute_mesh(PETSC_COMM_WORLD, h.levels[l], parts[l]));
     const auto linear = [](const Vector3& x) {
         return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum());
     };

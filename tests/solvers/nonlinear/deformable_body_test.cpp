@@ -41,7 +41,8 @@ struct Case {
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
 
-const StepEffort to_equilibrium{.linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6};
+const StepControls to_equilibrium{
+    .linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6};
 
 Constraints pressed(const TetMesh& mesh, const Vector3& press) {
     Constraints constraints(mesh.nodes.size());
@@ -124,7 +125,7 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
 }
 
 /// The operator, in each layout, tangent and strain model, against differences of the forces.
-TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
+TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
     const MeshHierarchy linear = make_hierarchy({block({3, 2, 2}, test::beam_size)}, "a block");
     const MeshHierarchy quadratic = with_quadratic_level(linear);
     const auto parts = partitions(linear).front();
@@ -133,8 +134,8 @@ TEST(ElasticLevel, TheMatrixIsTheDerivativeOfTheForce) {
             for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated,
                                              StrainModel::green, StrainModel::neohookean}) {
                 const TetMesh& mesh = (is_quadratic ? quadratic : linear).levels.front();
-                ElasticLevel level(mesh, share_mesh(PETSC_COMM_WORLD, mesh, parts), soft, strain,
-                                   Formulation::displacement, layout);
+                LevelAssembler level(mesh, distribute_mesh(PETSC_COMM_WORLD, mesh, parts), soft,
+                                     strain, Formulation::displacement, layout);
                 level.find_mass();
                 const auto u = make_vector(level.share()), v = make_vector(level.share()),
                            product = make_vector(level.share()), force = make_vector(level.share()),

@@ -10,7 +10,8 @@ namespace livetet {
 namespace {
 
 const Material tissue{.young_Pa = 3000, .poisson = 0.4, .density_kg_per_m3 = 1000};
-constexpr StepEffort to_the_end{.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-10};
+constexpr StepControls to_the_end{
+    .linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-10};
 
 /// On one rank: what is counted is the same on each.
 class LeftOut : public testing::Test {
@@ -57,7 +58,7 @@ TEST_F(LeftOut, AStaticBodyHasNoMassAndNoVelocities) {
             b->set_constraints(pressed(1));
             ASSERT_FALSE(b->step(0.1, {}).kept_old);
         }
-        EXPECT_TRUE(at_rest->elastic_operator().fine().node_mass().empty());
+        EXPECT_TRUE(at_rest->linear_solver().fine().node_mass().empty());
         EXPECT_EQ(at_rest->costs().mass.bytes, 0);
         EXPECT_EQ(at_rest->costs().velocities.bytes, 0);
         const double nodes = static_cast<double>(hierarchy.levels.front().nodes.size());
@@ -196,7 +197,7 @@ TEST_F(LeftOut, CoarseOperatorsAreByTheContrast) {
                            {.kind = SolverKind::multigrid});
         two.set_constraints(pressed(1));
         EXPECT_TRUE(two.step(0, to_the_end).converged);
-        const std::string name = two.elastic_operator().name();
+        const std::string name = two.linear_solver().name();
         return name.substr(name.rfind(' ') + 1);
     };
     EXPECT_EQ(coarse_of(1), "rediscretised");

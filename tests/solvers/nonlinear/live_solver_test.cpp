@@ -87,7 +87,7 @@ TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
         .scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
     const auto plain = body({.kind = SolverKind::multigrid, .relative_tolerance = 1e-9}, time);
     const auto live = body({.kind = SolverKind::live, .threads = 2}, time);
-    const StepEffort effort{.linearisations = 8, .linear_tolerance = 1e-7};
+    const StepControls effort{.linearisations = 8, .linear_tolerance = 1e-7};
     for (int k = 1; k <= 4; ++k)
         for (DeformableBody* b : {plain.get(), live.get()}) {
             b->set_constraints(pressed(k / 4.0));
