@@ -36,34 +36,38 @@ const Setting& setting() {
 struct Level {
     LevelAssembler level;
     PetscHandle<Vec> u, f;
+    ElementRotations rotations;
     explicit Level(MatrixLayout layout)
         : level(setting().mesh(), distribute_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
                 setting().materials, StrainModel::corotated, Formulation::displacement, layout),
           u(make_vector(level.share())),
-          f(make_vector(level.share())) {
+          f(make_vector(level.share())),
+          rotations(level.make_rotations()) {
         std::vector<Vector3> bend;
         for (const Vector3& x : setting().mesh().nodes) bend.push_back({0, 0, 2 * x.x() * x.x()});
         fill(level.share(), bend, u.get());
         update_ghosts(u.get());
-        level.update_rotations(u.get());
-        level.assemble(1, 0, Tangent::held_rotation, {.u = u.get()});
+        level.update_rotations(u.get(), rotations);
+        level.assemble(1, 0, Tangent::held_rotation, {.u = u.get(), .rotations = &rotations});
     }
 };
 
 void rotations(benchmark::State& state) {
     Level l(MatrixLayout::blocks);
-    for (auto _ : state) l.level.update_rotations(l.u.get());
+    for (auto _ : state) l.level.update_rotations(l.u.get(), l.rotations);
 }
 
 void elastic_force(benchmark::State& state) {
     Level l(MatrixLayout::blocks);
-    for (auto _ : state) l.level.elastic_force({.u = l.u.get()}, l.f.get());
+    for (auto _ : state)
+        l.level.elastic_force({.u = l.u.get(), .rotations = &l.rotations}, l.f.get());
 }
 
 template <MatrixLayout layout, Tangent tangent = Tangent::held_rotation>
 void assemble(benchmark::State& state) {
     Level l(layout);
-    for (auto _ : state) l.level.assemble(1, 0, tangent, {.u = l.u.get()});
+    for (auto _ : state)
+        l.level.assemble(1, 0, tangent, {.u = l.u.get(), .rotations = &l.rotations});
 }
 
 /// The alternative: the same blocks through PETSc's own call.
@@ -122,7 +126,7 @@ template <SolverKind kind, CoarseOperator coarse>
 void frame(benchmark::State& state) {
     const Setting& s = setting();
     DeformableBody body(
-        PETSC_COMM_SELF, s.hierarchy, {}, {s.materials, StrainModel::corotated},
+        {PETSC_COMM_SELF, s.hierarchy}, {s.materials, StrainModel::corotated},
         {.scheme = TimeScheme::newmark, .rayleigh_alpha = 10, .rayleigh_beta = 0.01},
         {.kind = kind, .coarse = coarse});
     Constraints constraints(s.mesh().nodes.size());
@@ -135,7 +139,8 @@ void frame(benchmark::State& state) {
     for (auto _ : state) {
         constraints.prescribe(driven, {0, 0, -0.0075 * (1 - std::cos(2 * M_PI * 0.05 * step++))});
         body.set_constraints(constraints);
-        iterations += body.step(0.05, {.linearisations = 1, .linear_tolerance = 1e-3}).iterations;
+        iterations +=
+            body.advance(0.05, {.newton_iterations = 1, .linear_tolerance = 1e-3}).iterations;
     }
     state.counters["iterations"] = static_cast<double>(iterations) / step;
 }

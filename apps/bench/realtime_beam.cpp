@@ -49,7 +49,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
 
     std::vector<Vector3> reached;
     {
-        DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, model, time,
+        DeformableBody body({PETSC_COMM_SELF, hierarchy}, model, time,
                             {.kind = SolverKind::live, .threads = threads});
         result.threads = body.threads();
         reached.resize(mesh.nodes.size());
@@ -65,7 +65,8 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
                 Measured m;
                 const auto start = Clock::now();
                 body.set_constraints(constraints);
-                m.step = body.step(dt, {.linear_tolerance = 1e-4, .iterations = size.iterations});
+                m.step =
+                    body.advance(dt, {.linear_tolerance = 1e-4, .iterations = size.iterations});
                 body.displacement(reached);
                 m.seconds = seconds_since(start);
                 if (turn == 0) continue;
@@ -80,13 +81,13 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
             result.estimate_mean += m.step.solve_error / static_cast<double>(frames.size()) / 0.02;
         result.bytes = bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, true);
     }
-    DeformableBody converged(PETSC_COMM_SELF, hierarchy, {}, model, time,
+    DeformableBody converged({PETSC_COMM_SELF, hierarchy}, model, time,
                              {.kind = SolverKind::live, .threads = threads});
     for (int k = 1; k <= steps; ++k) {
         progress.update(0.3 + 0.7 * k / steps, size.name + ": converged run");
         converged.set_constraints(beam_constraints(mesh, k * dt));
         result.references_not_converged +=
-            !converged.step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
+            !converged.solve(dt, {.max_newton = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
                  .converged;
     }
     const std::vector<Vector3> truth = converged.displacement();

@@ -108,8 +108,8 @@ class Follower {
             SolverOptions converged = scene_.solver;
             converged.kind = SolverKind::live;
             reference_ = std::make_unique<DeformableBody>(
-                PETSC_COMM_SELF, body_.hierarchy, std::span<const std::vector<std::int32_t>>{},
-                elastic_model(scene_, true), scene_.time, converged);
+                DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy}, elastic_model(scene_, true),
+                scene_.time, converged);
         }
         const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;
         if (!is_static) reference_->copy_state(*body_.body);
@@ -119,8 +119,7 @@ class Follower {
         reference_->set_constraints(model_.constraints());
         reference_->move_constraints(model_.driven(), model_.driven_to());
         m.reference_converged =
-            reference_
-                ->step(dt, {.linearisations = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
+            reference_->solve(dt, {.max_newton = 60, .tolerance = 1e-6, .linear_tolerance = 1e-2})
                 .converged;
         const Gap gap = gap_between(body_.body->displacement(), reference_->displacement());
         m.error = gap.rms;

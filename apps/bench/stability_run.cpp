@@ -145,9 +145,9 @@ class Trial {
         ++cell_.steps;
         const auto start = Clock::now();
         const double reached =
-            step_in_parts(*body_.body, dt, batch_effort(scene_), move,
+            step_in_parts(*body_.body, dt, solve_controls(scene_), move,
                           [&](double share, double, const StepReport& report) {
-                              cell_.linearisations += report.linearisations;
+                              cell_.linearisations += report.newton_iterations;
                               last = report;
                               if (seconds_since(start) > longest_step_s)
                                   broken(
@@ -159,16 +159,16 @@ class Trial {
             broken(
                 "solved: not beyond {:.3g} of step {}, where forces are out of balance by {:.1e} "
                 "after {} linearisations",
-                reached, cell_.steps, last.imbalance, last.linearisations);
+                reached, cell_.steps, last.imbalance, last.newton_iterations);
     }
 
     template <class Move>
     void frame(Move&& move, double dt) {
         const auto start = Clock::now();
         move(1);
-        const StepReport report = body_.body->step(
+        const StepReport report = body_.body->advance(
             dt,
-            {.linearisations = 1,
+            {.newton_iterations = 1,
              .linear_tolerance = scene_.solver.relative_tolerance,
              .deadline = start + std::chrono::duration_cast<Clock::duration>(
                                      std::chrono::duration<double>(limits_.budget_s - tail_s_))});
@@ -177,7 +177,7 @@ class Trial {
         late_ += seconds_since(start) > limits_.budget_s;
         ++cell_.steps;
         cell_.late = static_cast<double>(late_) / cell_.steps;
-        cell_.linearisations += report.linearisations;
+        cell_.linearisations += report.newton_iterations;
         if (report.kept_old) broken("finite: step {} came to no finite state", cell_.steps);
     }
 

@@ -98,7 +98,7 @@ json history_json(const RunHistory& history) {
                          {"step_s", s.step_s},
                          {"converged", s.report.converged},
                          {"kept", s.kept},
-                         {"linearisations", s.report.linearisations},
+                         {"linearisations", s.report.newton_iterations},
                          {"iterations", s.report.iterations},
                          {"imbalance", s.report.imbalance},
                          {"time_error_mm", 1e3 * s.report.time_error},
@@ -223,7 +223,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     for (const StepRecord& step : history.steps) {
         const StepReport& r = step.report;
         sum.iterations += r.iterations;
-        sum.linearisations += r.linearisations;
+        sum.newton_iterations += r.newton_iterations;
         sum.forces_s += r.forces_s + r.finish_s;
         sum.operator_s += r.operator_s;
         sum.preconditioner_s += r.preconditioner_s;
@@ -243,7 +243,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
               {"restarted_at_s", hooks.start.time_s},
               {"reactions_N", json::object()},
               {"iterations", sum.iterations},
-              {"linearisations", sum.linearisations},
+              {"linearisations", sum.newton_iterations},
               {"mesh_s", mesh_s},
               {"partition_s", scene_body.partition_s},
               {"setup_s", setup_s},
@@ -286,7 +286,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * largest_norm(last.displacement));
     fmt::print("solver           {}\n", scene_body.body->linear_solver().name());
     fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(),
-               sum.linearisations, sum.iterations,
+               sum.newton_iterations, sum.iterations,
                history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
     if (inverted > 0)

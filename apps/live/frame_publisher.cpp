@@ -146,7 +146,7 @@ std::string status_text(const Announcement& a, const SourceStatus& source, doubl
                             : tool.tool + " never");
     }
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
-    text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.linearisations,
+    text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
                         a.frame.step.iterations, 1e3 * a.frame.step.solve_error);
     text += fmt::format(" | {}, {}", registration_text(a.frame), fmt::join(sensor_texts(a), ", "));
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);

@@ -327,12 +327,12 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
     if (limits.deadline)
         *limits.deadline -=
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
-    frame_.step = body_.body->step(dt, {.linearisations = scene_.track->linearisations,
-                                        .linear_tolerance = scene_.solver.relative_tolerance,
-                                        .iterations = limits.iterations,
-                                        .deadline = limits.deadline,
-                                        .by_halves = limits.by_halves,
-                                        .as_done = limits.as_done});
+    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->linearisations,
+                                           .linear_tolerance = scene_.solver.relative_tolerance,
+                                           .iterations = limits.iterations,
+                                           .deadline = limits.deadline,
+                                           .by_halves = limits.by_halves,
+                                           .as_done = limits.as_done});
     const auto stepped = Clock::now();
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);

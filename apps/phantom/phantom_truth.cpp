@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.hpp"
 #include "image/mask_selection.hpp"
@@ -28,7 +29,7 @@ double force_out_of_balance(DeformableBody& body, const Constraints& constraints
 /// How a body is brought from one depth to the next.
 struct PressEffort {
     int steps;
-    StepControls moving, resting;
+    std::function<StepReport(DeformableBody&body, double dt)> moving, resting;
 };
 
 /// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static
@@ -37,13 +38,19 @@ struct PressEffort {
 /// where the static solve ended near 1e-4 the targets agreed within a micrometre. A neo-Hookean
 /// body needs Newton's line search on top.
 PressEffort effort_for(StrainModel strain) {
-    if (strain == StrainModel::neohookean)
-        return {5,
-                {.linearisations = 10, .tolerance = 1e-3, .linear_tolerance = 1e-2},
-                {.linearisations = 5, .tolerance = 1e-3, .linear_tolerance = 1e-2}};
-    return {3,
-            {.linearisations = 2, .linear_tolerance = 1e-2},
-            {.linearisations = 1, .linear_tolerance = 1e-2}};
+    const auto newton = [](int iterations) {
+        return [=](DeformableBody& body, double dt) {
+            return body.solve(
+                dt, {.max_newton = iterations, .tolerance = 1e-3, .linear_tolerance = 1e-2});
+        };
+    };
+    const auto frame = [](int iterations) {
+        return [=](DeformableBody& body, double dt) {
+            return body.advance(dt, {.newton_iterations = iterations, .linear_tolerance = 1e-2});
+        };
+    };
+    if (strain == StrainModel::neohookean) return {5, newton(10), newton(5)};
+    return {3, frame(2), frame(1)};
 }
 
 struct PressedNode {
@@ -78,11 +85,11 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed,
             constraints.prescribe(std::span(&p.node, 1), p.share * depth * truth.press_direction);
         constraints.prescribe(fixed, Vector3::Zero());
         body.set_constraints(constraints);
-        (void)body.step(moving_s, effort.moving);
+        (void)effort.moving(body, moving_s);
     }
     double imbalance = 1;
     for (int i = 0; i < most_steps_at_rest; ++i) {
-        (void)body.step(resting_s, effort.resting);
+        (void)effort.resting(body, resting_s);
         imbalance = force_out_of_balance(body, constraints);
         if (imbalance <= tolerance) return imbalance;
     }
@@ -112,7 +119,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                  const ProgressCallback& progress, const TruthModel& model) {
     const TetMesh& mesh = hierarchy.levels.front();
     const Material material;
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {std::span(&material, 1), model.strain},
+    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {std::span(&material, 1), model.strain},
                         {.scheme = TimeScheme::implicit_euler}, {});
     const auto pressed = pressed_nodes(mesh, truth, model);
     const auto fixed = mesh.node_sets.find("fixed");

@@ -20,6 +20,7 @@
 #include "mechanics/tet_kernels.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/refine.hpp"
+#include "solvers/linear/single_precision_multigrid.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "tracking/simulated_tracker.hpp"
 #ifdef LIVETET_IMAGES
@@ -318,11 +319,11 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
         scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
     const bool levels =
         hierarchy.levels.size() > 1 &&
-        hierarchy.levels.back().nodes.size() <= SinglePrecisionMultigrid::most_coarsest_nodes;
+        hierarchy.levels.back().nodes.size() <= SinglePrecisionMultigrid::max_coarsest_nodes;
     if (live && options.kind == SolverKind::automatic && levels && strain &&
         scene.elements == Elements::p1 &&
         elastic_model(scene, live).formulation == Formulation::displacement &&
-        contrast_of(scene.materials) <= SinglePrecisionMultigrid::most_contrast)
+        contrast_of(scene.materials) <= SinglePrecisionMultigrid::max_contrast)
         options.kind = SolverKind::live;
     return options;
 }
@@ -344,8 +345,8 @@ void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints&
         free.size(), free.size() == 1 ? " is" : "s are", list);
 }
 
-StepControls batch_effort(const Scene& scene) {
-    return {.linearisations = scene.solver.max_newton,
+SolveControls solve_controls(const Scene& scene) {
+    return {.max_newton = scene.solver.max_newton,
             .tolerance = scene.solver.newton_tolerance,
             .linear_tolerance = scene.solver.relative_tolerance};
 }
@@ -385,8 +386,9 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
     }
-    scene_body.body = std::make_unique<DeformableBody>(
-        comm, scene_body.hierarchy, parts, elastic_model(scene, live), scene.time, options);
+    scene_body.body =
+        std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
+                                         elastic_model(scene, live), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // which had their say in who gets what
     if (scene_body.body->linear_solver().kind() != SolverKind::live)

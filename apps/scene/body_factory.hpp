@@ -58,7 +58,7 @@ class SceneConstraints {
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
 
 /// How far the solves of a scene go: Newton to its tolerance.
-StepControls batch_effort(const Scene& scene);
+SolveControls solve_controls(const Scene& scene);
 
 /// What a body's operators need of a scene. `live`: `automatic` means no pressures.
 ElasticModel elastic_model(const Scene& scene, bool live);

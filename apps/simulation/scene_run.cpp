@@ -8,7 +8,7 @@ namespace {
 
 std::string progress_text(const StepRecord& step, std::size_t count) {
     return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}",
-                       count, step.time_s, step.report.linearisations, step.report.iterations,
+                       count, step.time_s, step.report.newton_iterations, step.report.iterations,
                        step.report.imbalance);
 }
 
@@ -38,7 +38,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             hooks.progress(begin,
                            fmt::format("load step {} of {}", planned, scene.time.load_steps));
         const double reached = step_in_parts(
-            body, 0, batch_effort(scene),
+            body, 0, solve_controls(scene),
             [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
                 history.steps.push_back({begin + share * (planned * whole - begin),
@@ -56,7 +56,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
                 "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of "
                 "balance by "
                 "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
-                history.share, last.time_s, last.report.imbalance, last.report.linearisations,
+                history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
                 scene.solver.newton_tolerance,
                 history.share > 0
                     ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share)
@@ -107,10 +107,10 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         if (tolerance > 0)
             body.keep_state();
         else
-            reached = step_in_parts(body, step, batch_effort(scene), move, take);
+            reached = step_in_parts(body, step, solve_controls(scene), move, take);
         if (reached < 1) {
             move(1);
-            take(1, 1 - reached, body.step((1 - reached) * step, batch_effort(scene)));
+            take(1, 1 - reached, body.solve((1 - reached) * step, solve_controls(scene)));
             history.steps.back().kept = true;  // whatever it came to
         }
         const StepReport& report = history.steps.back().report;
@@ -160,7 +160,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
 }  // namespace
 
 double step_in_parts(
-    DeformableBody& body, double dt, const StepControls& effort,
+    DeformableBody& body, double dt, const SolveControls& controls,
     const std::function<void(double share)>& move,
     const std::function<void(double share, double part, const StepReport&)>& record) {
     body.keep_state();
@@ -168,7 +168,7 @@ double step_in_parts(
     for (double part = 1; reached < 1 - 1e-12;) {
         const double share = std::min(1.0, reached + part);
         move(share);
-        const StepReport report = body.step((share - reached) * dt, effort);
+        const StepReport report = body.solve((share - reached) * dt, controls);
         record(share, share - reached, report);
         if (report.converged) {
             reached = share;

@@ -48,7 +48,7 @@ struct RunHooks {
 /// after that share of the step. Returns the share that was reached, the body being left there;
 /// `record` is told of each part that was tried.
 double step_in_parts(
-    DeformableBody& body, double dt, const StepControls& effort,
+    DeformableBody& body, double dt, const SolveControls& controls,
     const std::function<void(double share)>& move,
     const std::function<void(double share, double part, const StepReport&)>& record);
 

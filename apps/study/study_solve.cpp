@@ -24,7 +24,7 @@ std::vector<double> history_values(const StudyRow& row) {
     for (const StepRecord& s : row.steps)
         for (const double x :
              {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0,
-              static_cast<double>(s.report.linearisations),
+              static_cast<double>(s.report.newton_iterations),
               static_cast<double>(s.report.iterations), s.report.imbalance, s.report.seconds()})
             values.push_back(x);
     return values;
@@ -57,7 +57,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.steps = history.steps;
     for (const StepRecord& s : history.steps) {
         row.iterations += s.report.iterations;
-        row.linearisations += s.report.linearisations;
+        row.linearisations += s.report.newton_iterations;
         row.solve_s += s.report.seconds();
     }
 

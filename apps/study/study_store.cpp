@@ -246,7 +246,7 @@ StudyRow StudyStore::row(std::size_t k) const {
             const double* x = history.values.data() + i * history_columns.size();
             StepRecord& step = row.steps.emplace_back(StepRecord{x[0], x[1], {}});
             step.report.converged = x[2] != 0;
-            step.report.linearisations = static_cast<int>(x[3]);
+            step.report.newton_iterations = static_cast<int>(x[3]);
             step.report.iterations = static_cast<int>(x[4]);
             step.report.imbalance = x[5];
             step.report.solve_s = x[6];

@@ -32,7 +32,7 @@ Mode lowest_mode(Problem& problem, const std::function<Vector3(const Vector3& x)
     for (int k = 0; k < 40; ++k) {
         for (std::size_t n = 0; n < y.size(); ++n) force[n] = mass[n] * y[n];
         body.set_external_force(force);
-        (void)body.step(0, {.linearisations = 3, .tolerance = 1e-10, .linear_tolerance = 1e-10});
+        (void)body.solve(0, {.max_newton = 3, .tolerance = 1e-10, .linear_tolerance = 1e-10});
         const std::vector<Vector3> x = body.displacement();
         double xMy = 0, xMx = 0, largest = 0;  // Rayleigh's quotient: x K x = x M y
         for (std::size_t n = 0; n < x.size(); ++n) {
@@ -141,8 +141,8 @@ std::vector<Outcome> time_schemes() {
         double before = 1e-6;
         const int steps = 400;
         for (int k = 1; k <= steps; ++k) {
-            (void)problem.body().step(
-                dt, {.linearisations = 2, .tolerance = 1e-11, .linear_tolerance = 1e-11});
+            (void)problem.body().solve(
+                dt, {.max_newton = 2, .tolerance = 1e-11, .linear_tolerance = 1e-11});
             const double now = problem.body().displacement()[tip].x();
             if (before > 0 && now <= 0) crossings.push_back(k - 1 + before / (before - now));
             before = now;
@@ -209,7 +209,7 @@ std::vector<Outcome> free_flight() {
     const double before = body.kinetic_energy(), dt = 2e-3;
     const int steps = 200;
     for (int k = 0; k < steps; ++k)
-        (void)body.step(dt, {.linearisations = 20, .tolerance = 1e-12, .linear_tolerance = 1e-8});
+        (void)body.solve(dt, {.max_newton = 20, .tolerance = 1e-12, .linear_tolerance = 1e-8});
     const double drift = (mean() - steps * dt * flight).norm() / (steps * dt * flight.norm());
     const double after = body.kinetic_energy() + body.strain_energy();
     const double spin_lost =
@@ -270,7 +270,7 @@ std::vector<Outcome> swinging_beam() {
     double worst = 0, swing = 0;
     const std::int32_t tip = problem.node_at({0.2, 0.025, 0.025});
     for (int k = 0; k < 1000; ++k) {
-        (void)body.step(dt, {.linearisations = 20, .tolerance = 1e-10, .linear_tolerance = 1e-8});
+        (void)body.solve(dt, {.max_newton = 20, .tolerance = 1e-10, .linear_tolerance = 1e-8});
         worst =
             std::max(worst, std::abs((body.kinetic_energy() + body.strain_energy()) / before - 1));
         swing = std::max(swing, std::abs(body.displacement()[tip].z()));

@@ -112,7 +112,7 @@ std::vector<Outcome> iterations() {
         problem.hold("z1", "xyz", {0.1, 0, -0.02});
         problem.apply();
         const StepReport report =
-            problem.body().step(0, {.linearisations = 1, .linear_tolerance = 1e-8});
+            problem.body().advance(0, {.newton_iterations = 1, .linear_tolerance = 1e-8});
         if (first == 0) first = report.iterations;
         const double ratio = report.iterations / first;
         if (nu < 0.4995)

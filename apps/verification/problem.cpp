@@ -63,9 +63,9 @@ Problem::Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discreti
       constraints_(0) {
     if (d.quadratic) hierarchy_ = with_quadratic_level(std::move(hierarchy_));
     const std::size_t own_levels = hierarchy_.levels.size() - (d.quadratic ? 1 : 0);
-    body_ = std::make_unique<DeformableBody>(
-        PETSC_COMM_SELF, hierarchy_, std::span<const std::vector<std::int32_t>>{},
-        ElasticModel{materials_, d.strain, d.formulation}, time, with_defaults(solver, own_levels));
+    body_ = std::make_unique<DeformableBody>(DistributedHierarchy{PETSC_COMM_SELF, hierarchy_},
+                                             ElasticModel{materials_, d.strain, d.formulation},
+                                             time, with_defaults(solver, own_levels));
     constraints_ = Constraints(mesh().nodes.size());
     force_.assign(mesh().nodes.size(), Vector3::Zero());
 }
@@ -143,13 +143,13 @@ void Problem::solve(int load_steps, double tolerance) {
         }
         body_->set_constraints(constraints);
         body_->set_external_force(force);
-        const StepReport report = body_->step(
-            0, {.linearisations = 100, .tolerance = tolerance, .linear_tolerance = 1e-4});
+        const StepReport report =
+            body_->solve(0, {.max_newton = 100, .tolerance = tolerance, .linear_tolerance = 1e-4});
         if (!report.converged)
             throw std::runtime_error(
                 fmt::format("no equilibrium at step {} of {}: imbalance {:.1e} after {} "
                             "linearisations",
-                            step, load_steps, report.imbalance, report.linearisations));
+                            step, load_steps, report.imbalance, report.newton_iterations));
     }
     u_ = body_->displacement();
 }

@@ -44,8 +44,8 @@ Outcome recovery(const Discretisation& d, Start start) {
     for (; steps < (claimed ? 400 : 60) && largest > 1e-8; ++steps) {
         linearisations +=
             problem.body()
-                .step(0.2, {.linearisations = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6})
-                .linearisations;
+                .solve(0.2, {.max_newton = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6})
+                .newton_iterations;
         largest = 0;
         for (const Vector3& u : problem.body().displacement())
             largest = std::max(largest, u.norm());

@@ -45,12 +45,7 @@ LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
     const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
     if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_, corner_count(mesh));
-    if (rotates && !is_mixed() && share_.edge_nodes.empty())
-        make_batches(layout.has_value());
-    else if (strain == StrainModel::corotated)
-        rotations_.assign(
-            share_.tets.size() * (share_.edge_nodes.empty() ? 1 : TetShape<10>::points),
-            Eigen::Matrix3d::Identity());
+    if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches(layout.has_value());
     if (layout) matrix_.emplace(share_, *layout);
 }
 
@@ -86,13 +81,6 @@ double LevelAssembler::matrix_bytes() const {
     return info.memory + matrix_->pattern().bytes();
 }
 
-double LevelAssembler::rotation_bytes() const {
-    const auto bytes = [](const auto& list) {
-        return static_cast<double>(list.capacity() * sizeof(list[0]));
-    };
-    return bytes(rotations_) + bytes(batch_rotations_) + (live_ ? bytes(live_->rotations) : 0);
-}
-
 TetElement LevelAssembler::element(std::size_t e) const {
     const Tet& t = share_.tets[e];
     const Moduli& m = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
@@ -100,6 +88,14 @@ TetElement LevelAssembler::element(std::size_t e) const {
         make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
     if (!volumes_.empty()) element.volume = volumes_[e];
     return element;
+}
+
+Eigen::AlignedBox3d LevelAssembler::bounding_box() const {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : rest_) box.extend(x);
+    MPI_Allreduce(MPI_IN_PLACE, box.min().data(), 3, MPI_DOUBLE, MPI_MIN, share_.comm);
+    MPI_Allreduce(MPI_IN_PLACE, box.max().data(), 3, MPI_DOUBLE, MPI_MAX, share_.comm);
+    return box;
 }
 
 std::vector<TetElement> LevelAssembler::elements() const {
@@ -114,13 +110,10 @@ void LevelAssembler::make_batches(bool in_double) {
                           in_double ? batch_width<double> : batch_width<float>);
     if (in_double) {
         batches_.emplace(elements(), share_.tets, parts_);
-        batch_rotations_ = batches_->make_rotations(strain_ == StrainModel::corotated);
     } else {
-        TetBatches<float> batches(elements(), share_.tets, parts_);
-        auto rotations = batches.make_rotations(strain_ == StrainModel::corotated);
         const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-        live_ = std::make_unique<SinglePrecisionBatches>(std::move(batches), std::move(rotations),
-                                                         zeros, zeros, zeros);
+        single_ = std::make_unique<SinglePrecisionBatches>(
+            TetBatches<float>(elements(), share_.tets, parts_), zeros, zeros);
     }
     if (in_double && parts_.parts.size() == 1) {  // tet after tet: no table is needed
         std::vector<std::int32_t>().swap(parts_.tet_of_lane);
@@ -144,21 +137,36 @@ void LevelAssembler::set_springs(std::span<const double> stiffness) {
     for (std::int32_t i = 0; i < share_.owned; ++i) springs_.push_back(stiffness[share_.nodes[i]]);
 }
 
-void LevelAssembler::update_rotations(Vec u) {
+ElementRotations LevelAssembler::make_rotations() const {
+    const bool rotates = strain_ == StrainModel::corotated;
+    ElementRotations rotations;
+    if (single_) {
+        rotations.single = single_->batches.make_rotations(rotates);
+        rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
+    } else if (batches_) {
+        rotations.batches = batches_->make_rotations(rotates);
+    } else if (rotates) {
+        const int points = share_.edge_nodes.empty() ? 1 : TetShape<10>::points;
+        rotations.points.assign(share_.tets.size() * points, Eigen::Matrix3d::Identity());
+    }
+    return rotations;
+}
+
+void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const {
     if (strain_ != StrainModel::corotated) return;
     const LocalValues values(u);
-    if (live_) {
-        team_.run_pieces(live_->u.size() - 1, 450, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                live_->u[i] = static_cast<float>(values.data()[i]);
+    if (single_) {
+        std::vector<float>& to = rotations.single_u;
+        team_.run_pieces(to.size() - 1, 450, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) to[i] = static_cast<float>(values.data()[i]);
         });
-        update_live_rotations();
+        update_single_rotations(rotations);
         return;
     }
     if (batches_) {
         team_.run_pieces(batches_->all().end, 150, [&](std::size_t begin, std::size_t end) {
             livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_),
-                                              batch_rotations_);
+                                              rotations.batches);
         });
         return;
     }
@@ -169,17 +177,18 @@ void LevelAssembler::update_rotations(Vec u) {
             const TetElement element = this->element(e);
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point)
-                rotations_[e * Shape::points + point] =
+                rotations.points[e * Shape::points + point] =
                     rotation_of(Eigen::Matrix3d::Identity() +
                                 nodal * Shape::gradients(element, point).transpose());
         }
     });
 }
 
-void LevelAssembler::update_live_rotations() {
+void LevelAssembler::update_single_rotations(ElementRotations& rotations) const {
     if (strain_ != StrainModel::corotated) return;
-    team_.run_pieces(live_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
-        livetet::update_rotations<float>(live_->batches, {begin, end}, live_->u, live_->rotations);
+    team_.run_pieces(single_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
+        livetet::update_rotations<float>(single_->batches, {begin, end}, rotations.single_u,
+                                         rotations.single);
     });
 }
 
@@ -192,10 +201,10 @@ void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configu
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
             over_batches([&](BatchRange range) {
                 if (held)
-                    livetet::assemble<double>(*batches_, range, batch_rotations_, s, pattern,
+                    livetet::assemble<double>(*batches_, range, at.rotations->batches, s, pattern,
                                               matrix.blocks(part), part);
                 else
-                    assemble_with_turns(*batches_, range, batch_rotations_, all_of(u, share_),
+                    assemble_with_turns(*batches_, range, at.rotations->batches, all_of(u, share_),
                                         tangent, s, pattern, matrix.blocks(part), part);
             });
     } else {
@@ -219,38 +228,39 @@ void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configu
 }
 
 template <class Kernel>
-void LevelAssembler::add_by_batches(Vec v, Vec f, Kernel&& kernel) const {
+void LevelAssembler::add_by_batches(const ElementRotations& rotations, Vec v, Vec f,
+                                    Kernel&& kernel) const {
     const LocalValues values(v);
     LocalForces forces(f);
     const auto from = all_of(values, share_);
     const auto to = forces.span(share_);
-    if (!live_) {
+    if (!single_) {
         over_batches([&](BatchRange range) {
-            kernel(*batches_, range, std::span<const RotationBatch<double>>(batch_rotations_), from,
-                   to);
+            kernel(*batches_, range, std::span<const RotationBatch<double>>(rotations.batches),
+                   from, to);
         });
         return;
     }
-    SinglePrecisionBatches& live = *live_;
+    SinglePrecisionBatches& single = *single_;
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            live.values[i] = static_cast<float>(from[i]), live.forces[i] = 0;
+            single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
     });
     over_batches([&](BatchRange range) {
-        kernel(live.batches, range, std::span<const RotationBatch<float>>(live.rotations),
-               std::span<const float>(live.values), std::span<float>(live.forces));
+        kernel(single.batches, range, std::span<const RotationBatch<float>>(rotations.single),
+               std::span<const float>(single.values), std::span<float>(single.forces));
     });
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) to[i] += live.forces[i];
+        for (std::size_t i = begin; i < end; ++i) to[i] += single.forces[i];
     });
 }
 
 double LevelAssembler::force_epsilon() const {
-    return live_ ? std::numeric_limits<float>::epsilon()
-                 : 16 * std::numeric_limits<double>::epsilon();
+    return single_ ? std::numeric_limits<float>::epsilon()
+                   : 16 * std::numeric_limits<double>::epsilon();
 }
 
-void LevelAssembler::held_force(Vec y, Vec f) const {
+void LevelAssembler::frozen_force(Vec y, const ElementRotations& rotations, Vec f) const {
     {
         LocalForces forces(f);
         const auto to = forces.span(share_);
@@ -259,7 +269,7 @@ void LevelAssembler::held_force(Vec y, Vec f) const {
                       to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
         });
     }
-    add_by_batches(y, f,
+    add_by_batches(rotations, y, f,
                    [&]<class Real>(const TetBatches<Real>& batches, BatchRange range,
                                    auto rotations, std::span<const Real> at, std::span<Real> to) {
                        if (strain_ == StrainModel::linear)
@@ -270,8 +280,8 @@ void LevelAssembler::held_force(Vec y, Vec f) const {
 }
 
 void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
-    if (holds_rotations()) {
-        held_force(at.u, f);
+    if (has_frozen_force()) {
+        frozen_force(at.u, *at.rotations, f);
         return;
     }
     LIVETET_PETSC(VecSet(f, 0));
@@ -289,9 +299,9 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
 
 void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v,
                                          Vec f) const {
-    if (holds_rotations()) {
+    if (has_frozen_force()) {
         add_by_batches(
-            v, f,
+            *at.rotations, v, f,
             [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
                             std::span<const Real> direction, std::span<Real> to) {
                 livetet::add_stiffness_times<Real>(static_cast<Real>(factor), batches, range,

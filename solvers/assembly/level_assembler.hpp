@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <memory>
 #include <optional>
 #include <span>
@@ -9,16 +11,10 @@
 #include "mechanics/batch_kernels.hpp"
 #include "mechanics/material.hpp"
 #include "solvers/assembly/block_matrix.hpp"
+#include "solvers/assembly/configuration.hpp"
 #include "solvers/assembly/pressure_space.hpp"
 
 namespace livetet {
-
-/// Where a body is: displacement and, in the mixed form, pressure (else null), their ghosts up to
-/// date.
-struct Configuration {
-    Vec u = nullptr;
-    Vec p = nullptr;
-};
 
 /// Mean values over one tet.
 struct TetFields {
@@ -27,25 +23,31 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The tets of a level that moves live, in float. Forces are good to about 1e-7 of those at a
-/// strain of one: u rounded to float shifts an equilibrium by as little as u was rounded by.
+/// The tets of a level that keeps no matrix, in single precision, and room for what its kernels
+/// read and add to. Forces are good to about 1e-7 of those at a strain of one: rounding u to float
+/// moves an equilibrium by no more than that rounding.
 struct SinglePrecisionBatches {
     TetBatches<float> batches;
-    std::vector<RotationBatch<float>> rotations;
-    std::vector<float> u;  ///< where the rotations were taken, m; one number behind the last node's
-    std::vector<float> values, forces;  ///< what kernels read and add to
+    std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
 };
 
 /// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a
 /// tangent stiffness and M the lumped mass; rows and columns of constrained components are those of
 /// the identity. In the mixed form K is that of the displacements alone, psi_mu + p theta at a
 /// given p.
+///
+/// An assembler holds what does not change with the displacement: elements, moduli, constraints,
+/// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
+///     ElementRotations rotations = level.make_rotations();    // once
+///     update_ghosts(u);
+///     level.update_rotations(u, rotations);
+///     level.elastic_force({u, p, &rotations}, f);
 class LevelAssembler {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
-    /// does). No layout: no matrix but `live` batches. `team`: works on the batches; must outlive
-    /// this. `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
-    /// carried_volumes).
+    /// does). `layout`: of the matrix; none: no matrix, but batches in single precision. `team`
+    /// works on the batches and must outlive this. `volumes`: of every tet of the mesh, m^3, where
+    /// they are not those of its shape (see carried_volumes).
     LevelAssembler(const TetMesh& mesh, PartitionedMesh share, std::span<const Material> materials,
                    StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
                    ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
@@ -56,6 +58,8 @@ class LevelAssembler {
     /// take a quarter of all that a level keeps.
     TetElement element(std::size_t e) const;
     std::vector<TetElement> elements() const;
+    /// Of the nodes at rest, m, of the whole mesh. Collective.
+    Eigen::AlignedBox3d bounding_box() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
     /// Tells the matrix of the six rigid motions, for algebraic multigrid. Collective.
     void set_rigid_motions() { matrix_->set_rigid_motions(share_, rest_); }
@@ -64,9 +68,8 @@ class LevelAssembler {
     /// Lumped mass of each owned node, kg; empty until it was asked for by `find_mass`.
     std::span<const double> node_mass() const { return node_mass_; }
     void find_mass();
-    /// What the matrix, and what the rotations take, bytes.
+    /// Memory of the matrix, bytes.
     double matrix_bytes() const;
-    double rotation_bytes() const;
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
     std::span<const std::uint8_t> constrained() const { return constrained_; }
 
@@ -77,13 +80,15 @@ class LevelAssembler {
     /// Of each owned node, N/m; empty: none.
     std::span<const double> springs() const { return springs_; }
 
-    /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Corotated strain
-    /// only; else nothing.
-    void update_rotations(Vec u);
-    /// The same from what stands in live()->u.
-    void update_live_rotations();
-    /// P1, linear or corotated strain, without a matrix; else null.
-    SinglePrecisionBatches* live() { return live_.get(); }
+    /// Rotations in the layout of this level, all the identity.
+    ElementRotations make_rotations() const;
+    /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Does nothing for
+    /// a model that does not rotate.
+    void update_rotations(Vec u, ElementRotations& rotations) const;
+    /// The same from rotations.single_u; levels in single precision only.
+    void update_single_rotations(ElementRotations& rotations) const;
+    /// The tets of a level without a matrix (P1, linear or corotated strain); else null.
+    const SinglePrecisionBatches* single() const { return single_.get(); }
     const BatchParts& parts() const { return parts_; }
 
     /// Writes s K + m M and the springs into the matrix; `at`: where K is taken. m: 0 without mass.
@@ -93,13 +98,13 @@ class LevelAssembler {
     /// reaction).
     void elastic_force(const Configuration& at, Vec f) const;
 
-    /// Whether `held_force` can be had: P1, linear or corotated strain, by displacements.
-    bool holds_rotations() const { return batches_ || live_; }
-    /// f = elastic force at `y` (ghosts up to date) by the rotations that were taken last: affine
-    /// in y.
-    void held_force(Vec y, Vec f) const;
+    /// Whether `frozen_force` can be had: P1, linear or corotated strain, by displacements.
+    bool has_frozen_force() const { return batches_ || single_; }
+    /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations: affine in
+    /// y.
+    void frozen_force(Vec y, const ElementRotations& rotations, Vec f) const;
 
-    /// f += factor K v, K at `at` with the rotations held.
+    /// f += factor K v, K at `at` with frozen rotations; ghosts of v up to date.
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
 
     /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form:
@@ -107,7 +112,7 @@ class LevelAssembler {
     double force_at_unit_strain() const;
 
     /// What forces can be relied on to, as a part of force_at_unit_strain: sixteen last digits of a
-    /// double, or the last one of a live level's floats.
+    /// double, or the last one of a float on a level in single precision.
     double force_epsilon() const;
 
     /// Strain energy, J; collective.
@@ -129,7 +134,7 @@ class LevelAssembler {
     /// Theta and its derivative at each point: `visit(e, point, weight m^3, theta, n)` with n (3 x
     /// nodes) the derivative of theta by the nodes' displacements.
     template <class Visit>
-    void visit_volume_strain(Vec u, Visit&& visit) const;
+    void visit_volume_strain(const Configuration& at, Visit&& visit) const;
 
   private:
     struct Moduli {
@@ -150,10 +155,11 @@ class LevelAssembler {
         team_.run([&](int thread) { work(parts_.parts[thread]); });
         work(parts_.shared);
     }
-    /// forces += what kernel(batches, range, rotations, values, forces) adds; in double, or live in
-    /// float.
+    /// forces += what kernel(batches, range, rotations, values, forces) adds, in the precision of
+    /// the level's batches.
     template <class Kernel>
-    void add_by_batches(Vec values, Vec forces, Kernel&& kernel) const;
+    void add_by_batches(const ElementRotations& rotations, Vec values, Vec forces,
+                        Kernel&& kernel) const;
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
     static std::span<const double> all_of(const LocalValues& values, const PartitionedMesh& share) {
         return {values.data(), 3 * share.nodes.size()};
@@ -172,12 +178,12 @@ class LevelAssembler {
             u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
         return u;
     }
-    Eigen::Matrix3d rotation(std::size_t e, int point, int points) const {
+    Eigen::Matrix3d rotation(const Configuration& at, std::size_t e, int point, int points) const {
         if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
-        if (live_) return rotation_at<float>(live_->rotations, lane_of_tet_[e]);
-        return batches_ ? rotation_at<double>(batch_rotations_,
-                                              lane_of_tet_.empty() ? e : lane_of_tet_[e])
-                        : rotations_[e * points + point];
+        const ElementRotations& r = *at.rotations;
+        const std::size_t lane = lane_of_tet_.empty() ? e : lane_of_tet_[e];
+        if (single_) return rotation_at<float>(r.single, lane);
+        return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
     template <class Energy, class Shape>
@@ -201,16 +207,12 @@ class LevelAssembler {
     std::vector<Moduli> moduli_;               ///< those that there are
     std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
     std::vector<double> volumes_;  ///< of each tet, m^3, where they are not those of its shape
-    std::vector<Eigen::Matrix3d> rotations_;  ///< P2, corotated: of each quadrature point
-    // P1, linear and corotated strain in the displacement form, which is what moves live: kernels
-    // over batches of tets.
+    // P1, linear and corotated strain in the displacement form: kernels over batches of tets.
     ThreadTeam& team_;
     BatchParts parts_;
     std::optional<TetBatches<double>> batches_;
-    std::vector<std::int32_t> lane_of_tet_;  ///< empty: its own number
-    std::vector<RotationBatch<double>> batch_rotations_;
-    std::unique_ptr<SinglePrecisionBatches>
-        live_;  ///< without a matrix: instead of batches_ and their rotations
+    std::vector<std::int32_t> lane_of_tet_;           ///< empty: its own number
+    std::unique_ptr<SinglePrecisionBatches> single_;  ///< without a matrix: instead of batches_
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::optional<BlockMatrix> matrix_;

@@ -23,7 +23,7 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(element, point);
                     const Eigen::Matrix3d H = values * g.transpose();
-                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
+                    const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
                     const double p = pressure_at(Energy{}, Shape{}, e, element.lambda, point,
                                                  pressures ? pressures->data() : nullptr, H, R);
                     visit(energy, Shape{}, e, element, point, g, H, R, p);
@@ -82,8 +82,8 @@ void LevelAssembler::visit_volume_ratio(const Configuration& at, Visit&& visit) 
 }
 
 template <class Visit>
-void LevelAssembler::visit_volume_strain(Vec u, Visit&& visit) const {
-    const LocalValues values(u);
+void LevelAssembler::visit_volume_strain(const Configuration& at, Visit&& visit) const {
+    const LocalValues values(at.u);
     with_energy(strain_, [&](auto energy) {
         with_shape([&](auto count) {
             using Energy = decltype(energy);
@@ -95,7 +95,7 @@ void LevelAssembler::visit_volume_strain(Vec u, Visit&& visit) const {
                 for (int point = 0; point < Shape::points; ++point) {
                     const auto g = Shape::gradients(element, point);
                     const Eigen::Matrix3d H = nodal * g.transpose();
-                    const Eigen::Matrix3d R = rotation(e, point, Shape::points);
+                    const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
                     visit(e, Shape::coordinates(point), element.volume / Shape::points,
                           Energy::volume_strain(H, R),
                           Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));

@@ -8,11 +8,17 @@
 
 namespace livetet {
 
-/// What a part of a body took on this rank so far: bytes on the heap, seconds, and how often it was
-/// computed.
+/// Cost of one part of a body on this rank: heap memory, time, and how often it was computed.
 struct PhaseCost {
     double bytes = 0, seconds = 0;
     long times = 0;
+
+    PhaseCost& operator+=(const PhaseCost& other) {
+        bytes += other.bytes;
+        seconds += other.seconds;
+        times += other.times;
+        return *this;
+    }
 };
 
 /// Counts one time, and what passes until the timer is gone.

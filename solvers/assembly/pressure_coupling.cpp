@@ -82,12 +82,12 @@ void PressureCoupling::make_c() {
     LIVETET_PETSC(MatSetValuesCOO(minus_c_.get(), values.data(), INSERT_VALUES));
 }
 
-void PressureCoupling::assemble(Vec u) {
+void PressureCoupling::assemble(const Configuration& at) {
     const PartitionedMesh& share = level_.share();
     const auto constrained = level_.constrained();
     std::fill(values_.begin(), values_.end(), 0.0);
-    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
-                                      double, const auto& derivative) {
+    level_.visit_volume_strain(at, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
+                                       double, const auto& derivative) {
         const auto nodes = derivative.cols();
         PetscScalar* value = values_.data() + e * 12 * nodes;
         for (int q = 0; q < 4; ++q)
@@ -100,26 +100,26 @@ void PressureCoupling::assemble(Vec u) {
     LIVETET_PETSC(MatSetValuesCOO(b_.get(), values_.data(), INSERT_VALUES));
 }
 
-void PressureCoupling::residual(Vec u, Vec p, Vec g) {
-    LIVETET_PETSC(MatMult(minus_c_.get(), p, g));  // - scale^2 C p
+void PressureCoupling::residual(const Configuration& at, Vec g) {
+    LIVETET_PETSC(MatMult(minus_c_.get(), at.p, g));  // - scale^2 C p
     LIVETET_PETSC(VecScale(g, 1 / scale_));
     const PressureSpace& space = *level_.pressure_space();
     WriteArray values(g);
     level_.visit_volume_strain(
-        u, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double theta, const auto&) {
+        at, [&](std::size_t e, const Eigen::Vector4d& L, double weight, double theta, const auto&) {
             for (int q = 0; q < 4; ++q)
                 if (const std::int32_t row = space.tets[e][q]; row < space.owned)
                     values[row] += scale_ * weight * L[q] * theta;
         });
 }
 
-void PressureCoupling::add_residual_increment(Vec u, Vec v, Vec g) {
+void PressureCoupling::add_residual_increment(const Configuration& at, Vec v, Vec g) {
     const PressureSpace& space = *level_.pressure_space();
     const PartitionedMesh& share = level_.share();
     const LocalValues direction(v);
     WriteArray values(g);
-    level_.visit_volume_strain(u, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
-                                      double, const auto& derivative) {
+    level_.visit_volume_strain(at, [&](std::size_t e, const Eigen::Vector4d& L, double weight,
+                                       double, const auto& derivative) {
         double increment = 0;
         for (int i = 0; i < derivative.cols(); ++i)
             increment += derivative.col(i).dot(

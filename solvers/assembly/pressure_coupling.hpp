@@ -22,15 +22,15 @@ class PressureCoupling {
     /// The pressure that a unit of the scaled unknown stands for, Pa/m.
     double scale() const { return scale_; }
 
-    /// Renews B from displacement `u` and the level's rotations; columns of constrained components
+    /// Renews B at `at`; columns of constrained components
     /// are zero.
-    void assemble(Vec u);
+    void assemble(const Configuration& at);
 
-    /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; p in Pa.
-    void residual(Vec u, Vec p, Vec g);
+    /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; at.p in Pa.
+    void residual(const Configuration& at, Vec g);
 
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
-    void add_residual_increment(Vec u, Vec v, Vec g);
+    void add_residual_increment(const Configuration& at, Vec v, Vec g);
 
     /// y = S^-1 x for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda +
     /// lumped mass / (2 mu).

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/thread_team.hpp"
@@ -11,185 +12,160 @@
 #include "solvers/assembly/level_assembler.hpp"
 #include "solvers/assembly/phase_timer.hpp"
 #include "solvers/assembly/pressure_coupling.hpp"
-#include "solvers/linear/single_precision_multigrid.hpp"
 #include "solvers/linear/solver_options.hpp"
-#include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 
 using Clock = std::chrono::steady_clock;
 
-/// How far a linear solve goes: to |b - A x| <= relative_tolerance |b|, but not beyond
-/// `max_iterations`, nor, after its first iteration, past the deadline (it stops where half as much
-/// again as the last iteration took would end later).
+/// When a linear solve ends: at |b - A x| <= relative_tolerance |b|; after `max_iterations`; or,
+/// after its first iteration, where 1.5 times the last iteration's time would pass the deadline.
 struct LinearControls {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
     std::optional<Clock::time_point> deadline{};
 };
 
-/// What a linear solve came to.
+/// Result of a linear solve.
 struct [[nodiscard]] LinearReport {
     int iterations = 0;
-    double residual = 0;     ///< N, true residual's norm
+    double residual = 0;     ///< norm of the true residual, N
     bool converged = false;  ///< the tolerance was met
-    bool cut_short =
-        false;  ///< the deadline or the number of iterations came first; x is as far as it went
-    double error = 0;  ///< of x, m, RMS over the nodes, estimated from the iterations' steps; live
-                       ///< only, else 0
+    bool cut_short = false;  ///< the deadline or the iterations allowed came first; x is usable
+    double error =
+        0;  ///< of x, m, RMS over the nodes, estimated from the iterations; live solver only
     const char* reason = "";
 };
 
-/// Of an operator's parts; where it renews several levels at once, `matrix` has the time of all.
+/// Time, memory and count of the parts of a linear solver on this rank. Where several levels are
+/// renewed at once, `matrix` has the time of all.
 struct SolverCosts {
     PhaseCost elements, rotations, matrix, coarse_levels, mass, pressures, preconditioner;
 };
 
-/// What a body is made of, as far as its operators go.
+/// What a body is made of, as far as its linear solver is concerned.
 struct ElasticModel {
     std::span<const Material> materials;
     StrainModel strain = StrainModel::corotated;
     Formulation formulation = Formulation::automatic;
 };
 
-/// `automatic` is mixed from a Poisson's ratio of 0.49 on: below, locking costs less than pressures
-/// do.
+/// `automatic` means mixed from a Poisson's ratio of 0.49 on: below, locking costs less than
+/// pressures do.
 Formulation resolved_formulation(const ElasticModel& model);
 
-/// The tangent operator s K + m M of a body on its finest mesh, and the preconditioned Krylov
-/// solver for it: geometric multigrid over the hierarchy (PCMG), BoomerAMG, GAMG, a factorisation,
-/// or what PETSc's options say.
-///
-/// In the mixed form the system is [K B^T; B -C] (see PressureCoupling), solved by FGMRES with a
-/// block-triangular preconditioner: one cycle of the above for K, which then holds no volumetric
-/// stiffness and stays as easy as a Poisson's ratio of zero, and the lumped pressure mass for the
-/// Schur complement. The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014,
-/// chapter 4).
+/// A body's mesh hierarchy as its solvers take it. `parts[l]`: the part of each tet of level l (see
+/// partition_levels); may be empty on one rank. The hierarchy must outlive the solver.
+struct DistributedHierarchy {
+    MPI_Comm comm = MPI_COMM_SELF;
+    const MeshHierarchy& hierarchy;
+    std::span<const std::vector<std::int32_t>> parts{};
+};
+
+/// The tangent operator A = s K + m M of a body on its finest mesh, and a preconditioned Krylov
+/// solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver, LiveSolver,
+/// and SaddlePointSolver, which has one of the first two inside. In order:
+///     solver.set_constrained(...); solver.set_springs(...); solver.find_mass();   // when they
+///     change solver.update_rotations(u, rotations); solver.assemble({u, p, &rotations}, s, m,
+///     tangent); solver.solve(b, ...), as often as wanted.
 class LinearSolver {
   public:
-    /// Collective. The hierarchy must outlive the operator. `parts[l]`: the tets' parts of level l
-    /// (see distribute_mesh).
-    LinearSolver(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                 std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model,
-                 const SolverOptions& options, ThreadTeam& team = ThreadTeam::alone());
-    ~LinearSolver();
+    virtual ~LinearSolver() = default;
+    LinearSolver(const LinearSolver&) = delete;
+    LinearSolver& operator=(const LinearSolver&) = delete;
 
-    LevelAssembler& fine() { return *levels_.front(); }
-    const LevelAssembler& fine() const { return *levels_.front(); }
-    SolverKind kind() const { return kind_; }
-    /// What solves: "cg + multigrid, 3 levels, rediscretised".
-    std::string name() const;
-    int level_count() const { return static_cast<int>(levels_.size()); }
-    /// Of the whole finest mesh.
+    virtual LevelAssembler& fine() = 0;
+    const LevelAssembler& fine() const { return const_cast<LinearSolver*>(this)->fine(); }
+    virtual SolverKind kind() const = 0;
+    /// For reports: "cg + multigrid, 3 levels, rediscretised".
+    virtual std::string name() const = 0;
+    virtual int level_count() const = 0;
+    /// Number of tets of the whole finest mesh.
     std::size_t tet_count() const { return tet_count_; }
 
-    /// For every node of the whole finest mesh.
-    void set_constrained(std::span<const std::uint8_t> components);
-
+    /// Constrained components (bits 0 to 2) of every node of the whole finest mesh.
+    virtual void set_constrained(std::span<const std::uint8_t> components) = 0;
     /// Springs to ground, N/m, for every node of the whole finest mesh; empty: none.
-    void set_springs(std::span<const double> stiffness);
-
+    virtual void set_springs(std::span<const double> stiffness) = 0;
     /// Lumped mass on all levels that need it; without it `assemble` takes m = 0.
-    void find_mass();
+    virtual void find_mass() = 0;
 
-    /// Takes rotations from `u` (ghosts up to date) on the finest level.
-    void update_rotations(Vec u);
+    /// Takes the finest level's rotations from `u` (ghosts up to date).
+    void update_rotations(Vec u, ElementRotations& rotations);
 
-    /// Assembles s K + m M on all levels that need it; K at `at`, where the rotations were taken
-    /// last, coarse levels at its mean there. `by_halves`: a live finest level may renew one half
-    /// now and the other the next time; returns whether it did. Small strain's is the same at any
-    /// `at`: kept while s, m, constraints and springs are, and with it what the preconditioner was
-    /// computed to.
-    bool assemble(const Configuration& at, double s, double m, Tangent tangent,
-                  bool by_halves = false);
+    /// Assembles s K + m M on all levels that need it, K at `at`; coarse levels at its restriction.
+    /// Small strain's K is the same at any `at`: it is kept while s, m, constraints and springs
+    /// are, and with it what the preconditioner was computed to.
+    void assemble(const Configuration& at, double s, double m, Tangent tangent);
+    /// The same with leave to renew one half of the finest level now and the other half next time.
+    /// Returns whether it did so; LiveSolver only.
+    bool assemble_half(const Configuration& at, double s, double m, Tangent tangent);
 
     /// What the preconditioner computes from the operators before it can be applied; nothing where
     /// it has done so already.
     void set_up_preconditioner();
 
-    /// What the parts took on this rank so far, and how often.
-    const SolverCosts& costs() const { return costs_; }
-
-    bool is_mixed() const { return coupling_ != nullptr; }
-    PressureCoupling& coupling() { return *coupling_; }
-    const PressureCoupling& coupling() const { return *coupling_; }
-
-    /// A x = b. Displacement form: from the combination of `guesses` (zero at constrained
-    /// components; at most `max_guesses`, of no use to the mixed form) that is nearest to x in
-    /// energy. Mixed form: b_p the constraint's residual as PressureCoupling::residual gives it,
-    /// x_p in Pa; else both null.
-    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& effort,
-                       std::span<const Vec> guesses = {});
+    /// Solves A x = b. Displacement form: starts from the combination of `guesses` (zero at
+    /// constrained components; at most `max_guesses`) that is nearest to x in energy; b_p and x_p
+    /// are null. Mixed form: b_p is the constraint's residual as PressureCoupling::residual gives
+    /// it, x_p in Pa; guesses are of no use.
+    virtual LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
+                               std::span<const Vec> guesses = {}) = 0;
     static constexpr int max_guesses = 2;
 
-    /// Bytes that the live solver's operators, and a solve of so many iterations from two guesses,
-    /// have to move at least; 0 for the others.
-    double bytes_of_update() const { return live_ ? live_->bytes_of_update() : 0; }
-    double bytes_of_solve(double iterations) const {
-        return live_ ? (iterations + max_guesses) * live_->bytes_of_multiply() +
-                           iterations * live_->bytes_of_cycle()
-                     : 0;
-    }
+    /// The outermost Krylov solver, for SNES, set to stop as `controls` say (without a deadline).
+    KSP krylov(const LinearControls& controls);
+    /// A, as the Krylov solver applies it: of displacements, or in the mixed form a nest of
+    /// displacements and scaled pressures (see PressureCoupling::scale).
+    virtual Mat matrix() const = 0;
+
+    bool is_mixed() const { return coupling() != nullptr; }
+    /// Null in the displacement form.
+    virtual PressureCoupling* coupling() const { return nullptr; }
+
+    virtual SolverCosts costs() const { return costs_; }
+
+    /// Bytes that renewing the operators, and a solve of so many iterations from two guesses, move
+    /// at least. LiveSolver only; 0 for the others.
+    virtual double bytes_of_update() const { return 0; }
+    virtual double bytes_of_solve(double /*iterations*/) const { return 0; }
+
+  protected:
+    explicit LinearSolver(std::size_t tet_count) : tet_count_(tet_count) {}
+
+    /// Renews the operators; returns whether only half of the finest level was renewed.
+    virtual bool renew(const Configuration& at, double s, double m, Tangent tangent,
+                       bool by_halves) = 0;
+    virtual KSP outer_krylov() const = 0;
+    /// The Krylov solver whose preconditioner has something to set up.
+    virtual KSP preconditioned_krylov() const { return outer_krylov(); }
+    /// Forgets small strain's operator: constraints or springs are new.
+    void invalidate() { kept_.reset(); }
+    /// Reads what PETSc's options say about when the outermost Krylov solver stops: they go before
+    /// what a solve asks for.
+    void read_asked_tolerances();
+    /// Sets tolerance and iterations; returns them as they count.
+    LinearControls set_tolerances(const LinearControls& controls);
+    static void finish_report(KSP ksp, LinearReport& report);
+
+    SolverCosts costs_;
+    double asked_residual_ = 1e-50;  ///< N
 
   private:
-    void make_levels(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                     std::span<const std::vector<std::int32_t>> parts, const ElasticModel& model);
-    /// What the options of the outermost KSP say about when it stops.
-    void read_asked_tolerances();
-    void make_krylov(MPI_Comm comm);
-    void make_saddle_krylov(MPI_Comm comm);
-    void make_live(const MeshHierarchy& hierarchy, const ElasticModel& model);
-    /// Level l and those below it: a cycle whose coarse equation is solved by cycles_below cycles
-    /// of the next level, accelerated by Chebyshev's polynomial, for a coarse mesh that is too soft
-    /// or too stiff somewhere would have a plain W-cycle diverge. A fixed polynomial, so that
-    /// conjugate gradients stay exact.
-    void configure_multigrid(PC pc, std::size_t l);
-    static constexpr int cycles_below = 2;
-    /// Whether multigrid is what preconditions: the user's options may have chosen another.
-    bool cycles() const;
-    void assemble_levels(const Configuration& at, double s, double m, Tangent tangent);
-    void apply_saddle_preconditioner(Vec r, Vec y);
-    void set_level_operators();
-    /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and
-    /// stands at a usual value.
-    bool set_bounds();
-    Mat displacement_matrix() { return live_ ? live_matrix_.get() : fine().matrix(); }
-    /// start_ = the best combination x of guesses, rest_ = b - A x. True where x is not zero.
-    bool start_from(std::span<const Vec> guesses, Vec b);
-    /// What PETSc asks after each iteration of the displacement form's solve.
-    struct Stopping;
+    bool assemble(const Configuration& at, double s, double m, Tangent tangent, bool by_halves);
 
-    SolverOptions options_;
-    ThreadTeam& team_;
-    SolverKind kind_;
-    CoarseOperator coarse_;
-    int smoothing_steps_;
-    std::vector<std::unique_ptr<LevelAssembler>> levels_;  ///< finest first
-    std::vector<std::unique_ptr<Transfer>> transfers_;
-    std::vector<PetscHandle<Vec>> displacements_;        ///< of coarse levels, for their rotations
-    std::vector<PetscHandle<Mat>> galerkin_;             ///< coarse operators P^T A P
-    std::vector<CoarseBody> coarse_bodies_;              ///< by level from the second
-    std::vector<std::vector<std::uint8_t>> components_;  ///< constrained, by level
-    std::unique_ptr<SinglePrecisionMultigrid> live_;
-    PetscHandle<Mat> live_matrix_;
-    PetscHandle<KSP> krylov_;  ///< for K: by itself, or within the preconditioner of saddle_
-    std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
-    std::unique_ptr<Stopping> stopping_;
-    PetscHandle<Vec> rest_, start_;  ///< with guesses: what is left of b, and x, before Krylov
-    PetscHandle<Vec> images_[max_guesses];        ///< A times the guesses
-    std::unique_ptr<PressureCoupling> coupling_;  ///< mixed form only, as what follows
-    PetscHandle<Mat> b_transposed_, saddle_matrix_;
-    PetscHandle<KSP> saddle_;
-    PetscHandle<Vec> saddle_work_;
     std::size_t tet_count_;
-    bool bounds_known_ = false;
-    std::optional<std::pair<double, double>>
-        kept_;             ///< s and m of small strain's operator, where it still is that
+    std::optional<std::pair<double, double>> kept_;  ///< s and m of a kept small-strain operator
     bool is_new_ = false;  ///< assembled since the preconditioner was set up last
-    SolverCosts costs_;
     std::optional<double> asked_tolerance_;
     std::optional<int> asked_iterations_;
-    double asked_residual_ = 1e-50;  ///< N
 };
+
+/// The solver that `options` name for this mesh and model. Collective. `team` serves LiveSolver and
+/// must outlive it. Throws Error where the kind cannot solve this model on this mesh.
+std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mesh,
+                                                 const ElasticModel& model,
+                                                 const SolverOptions& options,
+                                                 ThreadTeam& team = ThreadTeam::alone());
 
 }  // namespace livetet

@@ -76,26 +76,28 @@ constexpr std::size_t grain = 150;
 /// ScaledStiffness scales them: its unknowns are S x, its right-hand sides S^-1 b / s.
 struct SinglePrecisionMultigrid::Level {
     LevelAssembler& level;
-    SinglePrecisionBatches& live;
+    const TetBatches<float>& batches;
     ThreadTeam& team;
     ScaledStiffness A;
     std::vector<float>
         inverse;  ///< of the diagonal blocks, column-major; zero in constrained rows and columns
     std::vector<float> b, x, next, r, d;
-    std::vector<float> into, from;  ///< S and 1 / S of each component, 0 where it is constrained
-    std::unique_ptr<Lent> lent;     ///< to the next finer level's nodes
-    std::vector<float> more;  ///< of each node: inertia and springs, as they stand in the diagonal
-    double bound = 2;         ///< largest eigenvalue of D^-1 A
+    std::vector<float> scale,
+        inverse_scale;           ///< S and 1 / S of each component, 0 where it is constrained
+    ElementRotations rotations;  ///< of a coarse level; the finest one's are given
+    std::unique_ptr<Lent> lent;  ///< to the next finer level's nodes
+    std::vector<float> diagonal_shift;  ///< of each node: inertia and springs in the diagonal
+    double bound = 2;                   ///< largest eigenvalue of D^-1 A
 
     Level(LevelAssembler& l, ThreadTeam& t)
         : level(l),
-          live(*l.live()),
+          batches(l.single()->batches),
           team(t),
           A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
-        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &into, &from})
+        for (std::vector<float>* v : {&b, &x, &next, &r, &d, &scale, &inverse_scale})
             v->assign(3 * nodes() + 1, 0.0F);
         inverse.assign(9 * nodes() + 4, 0.0F);
-        more.assign(nodes(), 0.0F);
+        diagonal_shift.assign(nodes(), 0.0F);
     }
 
     std::size_t nodes() const { return A.nodes(); }
@@ -111,48 +113,48 @@ struct SinglePrecisionMultigrid::Level {
         for (std::size_t i = 0; i < nodes(); ++i)
             for (int c = 0; c < 3; ++c) {
                 const bool held = components[i] >> c & 1;
-                into[3 * i + c] = held ? 0 : A.scale()[i];
-                from[3 * i + c] = held ? 0 : 1 / A.scale()[i];
+                scale[3 * i + c] = held ? 0 : A.scale()[i];
+                inverse_scale[3 * i + c] = held ? 0 : 1 / A.scale()[i];
             }
     }
 
     /// A of all components, where the rotations are: what is constrained is kept out of the
     /// vectors, not of A.
-    void assemble(double m_over_s, double s, Renewal renewal) {
-        const std::span<const RotationBatch<float>> rotations = live.rotations;
+    void assemble(std::span<const RotationBatch<float>> rotations, double m_over_s, double s,
+                  Renewal renewal) {
         const BatchRange shared = level.parts().shared;
         team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
-            A.turn_shared({shared.begin + begin, shared.begin + end}, live.batches, rotations);
+            A.turn_shared({shared.begin + begin, shared.begin + end}, batches, rotations);
         });
-        team.run([&](int thread) { A.write_part(thread, renewal, live.batches, rotations); });
+        team.run([&](int thread) { A.write_part(thread, renewal, batches, rotations); });
         const auto renewed = A.rows_of(renewal);
         team.run_pieces(renewed.size(), grain, [&](std::size_t begin, std::size_t end) {
             const auto rows = renewed.subspan(begin, end - begin);
             A.write_rows(rows);
             for (const std::int32_t i : rows) {
-                more[i] = 0;
-                add_more(i, m_over_s, s, true);
+                diagonal_shift[i] = 0;
+                shift_diagonal(i, m_over_s, s, true);
             }
         });
         if (renewed.size() == nodes()) return;
         over_rows([&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) add_more(i, m_over_s, s, false);
+            for (std::size_t i = begin; i < end; ++i) shift_diagonal(i, m_over_s, s, false);
         });
     }
 
-    /// Makes `more` what inertia and springs add to the diagonal now; `renewed`: the rest of the
-    /// block is new, too.
-    void add_more(std::size_t i, double m_over_s, double s, bool renewed) {
+    /// Makes `diagonal_shift` what inertia and springs add to the diagonal now; `renewed`: the rest
+    /// of the block is new, too.
+    void shift_diagonal(std::size_t i, double m_over_s, double s, bool renewed) {
         const auto mass = level.node_mass(), springs = level.springs();
         const auto now = static_cast<float>(
             ((m_over_s != 0 ? m_over_s * mass[i] : 0) + (springs.empty() ? 0 : springs[i] / s)) /
             (A.scale()[i] * A.scale()[i]));
-        const float change = now - more[i];
-        if (!renewed && std::abs(change) <= 1e-6F * more[i]) return;
+        const float change = now - diagonal_shift[i];
+        if (!renewed && std::abs(change) <= 1e-6F * diagonal_shift[i]) return;
         const auto block = A.diagonal(i);
         for (int c = 0; c < 3; ++c) block[4 * c] += change;
-        more[i] = now;
-        invert(block.data(), from.data() + 3 * i, inverse.data() + 9 * i);
+        diagonal_shift[i] = now;
+        invert(block.data(), inverse_scale.data() + 3 * i, inverse.data() + 9 * i);
     }
 
     /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in
@@ -212,7 +214,7 @@ struct SinglePrecisionMultigrid::Level {
     void residual() {
         over_rows([&](std::size_t begin, std::size_t end) {
             A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
-                store((load(b.data() + 3 * i) - Ax) * load(into.data() + 3 * i), r.data() + 3 * i);
+                store((load(b.data() + 3 * i) - Ax) * load(scale.data() + 3 * i), r.data() + 3 * i);
             });
         });
     }
@@ -223,14 +225,16 @@ SinglePrecisionMultigrid::SinglePrecisionMultigrid(std::vector<LevelAssembler*> 
                                                    int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
     if (const std::size_t nodes = levels.back()->share().nodes.size();
-        levels.size() < 2 || nodes > most_coarsest_nodes)
+        levels.size() < 2 || nodes > max_coarsest_nodes)
         fail(
             "solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the "
             "coarsest of at most {} nodes",
-            levels.size(), nodes, most_coarsest_nodes);
+            levels.size(), nodes, max_coarsest_nodes);
     for (LevelAssembler* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
-    for (std::size_t l = 0; l < maps_.size(); ++l)
+    for (std::size_t l = 0; l < maps_.size(); ++l) {
+        levels_[l + 1]->rotations = levels_[l + 1]->level.make_rotations();
         levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
+    }
     dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()),
                   static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
 }
@@ -242,19 +246,21 @@ void SinglePrecisionMultigrid::set_constrained() {
     fresh_ = true;
 }
 
-void SinglePrecisionMultigrid::restrict_displacements() {
+void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& finest) {
+    const float* fine = finest.single_u.data();
     for (std::size_t l = 0; l < maps_.size(); ++l) {
-        const Level& fine = *levels_[l];
         Level& coarse = *levels_[l + 1];
+        float* u = coarse.rotations.single_u.data();
         coarse.over_rows([&](std::size_t begin, std::size_t end) {
-            for (std::size_t n = begin; n < end; ++n)
-                store(coarse.lent->mean(n, fine.live.u.data()), coarse.live.u.data() + 3 * n);
+            for (std::size_t n = begin; n < end; ++n) store(coarse.lent->mean(n, fine), u + 3 * n);
         });
+        fine = u;
     }
 }
 
-void SinglePrecisionMultigrid::update(double s, double m, bool by_halves) {
-    restrict_displacements();
+void SinglePrecisionMultigrid::update(const ElementRotations& finest, double s, double m,
+                                      bool by_halves) {
+    restrict_displacements(finest);
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
     by_halves = by_halves && !invert;
     half_ = !by_halves                     ? Renewal::whole
@@ -262,12 +268,14 @@ void SinglePrecisionMultigrid::update(double s, double m, bool by_halves) {
                                            : Renewal::first_half;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
-        if (level != levels_.front()) level->level.update_live_rotations();
+        const bool is_finest = level == levels_.front();
+        if (!is_finest) level->level.update_single_rotations(level->rotations);
+        const auto& rotations = is_finest ? finest.single : level->rotations.single;
         if (fresh_) {  // mass only lowers the bound
-            level->assemble(0, s, Renewal::whole);
+            level->assemble(rotations, 0, s, Renewal::whole);
             find_bounds(*level);
         }
-        level->assemble(m / s, s, level == levels_.front() ? half_ : Renewal::whole);
+        level->assemble(rotations, m / s, s, is_finest ? half_ : Renewal::whole);
     }
     s_now_ = s;
     if (!invert) return;
@@ -304,7 +312,7 @@ void SinglePrecisionMultigrid::invert_coarsest() {
     const auto put = [&](std::size_t i, std::size_t j, const Eigen::Matrix3f& block) {
         for (int a = 0; a < 3; ++a)
             for (int c = 0; c < 3; ++c)
-                if (level.from[3 * i + a] != 0 && level.from[3 * j + c] != 0)
+                if (level.inverse_scale[3 * i + a] != 0 && level.inverse_scale[3 * j + c] != 0)
                     dense_(static_cast<Eigen::Index>(3 * i + a),
                            static_cast<Eigen::Index>(3 * j + c)) = block(a, c);
     };
@@ -317,7 +325,7 @@ void SinglePrecisionMultigrid::invert_coarsest() {
     }
     const float largest = std::max(dense_.diagonal().maxCoeff(), 1e-30F);
     for (Eigen::Index i = 0; i < dense_.rows(); ++i)
-        if (level.from[i] == 0) dense_(i, i) = largest;
+        if (level.inverse_scale[i] == 0) dense_(i, i) = largest;
     factor_.compute(dense_);
     dense_.setIdentity();
     factor_.solveInPlace(dense_);
@@ -340,8 +348,9 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
     Level& coarse = *levels_[l + 1];
     coarse.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            store(coarse.lent->gather(n, level.r.data()) * load(coarse.from.data() + 3 * n),
-                  coarse.b.data() + 3 * n);
+            store(
+                coarse.lent->gather(n, level.r.data()) * load(coarse.inverse_scale.data() + 3 * n),
+                coarse.b.data() + 3 * n);
     });
     descend(l + 1);
     const BarycentricMap& map = *maps_[l];
@@ -351,9 +360,9 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
             for (int k = 0; k < 4; ++k) {
                 const std::int32_t n = 3 * map.nodes[i][k];
                 sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) *
-                       load(coarse.from.data() + n);
+                       load(coarse.inverse_scale.data() + n);
             }
-            store(load(level.x.data() + 3 * i) + sum * load(level.into.data() + 3 * i),
+            store(load(level.x.data() + 3 * i) + sum * load(level.scale.data() + 3 * i),
                   level.x.data() + 3 * i);
         }
     });
@@ -364,11 +373,11 @@ void SinglePrecisionMultigrid::multiply(std::span<const double> x, std::span<dou
     Level& fine = *levels_.front();
     team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            fine.d[i] = static_cast<float>(x[i]) * fine.into[i];
+            fine.d[i] = static_cast<float>(x[i]) * fine.scale[i];
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
         fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
-            for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.into[3 * i + c] * Ax[c];
+            for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.scale[3 * i + c] * Ax[c];
         });
     });
 }
@@ -377,11 +386,11 @@ void SinglePrecisionMultigrid::cycle(std::span<const double> r, std::span<double
     Level& fine = *levels_.front();
     team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.from[i];
+            fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.inverse_scale[i];
     });
     descend(0);
     team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i] * fine.from[i];
+        for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i] * fine.inverse_scale[i];
     });
 }
 
@@ -389,7 +398,7 @@ double SinglePrecisionMultigrid::bytes_of_update() const {
     double bytes = 0;
     for (const auto& level : levels_) {
         if (level == levels_.back()) break;
-        const auto batches = static_cast<double>(level->live.batches.all().end);
+        const auto batches = static_cast<double>(level->batches.all().end);
         const double rotations =
             level == levels_.front() ? 1 : 3;  // read; on coarse levels made here, too
         bytes += batches * ((rotations > 1 ? 2 : 1) * sizeof(TetBatch<float>) +

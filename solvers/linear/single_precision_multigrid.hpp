@@ -22,11 +22,11 @@ namespace livetet {
 class SinglePrecisionMultigrid {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
-    static constexpr std::size_t most_coarsest_nodes = 2000;
+    static constexpr std::size_t max_coarsest_nodes = 2000;
     /// Of Young's moduli: at a contrast of 1e6 its last digits, which the soft part lives in, let
     /// bodies run away
     /// (`livetet bench stability`).
-    static constexpr double most_contrast = 1e5;
+    static constexpr double max_contrast = 1e5;
 
     /// `levels` (without matrices), finest first, the maps between them and the team must outlive
     /// this. Throws Error where there is but one, or the coarsest is too large.
@@ -43,7 +43,7 @@ class SinglePrecisionMultigrid {
     /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`:
     /// of the finest level only the half that was not renewed last, unless constraints are new, or
     /// s or m by more than a twentieth.
-    void update(double s, double m, bool by_halves = false);
+    void update(const ElementRotations& finest, double s, double m, bool by_halves = false);
     /// Whether the last update renewed a half only.
     bool renewed_half() const { return half_ != Renewal::whole; }
 
@@ -60,7 +60,7 @@ class SinglePrecisionMultigrid {
 
   private:
     struct Level;
-    void restrict_displacements();
+    void restrict_displacements(const ElementRotations& finest);
     void find_bounds(Level& level);
     void invert_coarsest();
     void descend(std::size_t l);

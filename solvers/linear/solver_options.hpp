@@ -20,9 +20,9 @@ inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
 /// re-discretised coarse mesh, which does not know which part of a tet is stiff, costs more
 /// iterations than it saves in being renewed.
 inline CoarseOperator resolved_coarse(CoarseOperator coarse, double contrast) {
-    constexpr double most_contrast = 100;
+    constexpr double max_contrast = 100;
     if (coarse == CoarseOperator::automatic)
-        return contrast > most_contrast ? CoarseOperator::galerkin : CoarseOperator::rediscretised;
+        return contrast > max_contrast ? CoarseOperator::galerkin : CoarseOperator::rediscretised;
     return coarse;
 }
 

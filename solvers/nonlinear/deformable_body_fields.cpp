@@ -12,49 +12,19 @@
 
 namespace livetet {
 
-std::vector<Vector3> DeformableBody::elastic_force() {
-    take_rotations();
-    operator_.fine().elastic_force(state(), force_.get());
-    return gather(operator_.fine().share(), force_.get());
-}
-
-std::vector<Vector3> DeformableBody::reactions() {
-    const LevelAssembler& fine = operator_.fine();
-    take_rotations();
-    fine.elastic_force(state(), force_.get());
-    if (is_dynamic() && time_.rayleigh_beta > 0) {
-        update_ghosts(v_.get());
-        fine.add_stiffness_times(time_.rayleigh_beta, state(), v_.get(), force_.get());
-    }
-    {
-        const auto constrained = fine.constrained();
-        const auto mass = fine.node_mass(), springs = fine.springs();
-        const ReadArray u(u_.get()), external(external_.get());
-        std::optional<ReadArray> v, a;
-        if (is_dynamic()) v.emplace(v_.get()), a.emplace(a_.get());
-        WriteArray f(force_.get());
-        for (std::size_t i = 0; i < f.span().size(); ++i) {
-            if (constrained[i / 3] >> (i % 3) & 1)
-                f[i] += (v ? mass[i / 3] * ((*a)[i] + time_.rayleigh_alpha * (*v)[i]) : 0) -
-                        external[i];
-            else
-                f[i] = springs.empty()
-                           ? 0
-                           : springs[i / 3] *
-                                 (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
-        }
-    }
-    return gather(fine.share(), force_.get());
+Configuration DeformableBody::configuration() {
+    balance_.update_rotations();
+    return balance_.configuration();
 }
 
 std::vector<TetFields> DeformableBody::local_tet_fields() {
-    take_rotations();
-    const LevelAssembler& fine = operator_.fine();
-    const PartitionedMesh& share = fine.share();
+    const LevelAssembler& fine = level();
+    const PartitionedMesh& share = mesh();
     std::vector<TetFields> local(share.tets.size());
-    fine.visit_fields(state(), [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
+    fine.visit_fields(configuration(),
+                      [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
     const double points = share.edge_nodes.empty() ? 1 : 4;
-    fine.visit_stress(state(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
+    fine.visit_stress(configuration(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
         local[e].cauchy_stress_Pa += stress / points;
     });
     return local;
@@ -64,15 +34,14 @@ double DeformableBody::largest_von_mises() {
     double largest = 0;
     for (const TetFields& f : local_tet_fields())
         largest = std::max(largest, von_mises(f.cauchy_stress_Pa));
-    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, operator_.fine().share().comm);
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, mesh().comm);
     return largest;
 }
 
 std::size_t DeformableBody::inverted_tets() {
-    take_rotations();
-    const PartitionedMesh& share = operator_.fine().share();
+    const PartitionedMesh& share = mesh();
     std::uint64_t count = 0;
-    operator_.fine().visit_volume_ratio(state(), [&](std::size_t e, double ratio) {
+    level().visit_volume_ratio(configuration(), [&](std::size_t e, double ratio) {
         count +=
             share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
     });
@@ -81,11 +50,11 @@ std::size_t DeformableBody::inverted_tets() {
 }
 
 std::vector<TetFields> DeformableBody::tet_fields() {
-    const PartitionedMesh& share = operator_.fine().share();
+    const PartitionedMesh& share = mesh();
     const std::vector<TetFields> local = local_tet_fields();
     // Each tet from the rank that owns its first corner.
     constexpr int numbers = 11;
-    std::vector<double> packed(numbers * operator_.tet_count(), 0.0);
+    std::vector<double> packed(numbers * solver_->tet_count(), 0.0);
     for (std::size_t e = 0; e < local.size(); ++e) {
         if (share.tets[e][0] >= share.owned) continue;
         double* at = packed.data() + numbers * share.tet_ids[e];
@@ -96,16 +65,15 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
                   share.comm);
     std::vector<TetFields> fields;
-    fields.reserve(operator_.tet_count());
+    fields.reserve(solver_->tet_count());
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
     return fields;
 }
 
 std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
-    take_rotations();
-    const LevelAssembler& fine = operator_.fine();
-    const PartitionedMesh& share = fine.share();
+    const LevelAssembler& fine = level();
+    const PartitionedMesh& share = mesh();
     const bool quadratic = !share.edge_nodes.empty();
     // The linear function through the values at the four points takes at corner i: own * value_i +
     // other * the rest.
@@ -113,9 +81,11 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
                  other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
     std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());
     for (auto& tet : corners) tet.fill(Eigen::Matrix3d::Zero());
-    fine.visit_stress(state(), [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
-        for (int i = 0; i < 4; ++i) corners[e][i] += (i == point ? own : other) * stress;
-    });
+    fine.visit_stress(configuration(),
+                      [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
+                          for (int i = 0; i < 4; ++i)
+                              corners[e][i] += (i == point ? own : other) * stress;
+                      });
     constexpr int numbers = 10;
     std::vector<double> packed(numbers * share.number_of_node.size(), 0.0);
     const auto add = [&](std::int32_t n, double volume, const Eigen::Matrix3d& stress) {
@@ -139,17 +109,14 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     return stress;
 }
 
-double DeformableBody::strain_energy() {
-    take_rotations();
-    return operator_.fine().strain_energy(state());
-}
+double DeformableBody::strain_energy() { return level().strain_energy(configuration()); }
 
 double DeformableBody::kinetic_energy() {
-    const PartitionedMesh& share = operator_.fine().share();
-    const auto mass = operator_.fine().node_mass();
+    const PartitionedMesh& share = mesh();
+    const auto mass = level().node_mass();
     double energy = 0;
-    if (is_dynamic()) {
-        const ReadArray v(v_.get());
+    if (time_.is_dynamic()) {
+        const ReadArray v(state_.v.get());
         for (std::size_t i = 0; i < v.span().size(); ++i) energy += 0.5 * mass[i / 3] * v[i] * v[i];
     }
     MPI_Allreduce(MPI_IN_PLACE, &energy, 1, MPI_DOUBLE, MPI_SUM, share.comm);

@@ -3,6 +3,7 @@
 #include <petscksp.h>
 
 #include <algorithm>
+#include <exception>
 #include <iterator>
 #include <span>
 #include <stdexcept>
@@ -45,8 +46,30 @@ class PetscFailure : public std::runtime_error {
     PetscErrorCode code_;
 };
 
+/// The exception that a callback could not let pass through PETSc's C code; null where there is
+/// none.
+inline std::exception_ptr& kept_exception() {
+    thread_local std::exception_ptr kept;
+    return kept;
+}
+
+/// What a callback of PETSc does: runs work() and returns 0, or keeps what it throws and returns an
+/// error code. The LIVETET_PETSC around the call that PETSc called back from throws it on.
+template <class Work>
+PetscErrorCode in_callback(Work&& work) noexcept {
+    try {
+        work();
+        return 0;
+    } catch (...) {
+        kept_exception() = std::current_exception();
+        return PETSC_ERR_LIB;
+    }
+}
+
+/// Throws the exception that a callback kept, else PetscFailure.
 [[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call,
                                              const char* file, int line) {
+    if (const auto kept = std::exchange(kept_exception(), nullptr)) std::rethrow_exception(kept);
     const char* kind = nullptr;
     char* words = nullptr;  // of the place in PETSc that found the fault; of an earlier one where
                             // this has none

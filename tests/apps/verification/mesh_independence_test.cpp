@@ -37,7 +37,7 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
     const MeshHierarchy hierarchy = build_hierarchy(surface, meshing).hierarchy;
     const TetMesh& mesh = hierarchy.levels.front();
     const std::vector<Material> material{Material{}};
-    DeformableBody body(PETSC_COMM_SELF, hierarchy, {}, {material, StrainModel::corotated}, {},
+    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {material, StrainModel::corotated}, {},
                         {.kind = SolverKind::multigrid, .coarse = coarse});
     Constraints constraints(mesh.nodes.size());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
@@ -45,7 +45,7 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
             constraints.prescribe(std::array{static_cast<std::int32_t>(n)}, Vector3::Zero());
     constraints.prescribe(surface_patch(mesh, {0.06, 0.065, 0.09}, 0.015).nodes, {0, 0, -0.015});
     body.set_constraints(constraints);
-    const StepReport report = body.step(0, {.linearisations = 1, .linear_tolerance = 1e-8});
+    const StepReport report = body.advance(0, {.newton_iterations = 1, .linear_tolerance = 1e-8});
     EXPECT_TRUE(report.converged);
     std::printf("%8zu tets %7zu nodes, %zu levels: %2d iterations to 1e-8\n", mesh.tets.size(),
                 mesh.nodes.size(), hierarchy.levels.size(), report.iterations);

@@ -37,12 +37,11 @@ struct Case {
     Case(int levels, StrainModel strain, const TimeOptions& time, const SolverOptions& options)
         : hierarchy(beam(levels)),
           parts(partitions(hierarchy)),
-          body(PETSC_COMM_WORLD, hierarchy, parts, {soft, strain}, time, options) {}
+          body({PETSC_COMM_WORLD, hierarchy, parts}, {soft, strain}, time, options) {}
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
 
-const StepControls to_equilibrium{
-    .linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6};
+const SolveControls to_equilibrium{.max_newton = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6};
 
 Constraints pressed(const TetMesh& mesh, const Vector3& press) {
     Constraints constraints(mesh.nodes.size());
@@ -66,9 +65,9 @@ double largest_difference(const std::vector<Vector3>& a, const std::vector<Vecto
 std::vector<Vector3> pressed_with(SolverOptions options, int levels, int* iterations = nullptr) {
     Case c(levels, StrainModel::corotated, {}, options);
     c.body.set_constraints(pressed(c.mesh(), {0, 0.003, -0.012}));
-    const StepReport report = c.body.step(0, to_equilibrium);
+    const StepReport report = c.body.solve(0, to_equilibrium);
     EXPECT_TRUE(report.converged) << report.imbalance;
-    if (iterations) *iterations = report.iterations / std::max(1, report.linearisations);
+    if (iterations) *iterations = report.iterations / std::max(1, report.newton_iterations);
     return c.body.displacement();
 }
 
@@ -82,7 +81,7 @@ TEST(DeformableBody, PatchTestALinearFieldOnTheBoundaryFillsTheInside) {
             constraints.prescribe(std::array{n}, A * c.mesh().nodes[n]);
         c.body.set_constraints(constraints);
         EXPECT_TRUE(
-            c.body.step(0, {.linearisations = 40, .tolerance = 1e-13, .linear_tolerance = 1e-12})
+            c.body.solve(0, {.max_newton = 40, .tolerance = 1e-13, .linear_tolerance = 1e-12})
                 .converged);
         const auto u = c.body.displacement();
         for (std::size_t n = 0; n < u.size(); ++n)
@@ -96,7 +95,7 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     const MeshHierarchy hierarchy = beam(1);
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear}, {},
+    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, StrainModel::linear}, {},
                         {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
@@ -108,8 +107,8 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     for (const Tet& t : mesh.tets)
         for (const std::int32_t n : t) weight[n].x() += 1000 * 9.81 * signed_volume(mesh, t) / 4;
     body.set_external_force(weight);
-    EXPECT_TRUE(body.step(0, {.linearisations = 2, .tolerance = 1e-10, .linear_tolerance = 1e-12})
-                    .converged);
+    EXPECT_TRUE(
+        body.solve(0, {.max_newton = 2, .tolerance = 1e-10, .linear_tolerance = 1e-12}).converged);
     const auto u = body.displacement();
     const double expected = 1000 * 9.81 * 0.2 * 0.2 / (2 * 1e5);
     const auto end = nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; });
@@ -150,17 +149,19 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                 fill(level.share(), wave, v.get());
                 update_ghosts(u.get());
                 update_ghosts(v.get());
-                level.update_rotations(u.get());
+                ElementRotations rotations = level.make_rotations();
+                level.update_rotations(u.get(), rotations);
                 for (int renewed = 0; renewed < 2; ++renewed) {
-                    level.assemble(0.5 + renewed, 3.0, Tangent::exact, {.u = u.get()});
+                    level.assemble(0.5 + renewed, 3.0, Tangent::exact,
+                                   {.u = u.get(), .rotations = &rotations});
                     LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
                 }
                 const double h = 1e-6;
                 const auto force_at = [&](double t, Vec f) {
                     LIVETET_PETSC(VecAXPY(u.get(), t, v.get()));
                     update_ghosts(u.get());
-                    level.update_rotations(u.get());
-                    level.elastic_force({.u = u.get()}, f);
+                    level.update_rotations(u.get(), rotations);
+                    level.elastic_force({.u = u.get(), .rotations = &rotations}, f);
                     LIVETET_PETSC(VecAXPY(u.get(), -t, v.get()));
                 };
                 force_at(h, force.get());
@@ -177,12 +178,14 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                 }
                 // With the rotation held: what damping and moved constraints are made of.
                 update_ghosts(u.get());
-                level.update_rotations(u.get());
+                level.update_rotations(u.get(), rotations);
                 if (strain != StrainModel::corotated) continue;
-                level.assemble(2, 0, Tangent::held_rotation, {.u = u.get()});
+                level.assemble(2, 0, Tangent::held_rotation,
+                               {.u = u.get(), .rotations = &rotations});
                 LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
                 LIVETET_PETSC(VecSet(force.get(), 0));
-                level.add_stiffness_times(2, {.u = u.get()}, v.get(), force.get());
+                level.add_stiffness_times(2, {.u = u.get(), .rotations = &rotations}, v.get(),
+                                          force.get());
                 const ReadArray got(product.get()), expected(force.get());
                 for (std::size_t i = 0; i < got.span().size(); ++i)
                     ASSERT_NEAR(got[i], expected[i], 1e-9) << i;
@@ -222,10 +225,10 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
 TEST(DeformableBody, OneRankAndManyAgree) {
     const auto many = pressed_with({.kind = SolverKind::multigrid}, 3);
     const MeshHierarchy hierarchy = beam(3);
-    DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, {soft, StrainModel::corotated}, {},
+    DeformableBody alone({PETSC_COMM_SELF, hierarchy}, {soft, StrainModel::corotated}, {},
                          {.kind = SolverKind::multigrid});
     alone.set_constraints(pressed(hierarchy.levels.front(), {0, 0.003, -0.012}));
-    ASSERT_TRUE(alone.step(0, to_equilibrium).converged);
+    ASSERT_TRUE(alone.solve(0, to_equilibrium).converged);
     EXPECT_LT(largest_difference(many, alone.displacement()), 1e-8 * 0.012);
 }
 
@@ -239,13 +242,13 @@ TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
             const auto parts = partitions(hierarchy);
             const ElasticModel model{silicone, strain, Formulation::mixed};
             const Constraints press = pressed(hierarchy.levels.front(), {0, 0.002, -0.006});
-            DeformableBody many(PETSC_COMM_WORLD, hierarchy, parts, model, {},
+            DeformableBody many({PETSC_COMM_WORLD, hierarchy, parts}, model, {},
                                 {.kind = SolverKind::multigrid});
-            DeformableBody alone(PETSC_COMM_SELF, hierarchy, {}, model, {},
+            DeformableBody alone({PETSC_COMM_SELF, hierarchy}, model, {},
                                  {.kind = SolverKind::multigrid});
             for (DeformableBody* body : {&many, &alone}) {
                 body->set_constraints(press);
-                const StepReport report = body->step(0, to_equilibrium);
+                const StepReport report = body->solve(0, to_equilibrium);
                 ASSERT_TRUE(report.converged) << report.imbalance;
             }
             EXPECT_LT(largest_difference(many.displacement(), alone.displacement()), 1e-7 * 0.006);
@@ -256,7 +259,7 @@ TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
     Case c(3, StrainModel::corotated, {}, {.kind = SolverKind::multigrid});
     for (const double depth : {0.01, 0.02, 0.03, 0.04, 0.05, 0.03, 0.0}) {
         c.body.set_constraints(pressed(c.mesh(), {0, 0, -depth}));
-        (void)c.body.step(0, to_equilibrium);
+        (void)c.body.solve(0, to_equilibrium);
     }
     EXPECT_LT(largest_difference(c.body.displacement(),
                                  std::vector<Vector3>(c.mesh().nodes.size(), Vector3::Zero())),
@@ -269,12 +272,14 @@ TEST(DeformableBody, NewConstraintsAndCoefficientsReachThePreconditioner) {
     Case used(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
               {.kind = SolverKind::multigrid});
     used.body.set_constraints(pressed(used.mesh(), {0, 0, -1e-6}));
-    (void)used.body.step(1e-4, {.linearisations = 1, .linear_tolerance = 1e-8});
-    const StepReport after = used.body.step(1e3, {.linearisations = 1, .linear_tolerance = 1e-8});
+    (void)used.body.advance(1e-4, {.newton_iterations = 1, .linear_tolerance = 1e-8});
+    const StepReport after =
+        used.body.advance(1e3, {.newton_iterations = 1, .linear_tolerance = 1e-8});
     Case fresh(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
                {.kind = SolverKind::multigrid});
     fresh.body.set_constraints(pressed(fresh.mesh(), {0, 0, -1e-6}));
-    const StepReport anew = fresh.body.step(1e3, {.linearisations = 1, .linear_tolerance = 1e-8});
+    const StepReport anew =
+        fresh.body.advance(1e3, {.newton_iterations = 1, .linear_tolerance = 1e-8});
     EXPECT_TRUE(after.converged && anew.converged);
     EXPECT_NEAR(after.iterations, anew.iterations, 2);
 }
@@ -291,8 +296,8 @@ TEST(DeformableBody, NewmarkKeepsTheEnergyOfASwingingBeamAndEulerLosesIt) {
         c.body.set_velocity(velocity);
         const double before = c.body.kinetic_energy();
         for (int step = 0; step < 40; ++step)
-            (void)c.body.step(0.01,
-                              {.linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
+            (void)c.body.solve(0.01,
+                               {.max_newton = 20, .tolerance = 1e-9, .linear_tolerance = 1e-6});
         const double after = c.body.kinetic_energy() + c.body.strain_energy();
         if (scheme == TimeScheme::newmark) {
             EXPECT_NEAR(after / before, 1, 0.02);
@@ -308,7 +313,7 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, test::beam_size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body(PETSC_COMM_WORLD, hierarchy, parts, {cork, StrainModel::linear},
+    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, StrainModel::linear},
                         {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
@@ -325,7 +330,7 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
         nodes_where(mesh, [](const Vector3& x) { return x.x() > 0.1999; }).front();
     double before = 0, crossing = 0;
     for (int step = 1; step <= 140 && crossing == 0; ++step) {
-        (void)body.step(dt, {.linearisations = 1, .linear_tolerance = 1e-10});
+        (void)body.advance(dt, {.newton_iterations = 1, .linear_tolerance = 1e-10});
         const double now = body.displacement()[tip].x();
         if (step > 5 && before > 0 && now <= 0)
             crossing = (step - 1 + before / (before - now)) * dt;
@@ -340,7 +345,7 @@ TEST(DeformableBody, KeepsTheOldStateWhenASolveGoesWrong) {
     constraints.values.back() = Vector3::Constant(std::nan(""));
     constraints.components.back() = 7;
     c.body.set_constraints(constraints);
-    EXPECT_FALSE(c.body.step(0, {.linearisations = 1}).converged);
+    EXPECT_FALSE(c.body.advance(0, {.newton_iterations = 1}).converged);
     for (const Vector3& u : c.body.displacement()) ASSERT_TRUE(u.allFinite());
 }
 

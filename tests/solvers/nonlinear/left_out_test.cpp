@@ -10,8 +10,7 @@ namespace livetet {
 namespace {
 
 const Material tissue{.young_Pa = 3000, .poisson = 0.4, .density_kg_per_m3 = 1000};
-constexpr StepControls to_the_end{
-    .linearisations = 20, .tolerance = 1e-9, .linear_tolerance = 1e-10};
+constexpr SolveControls to_the_end{.max_newton = 20, .tolerance = 1e-9, .linear_tolerance = 1e-10};
 
 /// On one rank: what is counted is the same on each.
 class LeftOut : public testing::Test {
@@ -25,8 +24,8 @@ class LeftOut : public testing::Test {
                                          SolverKind kind) const {
         TimeOptions time{.scheme = scheme, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.01};
         return std::make_unique<DeformableBody>(
-            PETSC_COMM_SELF, kind == SolverKind::direct ? one_level : hierarchy,
-            std::span<const std::vector<std::int32_t>>{},
+            DistributedHierarchy{PETSC_COMM_SELF,
+                                 kind == SolverKind::direct ? one_level : hierarchy},
             ElasticModel{std::span(&tissue, 1), strain, Formulation::displacement}, time,
             SolverOptions{.kind = kind});
     }
@@ -56,7 +55,7 @@ TEST_F(LeftOut, AStaticBodyHasNoMassAndNoVelocities) {
         const auto moving = body(StrainModel::corotated, TimeScheme::newmark, kind);
         for (DeformableBody* b : {at_rest.get(), moving.get()}) {
             b->set_constraints(pressed(1));
-            ASSERT_FALSE(b->step(0.1, {}).kept_old);
+            ASSERT_FALSE(b->advance(0.1, {}).kept_old);
         }
         EXPECT_TRUE(at_rest->linear_solver().fine().node_mass().empty());
         EXPECT_EQ(at_rest->costs().mass.bytes, 0);
@@ -73,7 +72,7 @@ TEST_F(LeftOut, ALinearBodyComputesNoRotationsAndKeepsNone) {
         const auto corotated = body(StrainModel::corotated, TimeScheme::static_equilibrium, kind);
         for (DeformableBody* b : {linear.get(), corotated.get()}) {
             b->set_constraints(pressed(1));
-            (void)b->step(0, {});
+            (void)b->advance(0, {});
         }
         EXPECT_EQ(linear->costs().rotations.times, 0);
         EXPECT_LT(linear->costs().rotations.bytes, 0.02 * corotated->costs().rotations.bytes);
@@ -99,7 +98,7 @@ TEST_F(LeftOut, ALinearBodyFactorsOnceUntilItsOperatorChanges) {
         EXPECT_EQ(factorisations() - before, more) << when;
     };
     const auto steps = [&](double dt, int count) {
-        for (int k = 0; k < count; ++k) EXPECT_TRUE(linear->step(dt, to_the_end).converged);
+        for (int k = 0; k < count; ++k) EXPECT_TRUE(linear->solve(dt, to_the_end).converged);
     };
     linear->set_constraints(pressed(0));
     expect(1, "ten steps of one length", [&] {
@@ -120,7 +119,7 @@ TEST_F(LeftOut, ALinearBodyFactorsOnceUntilItsOperatorChanges) {
     const auto turning = body(StrainModel::corotated, TimeScheme::newmark, SolverKind::direct);
     turning->set_constraints(pressed(1));
     const int before = factorisations();
-    for (int k = 0; k < 3; ++k) (void)turning->step(0.02, to_the_end);
+    for (int k = 0; k < 3; ++k) (void)turning->solve(0.02, to_the_end);
     EXPECT_GT(factorisations() - before, 3);
 }
 
@@ -133,7 +132,7 @@ TEST_F(LeftOut, ALinearBodyThatKeepsItsOperatorGoesWhereANewOneDoes) {
             fresh->copy_state(*kept);
             for (DeformableBody* b : {kept.get(), fresh.get()}) {
                 b->set_constraints(constraints);
-                (void)b->step(dt, to_the_end);
+                (void)b->solve(dt, to_the_end);
             }
             const auto a = kept->displacement(), b = fresh->displacement();
             for (std::size_t i = 0; i < a.size(); ++i)
@@ -154,7 +153,7 @@ TEST_F(LeftOut, ALinearBodysLoadStepsGoOnFromTheLast) {
     std::vector<int> iterations;
     for (int k = 1; k <= 4; ++k) {
         linear->set_constraints(pressed(0.25 * k));
-        const StepReport report = linear->step(0, to_the_end);
+        const StepReport report = linear->solve(0, to_the_end);
         EXPECT_TRUE(report.converged);
         iterations.push_back(report.iterations);
     }
@@ -169,7 +168,7 @@ TEST_F(LeftOut, ABodyAtRestIsNotSolvedAnyMore) {
         int iterations = 0;
         for (int frame = 0; frame < 60; ++frame) {
             linear->set_constraints(pressed(frame < 3));
-            const int more = linear->step(0, {}).iterations;
+            const int more = linear->advance(0, {}).iterations;
             if (frame >= 40) iterations += more;
         }
         EXPECT_EQ(iterations, 0);
@@ -192,11 +191,11 @@ TEST_F(LeftOut, CoarseOperatorsAreByTheContrast) {
                                        .poisson = 0.4,
                                        .density_kg_per_m3 = 1000,
                                        .region = 1}};
-        DeformableBody two(PETSC_COMM_SELF, halves, {}, {materials, StrainModel::linear},
+        DeformableBody two({PETSC_COMM_SELF, halves}, {materials, StrainModel::linear},
                            {.scheme = TimeScheme::static_equilibrium},
                            {.kind = SolverKind::multigrid});
         two.set_constraints(pressed(1));
-        EXPECT_TRUE(two.step(0, to_the_end).converged);
+        EXPECT_TRUE(two.solve(0, to_the_end).converged);
         const std::string name = two.linear_solver().name();
         return name.substr(name.rfind(' ') + 1);
     };

@@ -39,7 +39,7 @@ class LiveSolver : public testing::Test {
     std::unique_ptr<DeformableBody> body(const SolverOptions& options,
                                          const TimeOptions& time = {}) {
         auto b = std::make_unique<DeformableBody>(
-            PETSC_COMM_WORLD, hierarchy, std::span<const std::vector<std::int32_t>>{},
+            DistributedHierarchy{PETSC_COMM_WORLD, hierarchy},
             ElasticModel{materials, StrainModel::corotated, Formulation::displacement}, time,
             options);
         b->set_constraints(pressed(1));
@@ -72,11 +72,11 @@ class LiveSolver : public testing::Test {
 
 TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
     const auto plain = body({.kind = SolverKind::multigrid});
-    ASSERT_TRUE(plain->step(0, {.linearisations = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6})
+    ASSERT_TRUE(plain->solve(0, {.max_newton = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6})
                     .converged);
     for (const int threads : {1, 2}) {
         const auto live = body({.kind = SolverKind::live, .threads = threads});
-        for (int frame = 0; frame < 60; ++frame) (void)live->step(0, {.linear_tolerance = 1e-4});
+        for (int frame = 0; frame < 60; ++frame) (void)live->advance(0, {.linear_tolerance = 1e-4});
         EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
             << threads << " threads";
     }
@@ -87,18 +87,18 @@ TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
         .scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
     const auto plain = body({.kind = SolverKind::multigrid, .relative_tolerance = 1e-9}, time);
     const auto live = body({.kind = SolverKind::live, .threads = 2}, time);
-    const StepControls effort{.linearisations = 8, .linear_tolerance = 1e-7};
+    const FrameControls effort{.newton_iterations = 8, .linear_tolerance = 1e-7};
     for (int k = 1; k <= 4; ++k)
         for (DeformableBody* b : {plain.get(), live.get()}) {
             b->set_constraints(pressed(k / 4.0));
-            (void)b->step(0.02, effort);
+            (void)b->advance(0.02, effort);
         }
     EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0155);
 }
 
 TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
     const auto live = body({.kind = SolverKind::live, .threads = 2});
-    const StepReport report = live->step(
+    const StepReport report = live->advance(
         0, {.linear_tolerance = 1e-9, .deadline = Clock::now() - std::chrono::seconds(1)});
     EXPECT_EQ(report.iterations, 1);
     EXPECT_TRUE(report.cut_short);
@@ -110,13 +110,13 @@ TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
 
 TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
     const auto exact = body({.kind = SolverKind::live});
-    const StepReport whole = exact->step(0, {.linear_tolerance = 1e-6});
+    const StepReport whole = exact->advance(0, {.linear_tolerance = 1e-6});
     EXPECT_FALSE(whole.cut_short);
     double before = 0.0155;
     for (const int iterations : {4, 16, 32}) {
         const auto live = body({.kind = SolverKind::live});
         const StepReport report =
-            live->step(0, {.linear_tolerance = 1e-6, .iterations = iterations});
+            live->advance(0, {.linear_tolerance = 1e-6, .iterations = iterations});
         EXPECT_EQ(report.iterations, iterations);
         EXPECT_TRUE(report.cut_short);
         const double gap = largest_gap(live->displacement(), exact->displacement());
@@ -132,7 +132,7 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
     StepReport report;
     for (int k = 1; k <= 6; ++k) {
         live->set_constraints(pressed(k / 60.0));
-        report = live->step(0, {.linear_tolerance = 1e-9, .iterations = 1});
+        report = live->advance(0, {.linear_tolerance = 1e-9, .iterations = 1});
         if (k == 1) first = report.solve_error;
     }
     EXPECT_LT(report.solve_error, 0.3 * first);
@@ -162,7 +162,7 @@ TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
         for (int k = 1; k <= 60; ++k) {
             live->set_constraints(turned(turn_of(k)));
             const StepReport report =
-                live->step(0, {.linear_tolerance = 1e-3, .iterations = 3, .by_halves = halves});
+                live->advance(0, {.linear_tolerance = 1e-3, .iterations = 3, .by_halves = halves});
             asked += halves && k > 15 && !report.half_renewed;
             const auto u = live->displacement();
             for (std::size_t n = 0; n < u.size(); ++n)
@@ -177,13 +177,13 @@ TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
 TEST_F(LiveSolver, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
     const auto live = body({.kind = SolverKind::live});
     live->set_constraints(pressed(0.1));
-    ASSERT_FALSE(live->step(0, {.linear_tolerance = 1e-6}).kept_old);
+    ASSERT_FALSE(live->advance(0, {.linear_tolerance = 1e-6}).kept_old);
     const auto before = live->displacement();
     live->set_constraints(pressed(1e7));  // finite, but floats of forces would not be for long
-    EXPECT_TRUE(live->step(0, {.linear_tolerance = 1e-6}).kept_old);
+    EXPECT_TRUE(live->advance(0, {.linear_tolerance = 1e-6}).kept_old);
     EXPECT_EQ(live->displacement(), before);
     live->set_constraints(pressed(0.2));
-    EXPECT_FALSE(live->step(0, {.linear_tolerance = 1e-6}).kept_old);
+    EXPECT_FALSE(live->advance(0, {.linear_tolerance = 1e-6}).kept_old);
     EXPECT_LT(largest_gap(live->displacement(), before), 0.01);
 }
 
@@ -197,12 +197,12 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
             const Constraints constraints = pressed(k <= 40 ? k / 40.0 : (80 - k) / 40.0);
             live->set_constraints(constraints);
             const StepReport report =
-                live->step(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
+                live->advance(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
             EXPECT_EQ(report.half_renewed, halves && k > 11) << k;  // setting off is a jump
             if (k % 20) continue;
             exact->set_constraints(constraints);
             ASSERT_TRUE(
-                exact->step(0, {.linearisations = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2})
+                exact->solve(0, {.max_newton = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2})
                     .converged)
                 << k;
             worst[halves] =
@@ -220,15 +220,15 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
         for (DeformableBody* b : {whole.get(), by_halves.get()}) {
             b->set_constraints(pressed(1e-3 * k));
             const StepReport report =
-                b->step(0.02 * (1 + 0.02 * (k % 2)),
-                        {.linear_tolerance = 1e-6, .by_halves = b == by_halves.get()});
+                b->advance(0.02 * (1 + 0.02 * (k % 2)),
+                           {.linear_tolerance = 1e-6, .by_halves = b == by_halves.get()});
             EXPECT_EQ(report.half_renewed, b == by_halves.get() && k > 11) << k;
         }
     EXPECT_LT(largest_gap(whole->displacement(), by_halves->displacement()), 1e-2 * 0.0155 * 0.02);
 
     const auto late = body({.kind = SolverKind::live});
     for (int k = 1; k <= 12; ++k) {
-        const StepReport report = late->step(0, {.deadline = Clock::now()});
+        const StepReport report = late->advance(0, {.deadline = Clock::now()});
         EXPECT_EQ(report.half_renewed, k > 10) << k;
         EXPECT_EQ(report.iterations, 1);
     }

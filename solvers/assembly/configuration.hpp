@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <vector>
+
+#include "base/petsc.hpp"
+#include "mechanics/batch_kernels.hpp"
+
+namespace livetet {
+
+/// The rotation of every quadrature point of a level, in the one layout that the level's kernels
+/// read (LevelAssembler::make_rotations makes it); empty where the model does not rotate.
+struct ElementRotations {
+    std::vector<Eigen::Matrix3d> points;         ///< of tet e, point q: e * points + q
+    std::vector<RotationBatch<double>> batches;  ///< P1 by displacements
+    std::vector<RotationBatch<float>> single;    ///< P1 by displacements, without a matrix
+    std::vector<float>
+        single_u;  ///< with `single`: u that they were taken at, m, one number behind
+
+    /// Heap memory, bytes.
+    double bytes() const {
+        const auto of = [](const auto& list) {
+            return static_cast<double>(list.capacity() * sizeof(list[0]));
+        };
+        return of(points) + of(batches) + of(single);
+    }
+};
+
+/// Where a body is, and all that its elements need to know of that: displacement, in the mixed form
+/// pressure (else null), and the rotations taken from the displacement (null: the identity
+/// everywhere). The ghosts of u and p are up to date. It refers to what others own.
+struct Configuration {
+    Vec u = nullptr;
+    Vec p = nullptr;
+    const ElementRotations* rotations = nullptr;
+};
+
+}  // namespace livetet

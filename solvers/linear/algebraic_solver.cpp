@@ -1,0 +1,62 @@
+#include "solvers/linear/algebraic_solver.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// What hypre needs to treat elasticity as a system whose near-nullspace are the rigid motions
+/// (Baker, Kolev, Yang 2010).
+void configure_boomeramg(PC pc) {
+    LIVETET_PETSC(PCSetType(pc, PCHYPRE));
+    LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));
+    const char* prefix = nullptr;  // "displacement_" in the mixed form
+    LIVETET_PETSC(PCGetOptionsPrefix(pc, &prefix));
+    const auto set_option = [&](const std::string& name, const char* value) {
+        const std::string option = fmt::format("-{}{}", prefix ? prefix : "", name);
+        PetscBool given = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, option.c_str(), &given));
+        if (!given) LIVETET_PETSC(PetscOptionsSetValue(nullptr, option.c_str(), value));
+    };
+    set_option("pc_hypre_boomeramg_strong_threshold", "0.5");
+    set_option("pc_hypre_boomeramg_nodal_coarsen", "4");
+    set_option("pc_hypre_boomeramg_nodal_coarsen_diag", "1");
+    set_option("pc_hypre_boomeramg_vec_interp_variant", "2");
+    set_option("pc_hypre_boomeramg_vec_interp_qmax", "4");
+}
+
+}  // namespace
+
+AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+                                 SolverKind kind, Role role)
+    : DisplacementSolver(mesh, role, ThreadTeam::alone()), kind_(kind) {
+    add_level(mesh, model, MatrixLayout::scalars);
+    const HeapGrowth grown(&costs_.preconditioner);
+    make_krylov(mesh.comm);
+}
+
+void AlgebraicSolver::configure(PC pc) {
+    if (kind_ == SolverKind::boomeramg) configure_boomeramg(pc);
+    if (kind_ == SolverKind::gamg) LIVETET_PETSC(PCSetType(pc, PCGAMG));
+    if (kind_ == SolverKind::direct) {
+        LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));  // L D L^T: an exact tangent need not be positive
+        LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+    }
+}
+
+bool AlgebraicSolver::renew(const Configuration& at, double s, double m, Tangent tangent,
+                            bool /*by_halves*/) {
+    fine().assemble(s, m, tangent, at);
+    return false;
+}
+
+void AlgebraicSolver::set_constrained(std::span<const std::uint8_t> components) {
+    fine().set_constrained(components);
+    invalidate();
+}
+
+void AlgebraicSolver::set_springs(std::span<const double> stiffness) {
+    fine().set_springs(stiffness);
+    invalidate();
+}
+
+}  // namespace livetet

@@ -1,0 +1,86 @@
+#pragma once
+
+#include "solvers/linear/linear_solver.hpp"
+
+namespace livetet {
+
+class StoppingTest;
+
+/// Conjugate gradients for the displacements alone: all that the ways to precondition them share.
+/// In the mixed form it is one application of the preconditioner instead, inside of
+/// SaddlePointSolver.
+class DisplacementSolver : public LinearSolver {
+  public:
+    /// What the solver is for.
+    enum class Role {
+        solver,          ///< of the displacement form
+        preconditioner,  ///< of K in a SaddlePointSolver; PETSc's options with prefix displacement_
+    };
+    ~DisplacementSolver() override;
+
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
+                       std::span<const Vec> guesses) override;
+    LevelAssembler& fine() override { return *levels_.front(); }
+    int level_count() const override { return static_cast<int>(levels_.size()); }
+    std::string name() const override;
+    void find_mass() override {
+        timed_mass([&] { fine().find_mass(); });
+    }
+
+    /// For SaddlePointSolver, role `preconditioner`: renews the operators; x = the preconditioner
+    /// applied to b; how it preconditions; the Krylov solver that does.
+    void renew_operators(const Configuration& at, double s, double m, Tangent tangent) {
+        (void)renew(at, s, m, tangent, false);
+    }
+    void precondition(Vec b, Vec x) { LIVETET_PETSC(KSPSolve(krylov_.get(), b, x)); }
+    virtual std::string preconditioner_name() const;
+    KSP inner_krylov() const { return krylov_.get(); }
+
+  protected:
+    DisplacementSolver(const DistributedHierarchy& mesh, Role role, ThreadTeam& team);
+
+    /// Adds the next coarser level of the hierarchy (the finest first). In the mixed form the
+    /// finest has pressures and coarse levels hold no volumetric stiffness: lambda = 0, the same
+    /// mu.
+    void add_level(const DistributedHierarchy& mesh, const ElasticModel& model,
+                   std::optional<MatrixLayout> layout);
+    /// To be called at the end of a derived class's construction: makes the Krylov solver, has
+    /// `configure` choose the preconditioner, and takes PETSc's options.
+    void make_krylov(MPI_Comm comm);
+    virtual void configure(PC pc) = 0;
+    /// Whether the preconditioner is of PETSc's type `type`: the user's options may have chosen
+    /// another.
+    bool preconditions_by(PCType type) const;
+
+    Mat matrix() const override { return levels_.front()->matrix(); }
+    KSP outer_krylov() const override { return krylov_.get(); }
+    Role role() const { return role_; }
+    /// PETSc's prefix of options for what is below krylov_.
+    std::string prefix() const { return role_ == Role::solver ? "" : "displacement_"; }
+
+    template <class Work>
+    void timed_mass(Work&& work) {
+        const HeapGrowth grown(&costs_.mass);
+        work();
+    }
+
+    ThreadTeam& team_;
+    std::vector<std::unique_ptr<LevelAssembler>> levels_;  ///< finest first
+    PetscHandle<KSP> krylov_;
+    bool estimates_error_ = false;  ///< whether a solve estimates the error of x
+
+  private:
+    /// start_ = the best combination x of guesses, rest_ = b - A x. Whether x is not zero.
+    bool start_from(std::span<const Vec> guesses, Vec b);
+
+    Role role_;
+    std::vector<double> volumes_;  ///< of the tets of the level added last, m^3
+    std::unique_ptr<StoppingTest> stopping_;
+    PetscHandle<Vec> rest_, start_;         ///< with guesses: b - A x, and x, before Krylov
+    PetscHandle<Vec> images_[max_guesses];  ///< A times the guesses
+};
+
+/// Has the solver take PETSc's options. Throws Error where they name a type that PETSc has not.
+void take_options(KSP ksp);
+
+}  // namespace livetet

@@ -1,0 +1,238 @@
+#include "solvers/linear/multigrid_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace livetet {
+
+namespace {
+
+/// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where
+/// that is null, from a few steps of conjugate gradients (Lanczos).
+double largest_eigenvalue(Mat A, PC by = nullptr) {
+    PetscHandle<KSP> ksp;
+    PetscHandle<Vec> b, x;
+    MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(A));
+    LIVETET_PETSC(KSPCreate(comm, ksp.out()));
+    LIVETET_PETSC(KSPSetOptionsPrefix(ksp.get(), "bounds_"));
+    LIVETET_PETSC(KSPSetType(ksp.get(), KSPCG));
+    LIVETET_PETSC(KSPSetComputeEigenvalues(ksp.get(), PETSC_TRUE));
+    LIVETET_PETSC(KSPSetTolerances(ksp.get(), 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, 12));
+    LIVETET_PETSC(KSPSetOperators(ksp.get(), A, A));
+    if (by) {
+        LIVETET_PETSC(KSPSetPC(ksp.get(), by));
+    } else {
+        PC pc = nullptr;
+        LIVETET_PETSC(KSPGetPC(ksp.get(), &pc));
+        LIVETET_PETSC(PCSetType(pc, PCPBJACOBI));
+    }
+    LIVETET_PETSC(MatCreateVecs(A, x.out(), b.out()));
+    {
+        // A fixed rough vector, the same on any number of runs.
+        WriteArray values(b.get());
+        std::uint32_t state = 12345;
+        for (double& v : values.span())
+            v = static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
+    }
+    LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
+    PetscReal real[12], imaginary[12];
+    PetscInt count = 0;
+    LIVETET_PETSC(KSPComputeEigenvalues(ksp.get(), 12, real, imaginary, &count));
+    return count > 0 ? *std::max_element(real, real + count) : 2.0;
+}
+
+/// Ones on the diagonal of constrained components, whose rows and columns P^T A P leaves empty.
+void add_identity(Mat A, const PartitionedMesh& share, std::span<const std::uint8_t> components) {
+    for (std::int32_t i = 0; i < share.owned; ++i)
+        for (PetscInt c = 0; c < 3; ++c)
+            if (components[share.nodes[i]] >> c & 1)
+                LIVETET_PETSC(MatSetValue(A, 3 * share.numbers[i] + c, 3 * share.numbers[i] + c,
+                                          1.0, INSERT_VALUES));
+    LIVETET_PETSC(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    LIVETET_PETSC(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+}
+
+}  // namespace
+
+MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+                                 const SolverOptions& options, Role role)
+    : DisplacementSolver(mesh, role, ThreadTeam::alone()),
+      coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6),
+      constraints_(mesh.hierarchy) {
+    const std::size_t count = mesh.hierarchy.levels.size();
+    for (std::size_t l = 0; l < count; ++l) {
+        // Galerkin products and factorisations take matrices of scalars.
+        const bool blocks = coarse_ == CoarseOperator::rediscretised && l + 1 < count;
+        add_level(mesh, model, blocks ? MatrixLayout::blocks : MatrixLayout::scalars);
+        if (l == 0) continue;
+        CoarseLevel& coarse = coarse_levels_.emplace_back();
+        const HeapGrowth grown(&costs_.coarse_levels);
+        coarse.transfer = std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(),
+                                                     mesh.hierarchy.transfers[l - 1]);
+        coarse.u = make_vector(levels_[l]->share());
+        coarse.rotations = levels_[l]->make_rotations();
+    }
+    const HeapGrowth grown(&costs_.preconditioner);
+    make_krylov(mesh.comm);
+}
+
+MultigridSolver::~MultigridSolver() = default;
+
+void MultigridSolver::set_prefix(KSP ksp, const std::string& name) const {
+    LIVETET_PETSC(KSPSetOptionsPrefix(ksp, (prefix() + name).c_str()));
+}
+
+void MultigridSolver::configure_cycle(PC pc, std::size_t l) {
+    const std::size_t number = levels_.size() - 1 - l;  // PETSc counts from the coarsest
+    LIVETET_PETSC(PCSetType(pc, PCMG));
+    LIVETET_PETSC(PCMGSetLevels(pc, 2, nullptr));
+    LIVETET_PETSC(PCMGSetGalerkin(pc, PC_MG_GALERKIN_NONE));
+    LIVETET_PETSC(PCMGSetInterpolation(pc, 1, coarse_levels_[l].transfer->interpolation()));
+    KSP smoother = nullptr, coarse = nullptr;
+    PC block_jacobi = nullptr, below = nullptr;
+    LIVETET_PETSC(PCMGGetSmoother(pc, 1, &smoother));
+    set_prefix(smoother, fmt::format("mg_levels_{}_", number));
+    LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
+    LIVETET_PETSC(
+        KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, smoothing_steps_));
+    LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
+    LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
+    LIVETET_PETSC(PCMGGetCoarseSolve(pc, &coarse));
+    LIVETET_PETSC(KSPGetPC(coarse, &below));
+    if (number > 1) {
+        set_prefix(coarse, fmt::format("mg_cycles_{}_", number - 1));
+        LIVETET_PETSC(KSPSetType(coarse, KSPCHEBYSHEV));
+        LIVETET_PETSC(KSPSetNormType(coarse, KSP_NORM_NONE));
+        LIVETET_PETSC(KSPSetConvergenceTest(coarse, KSPConvergedSkip, nullptr, nullptr));
+        LIVETET_PETSC(
+            KSPSetTolerances(coarse, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, cycles_below));
+        configure_cycle(below, l + 1);
+    } else {
+        configure_coarsest(coarse, below);
+    }
+    smoothers_.insert(smoothers_.begin(), smoother);
+    coarse_solves_.insert(coarse_solves_.begin(), coarse);
+}
+
+void MultigridSolver::configure_coarsest(KSP coarse, PC pc) {
+    set_prefix(coarse, "mg_coarse_");
+    LIVETET_PETSC(KSPSetType(coarse, KSPPREONLY));
+    LIVETET_PETSC(PCSetType(pc, fine().share().ranks > 1 ? PCREDUNDANT : PCLU));
+}
+
+void MultigridSolver::set_constrained(std::span<const std::uint8_t> components) {
+    constraints_.set_constrained(levels_, components);
+    for (std::size_t l = 0; l < coarse_levels_.size(); ++l)
+        coarse_levels_[l].transfer->set_constrained(levels_[l]->share(), levels_[l + 1]->share(),
+                                                    constraints_.components(l),
+                                                    constraints_.components(l + 1));
+    bounds_known_ = false;
+    invalidate();
+}
+
+void MultigridSolver::set_springs(std::span<const double> stiffness) {
+    constraints_.set_springs(levels_, stiffness);
+    invalidate();
+}
+
+void MultigridSolver::find_mass() {
+    timed_mass([&] {
+        for (const auto& level : levels_)
+            if (level == levels_.front() || coarse_ == CoarseOperator::rediscretised)
+                level->find_mass();
+    });
+}
+
+bool MultigridSolver::renew(const Configuration& at, double s, double m, Tangent tangent,
+                            bool /*by_halves*/) {
+    if (!bounds_known_) {
+        // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for
+        // any time step.
+        assemble_levels(at, s, 0, tangent);
+        if (set_bounds()) {
+            if (m == 0) return false;
+        } else {  // an exact tangent far from rest is not positive, and says little
+            assemble_levels(at, s, 0,
+                            fine().strain() == StrainModel::corotated ? Tangent::held_rotation
+                                                                      : Tangent::positive);
+            (void)set_bounds();
+        }
+    }
+    assemble_levels(at, s, m, tangent);
+    return false;
+}
+
+void MultigridSolver::assemble_levels(const Configuration& at, double s, double m,
+                                      Tangent tangent) {
+    fine().assemble(s, m, tangent, at);
+    for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
+        if (coarse_ == CoarseOperator::galerkin) {
+            form_galerkin_product(l);
+            continue;
+        }
+        CoarseLevel& coarse = coarse_levels_[l];
+        Vec u = coarse.u.get();
+        coarse.transfer->restrict_displacement(l == 0 ? at.u : coarse_levels_[l - 1].u.get(), u);
+        update_ghosts(u);
+        levels_[l + 1]->update_rotations(u, coarse.rotations);
+        levels_[l + 1]->assemble(s, m, Tangent::held_rotation,
+                                 {.u = u, .rotations = &coarse.rotations});
+    }
+    set_level_operators();
+}
+
+void MultigridSolver::form_galerkin_product(std::size_t l) {
+    CoarseLevel& coarse = coarse_levels_[l];
+    const bool first = !coarse.galerkin;
+    Mat product = coarse.galerkin.get();
+    LIVETET_PETSC(MatPtAP(level_matrix(l), coarse.transfer->interpolation(),
+                          first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
+    if (first) coarse.galerkin = PetscHandle<Mat>::adopt(product);
+    add_identity(product, levels_[l + 1]->share(), constraints_.components(l + 1));
+}
+
+Mat MultigridSolver::level_matrix(std::size_t l) const {
+    return l > 0 && coarse_ == CoarseOperator::galerkin ? coarse_levels_[l - 1].galerkin.get()
+                                                        : levels_[l]->matrix();
+}
+
+void MultigridSolver::set_level_operators() {
+    if (!preconditions_by(PCMG)) return;
+    for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
+        LIVETET_PETSC(KSPSetOperators(smoothers_[l], level_matrix(l), level_matrix(l)));
+        LIVETET_PETSC(KSPSetOperators(coarse_solves_[l], level_matrix(l + 1), level_matrix(l + 1)));
+    }
+}
+
+bool MultigridSolver::set_bounds() {
+    bounds_known_ = true;
+    if (!preconditions_by(PCMG)) return true;
+    bool good = true;
+    const auto bound = [&](KSP chebyshev, PC by, double low) {
+        Mat A = nullptr;
+        LIVETET_PETSC(KSPGetOperators(chebyshev, &A, nullptr));
+        double high = 1.1 * largest_eigenvalue(A, by);
+        if (!(high > 0.1 &&
+              high < 1e4)) {  // one of at least 1 and some tens at most, as it should be
+            good = false;
+            high = 4;
+        }
+        LIVETET_PETSC(KSPChebyshevSetEigenvalues(chebyshev, high, low * high));
+    };
+    for (KSP smoother : smoothers_) bound(smoother, nullptr, 0.05);
+    for (std::size_t l = coarse_solves_.size() - 1; l-- > 0;) {  // each cycles by the ones below it
+        PC below = nullptr;
+        LIVETET_PETSC(KSPGetPC(coarse_solves_[l], &below));
+        bound(coarse_solves_[l], below, 0.2);
+    }
+    return good;
+}
+
+std::string MultigridSolver::preconditioner_name() const {
+    return fmt::format("{}, {} levels, {}", DisplacementSolver::preconditioner_name(),
+                       level_count(),
+                       coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+}
+
+}  // namespace livetet

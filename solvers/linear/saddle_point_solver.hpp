@@ -1,0 +1,46 @@
+#pragma once
+
+#include "solvers/linear/displacement_solver.hpp"
+
+namespace livetet {
+
+/// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
+/// block triangle of its inner solver's preconditioner for K, which then holds no volumetric
+/// stiffness and stays as easy as a Poisson's ratio of zero, and the lumped pressure mass for the
+/// Schur complement:
+///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p).
+/// The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
+class SaddlePointSolver : public LinearSolver {
+  public:
+    /// `inner`: of role `preconditioner`.
+    explicit SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner);
+
+    LevelAssembler& fine() override { return inner_->fine(); }
+    SolverKind kind() const override { return inner_->kind(); }
+    std::string name() const override;
+    int level_count() const override { return inner_->level_count(); }
+    void set_constrained(std::span<const std::uint8_t> components) override;
+    void set_springs(std::span<const double> stiffness) override;
+    void find_mass() override { inner_->find_mass(); }
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
+                       std::span<const Vec> guesses) override;
+    Mat matrix() const override { return matrix_.get(); }
+    PressureCoupling* coupling() const override { return coupling_.get(); }
+    SolverCosts costs() const override;
+
+  private:
+    bool renew(const Configuration& at, double s, double m, Tangent tangent,
+               bool by_halves) override;
+    KSP outer_krylov() const override { return krylov_.get(); }
+    KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
+    void make_krylov(MPI_Comm comm);
+    void precondition(Vec r, Vec y);
+
+    std::unique_ptr<DisplacementSolver> inner_;
+    std::unique_ptr<PressureCoupling> coupling_;
+    PetscHandle<Mat> b_transposed_, matrix_;
+    PetscHandle<KSP> krylov_;
+    PetscHandle<Vec> work_;
+};
+
+}  // namespace livetet

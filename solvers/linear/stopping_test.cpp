@@ -1,0 +1,83 @@
+#include "solvers/linear/stopping_test.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+namespace livetet {
+
+void StoppingTest::install(KSP ksp) {
+    PetscBool other = PETSC_FALSE;
+    LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, "-ksp_convergence_test", &other));
+    if (other) return;
+    const auto test = [](KSP k, PetscInt iteration, PetscReal residual, KSPConvergedReason* reason,
+                         void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] {
+            *reason =
+                static_cast<StoppingTest*>(self)->reason(k, static_cast<int>(iteration), residual);
+        });
+    };
+    LIVETET_PETSC(KSPSetConvergenceTest(ksp, test, this, nullptr));
+}
+
+void StoppingTest::begin(const LinearControls& controls, double allowed_residual) {
+    begun_ = true;
+    controls_ = controls;
+    allowed_ = allowed_residual;
+    steps_[0] = steps_[1] = 0;
+    if (previous_) LIVETET_PETSC(VecSet(previous_.get(), 0));
+    last_ = Clock::now();
+}
+
+KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual) {
+    if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
+    if (!begun_ && iteration == 0) {
+        PetscReal relative = 0, absolute = 0;
+        PetscInt iterations = 0;
+        LIVETET_PETSC(KSPGetTolerances(ksp, &relative, &absolute, nullptr, &iterations));
+        controls_ = {.relative_tolerance = relative,
+                     .max_iterations = static_cast<int>(iterations)};
+        allowed_ = std::max(relative * residual, absolute);
+    }
+    if (begun_ && iteration > 0 && estimates_error_) measure_step(ksp);
+    if (residual <= allowed_) return KSP_CONVERGED_RTOL;
+    if (iteration >= controls_.max_iterations) return KSP_DIVERGED_ITS;
+    if (controls_.deadline && iteration > 0) {
+        const auto now = Clock::now();
+        const auto next = now + 3 * (now - last_) / 2;
+        last_ = now;
+        if (next > *controls_.deadline) return KSP_CONVERGED_ITS;
+    }
+    return KSP_CONVERGED_ITERATING;
+}
+
+void StoppingTest::measure_step(KSP ksp) {
+    Vec now = nullptr;
+    LIVETET_PETSC(KSPBuildSolution(ksp, nullptr, &now));
+    if (!previous_) {
+        LIVETET_PETSC(VecDuplicate(now, previous_.out()));
+        LIVETET_PETSC(VecSet(previous_.get(), 0));
+    }
+    const ReadArray x(now);
+    WriteArray y(previous_.get());
+    std::atomic<double> sum{0};
+    team_.run_pieces(y.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
+        double of_piece = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double step = x[i] - y[i];
+            of_piece += step * step;
+            y[i] = x[i];
+        }
+        sum += of_piece;
+    });
+    steps_[0] = steps_[1];
+    steps_[1] = std::sqrt(sum / (static_cast<double>(y.span().size()) / 3));
+}
+
+double StoppingTest::end() {
+    begun_ = false;
+    if (steps_[0] > 0) ratio_ += 0.2 * (std::clamp(steps_[1] / steps_[0], 0.05, 0.8) - ratio_);
+    return steps_[1] * ratio_ / (1 - ratio_);
+}
+
+}  // namespace livetet

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "solvers/linear/linear_solver.hpp"
+
+namespace livetet {
+
+/// Decides after each iteration of a Krylov solver whether to go on: PETSc's own test knows neither
+/// a deadline nor a tolerance relative to a right-hand side that guesses have been taken off. Where
+/// nobody called `begin` (SNES solves by itself), the tolerances of the KSP decide, as PETSc's own
+/// test would.
+class StoppingTest {
+  public:
+    /// `estimates_error`: the iterations' steps are measured. `team` must outlive this.
+    StoppingTest(ThreadTeam& team, bool estimates_error)
+        : team_(team), estimates_error_(estimates_error) {}
+
+    /// Makes it the test of `ksp`, unless PETSc's options name another (-ksp_convergence_test).
+    void install(KSP ksp);
+    /// Before a solve: to a residual of `allowed_residual`, N, and not beyond what `controls` say.
+    void begin(const LinearControls& controls, double allowed_residual);
+    /// After it: the error of x, m, RMS over the nodes: what further steps would add up to, each
+    /// shorter than the one before by the same ratio, a running mean. 0 where it is not estimated.
+    double end();
+
+  private:
+    KSPConvergedReason reason(KSP ksp, int iteration, double residual);
+    void measure_step(KSP ksp);
+
+    ThreadTeam& team_;
+    bool estimates_error_;
+    bool begun_ = false;
+    LinearControls controls_;
+    double allowed_ = 0;         ///< N
+    PetscHandle<Vec> previous_;  ///< x after the iteration before
+    double steps_[2] = {0, 0};   ///< lengths of the last two steps, m, RMS over the nodes
+    double ratio_ = 0.3;         ///< of a step to the one before it: a running mean
+    Clock::time_point last_;     ///< when the last iteration ended
+};
+
+}  // namespace livetet

@@ -1,0 +1,220 @@
+#include "solvers/nonlinear/force_balance.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <optional>
+
+namespace livetet {
+
+double norm_of(Vec v) {
+    PetscReal norm = 0;
+    LIVETET_PETSC(VecNorm(v, NORM_2, &norm));
+    return norm;
+}
+
+namespace {
+
+/// Norm of displacements, m, beyond which a body is lost: 100 times its own size at every node.
+double lost_at(const LevelAssembler& level) {
+    constexpr double max_sizes = 100;
+    const Eigen::AlignedBox3d box = level.bounding_box();
+    const auto nodes = static_cast<double>(level.share().number_of_node.size());
+    return max_sizes * box.diagonal().norm() * std::sqrt(nodes);
+}
+
+}  // namespace
+
+ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, PrescribedMotion& prescribed,
+                           BodyState& state, ThreadTeam& team)
+    : solver_(solver),
+      time_(time),
+      prescribed_(prescribed),
+      state_(state),
+      team_(team),
+      rotations_(solver.fine().make_rotations()) {
+    const LevelAssembler& fine = solver.fine();
+    for (PetscHandle<Vec>* v : {&residual_, &force_, &external_}) *v = make_vector(fine.share());
+    if (fine.has_frozen_force()) at_ = make_vector(fine.share());
+    if (fine.pressure_space()) volume_ = make_vector(*fine.pressure_space());
+    farthest_ = lost_at(fine);
+    // Stresses are made of F = I + grad u: no force is better than the moduli's last digit.
+    round_off_ = fine.force_epsilon() * fine.force_at_unit_strain();
+}
+
+void ForceBalance::set_springs(const Springs& springs) {
+    const bool same = springs.stiffness == springs_.stiffness;
+    springs_ = springs;
+    if (!same) solver_.set_springs(springs_.stiffness);
+}
+
+void ForceBalance::set_external_force(std::span<const Vector3> force, double share) {
+    if (force.empty())
+        LIVETET_PETSC(VecSet(external_.get(), 0));
+    else
+        fill(level().share(), force, external_.get());
+    if (share != 1) LIVETET_PETSC(VecScale(external_.get(), share));
+    external_size_ = norm_of(external_.get());
+}
+
+void ForceBalance::update_rotations() {
+    update_ghosts(state_.u.get());
+    if (state_.p) update_ghosts(state_.p.get());
+    solver_.update_rotations(state_.u.get(), rotations_);
+}
+
+double ForceBalance::residual_norm() const {
+    return volume_ ? std::hypot(norm_of(residual_.get()), norm_of(volume_.get()))
+                   : norm_of(residual_.get());
+}
+
+void ForceBalance::evaluate_frozen(bool with_prescribed) {
+    // With frozen rotations forces are affine: f(u) + beta K v1 + (1 + beta v_u) K w is the force
+    // at one displacement, u + (1 + beta v_u) w + beta v1.
+    const double beta = time_.rayleigh_beta();
+    Vec at = state_.u.get();
+    if (with_prescribed || (time_.is_dynamic() && beta > 0)) {
+        at = at_.get();
+        const double of_w = with_prescribed ? time_.stiffness_factor() : 0;
+        const ReadArray u(state_.u.get()), w(prescribed_.increment()),
+            v1(time_.is_dynamic() ? time_.velocity() : state_.u.get());
+        const double of_v = time_.is_dynamic() ? beta : 0;
+        WriteArray y(at);
+        over_components(team_, level(), [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) y[i] = u[i] + of_w * w[i] + of_v * v1[i];
+        });
+    }
+    if (at != state_.u.get()) update_ghosts(at);
+    level().frozen_force(at, rotations_, force_.get());
+}
+
+double ForceBalance::evaluate(bool with_prescribed) {
+    const PhaseTimer timer(cost_);
+    const LevelAssembler& fine = level();
+    if (time_.is_dynamic()) time_.find_velocity();
+    if (fine.has_frozen_force()) {
+        evaluate_frozen(with_prescribed);
+    } else {
+        fine.elastic_force(configuration(), force_.get());
+        if (time_.is_dynamic() && time_.rayleigh_beta() > 0) {
+            update_ghosts(time_.velocity());
+            fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), time_.velocity(),
+                                     force_.get());
+        }
+    }
+    subtract_spring_pull();
+    scale_ = std::max(start_scale_, norm_of(force_.get()) + external_size_);
+    if (time_.is_dynamic()) time_.add_inertia(force_.get());
+    {
+        const auto constrained = fine.constrained();
+        const ReadArray f(force_.get()), external(external_.get()),
+            net(state_.net ? state_.net.get() : external_.get());
+        const double of_net = time_.history_weight();
+        WriteArray r(residual_.get());
+        over_components(team_, fine, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                r[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : external[i] - f[i] + of_net * net[i];
+        });
+    }
+    if (volume_) solver_.coupling()->residual(configuration(), volume_.get());
+    return residual_norm();
+}
+
+void ForceBalance::subtract_spring_pull() {
+    const LevelAssembler& fine = level();
+    const auto springs = fine.springs();
+    if (springs.empty()) return;
+    const ReadArray u(state_.u.get());
+    WriteArray f(force_.get());
+    for (std::size_t i = 0; i < f.span().size(); ++i)
+        if (springs[i / 3] > 0)
+            f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+}
+
+void ForceBalance::zero_constrained(Vec v) const {
+    const auto constrained = level().constrained();
+    WriteArray values(v);
+    for (std::size_t i = 0; i < values.span().size(); ++i)
+        if (constrained[i / 3] >> (i % 3) & 1) values[i] = 0;
+}
+
+double ForceBalance::subtract_prescribed() {
+    Vec w = prescribed_.increment();
+    update_ghosts(w);
+    LIVETET_PETSC(VecSet(force_.get(), 0));
+    level().add_stiffness_times(time_.stiffness_factor(), configuration(), w, force_.get());
+    zero_constrained(force_.get());
+    LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
+    if (volume_) solver_.coupling()->add_residual_increment(configuration(), w, volume_.get());
+    scale_ = std::max(scale_, norm_of(force_.get()));
+    return residual_norm();
+}
+
+double ForceBalance::slope(Vec du, Vec dp) const {
+    PetscScalar of_u = 0, of_p = 0;
+    LIVETET_PETSC(VecDot(residual_.get(), du, &of_u));
+    if (!volume_) return of_u;
+    LIVETET_PETSC(VecDot(volume_.get(), dp, &of_p));
+    return of_u + of_p / solver_.coupling()->scale();
+}
+
+void ForceBalance::start_acceleration() {
+    level().elastic_force(configuration(), force_.get());
+    subtract_spring_pull();
+    if (time_.rayleigh_beta() > 0) {
+        update_ghosts(state_.v.get());
+        level().add_stiffness_times(time_.rayleigh_beta(), configuration(), state_.v.get(),
+                                    force_.get());
+    }
+    time_.start_acceleration(force_.get(), external_.get());
+}
+
+void ForceBalance::assemble(Tangent tangent) {
+    solver_.assemble(configuration(), time_.stiffness_factor(), time_.mass_factor(), tangent);
+}
+
+bool ForceBalance::assemble_half(Tangent tangent) {
+    return solver_.assemble_half(configuration(), time_.stiffness_factor(), time_.mass_factor(),
+                                 tangent);
+}
+
+bool ForceBalance::is_finite() const {
+    return norm_of(state_.u.get()) <= farthest_ &&
+           (!state_.p || std::isfinite(norm_of(state_.p.get())));
+}
+
+std::vector<Vector3> ForceBalance::elastic_force() {
+    update_rotations();
+    level().elastic_force(configuration(), force_.get());
+    return gather(level().share(), force_.get());
+}
+
+std::vector<Vector3> ForceBalance::reactions() {
+    const LevelAssembler& fine = level();
+    update_rotations();
+    fine.elastic_force(configuration(), force_.get());
+    if (time_.is_dynamic() && time_.rayleigh_beta() > 0) {
+        update_ghosts(state_.v.get());
+        fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), state_.v.get(),
+                                 force_.get());
+    }
+    if (time_.is_dynamic()) time_.add_state_inertia(force_.get());
+    {
+        const auto constrained = fine.constrained();
+        const auto springs = fine.springs();
+        const ReadArray u(state_.u.get()), external(external_.get());
+        WriteArray f(force_.get());
+        for (std::size_t i = 0; i < f.span().size(); ++i) {
+            if (constrained[i / 3] >> (i % 3) & 1)
+                f[i] -= external[i];
+            else
+                f[i] = springs.empty()
+                           ? 0
+                           : springs[i / 3] *
+                                 (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+        }
+    }
+    return gather(fine.share(), force_.get());
+}
+
+}  // namespace livetet

@@ -1,0 +1,105 @@
+#pragma once
+
+#include "solvers/linear/linear_solver.hpp"
+#include "solvers/nonlinear/prescribed_motion.hpp"
+#include "solvers/nonlinear/time_integrator.hpp"
+
+namespace livetet {
+
+/// The equations that a step solves for the displacement u at its end, and in the mixed form for
+/// the pressure p,
+///     r(u, p) = f_ext - f_int(u, p) - f_springs(u) - C v1(u) - M a1(u) = 0,
+///     g(u, p) = integral N_i (theta(u) - p / lambda) = 0,
+/// with v1 and a1 as the time scheme has them; r is zero at constrained components. In order,
+/// within a step that the TimeIntegrator has begun:
+///     begin_step(); update_rotations();
+///     evaluate();                  // residual() and volume_residual() at u
+///     assemble(tangent);           // -dr/du at u, and what belongs to p, into the linear solver
+/// and after each change of u: update_rotations(), evaluate().
+class ForceBalance {
+  public:
+    /// All must outlive this.
+    ForceBalance(LinearSolver& solver, TimeIntegrator& time, PrescribedMotion& prescribed,
+                 BodyState& state, ThreadTeam& team);
+
+    void set_springs(const Springs& springs);
+    /// External force at each node of the whole mesh, N, times `share`; empty: none.
+    void set_external_force(std::span<const Vector3> force, double share);
+    Vec external() const { return external_.get(); }
+
+    void begin_step() { start_scale_ = 0; }
+    /// Ghosts of the state, and the rotations at its displacement.
+    void update_rotations();
+    /// Where the body is; update_rotations() was called at this u.
+    Configuration configuration() const { return {state_.u.get(), state_.p.get(), &rotations_}; }
+
+    /// Residuals at u; returns their norm and renews scale(). `with_prescribed`: at u and, to first
+    /// order, with the prescribed increment applied: only where the level has_frozen_force().
+    double evaluate(bool with_prescribed = false);
+    /// Applies the prescribed increment to the residuals to first order: r(u + w) = r(u) - A w
+    /// about. Evaluating forces at u avoids inverting the elements beside the prescribed nodes.
+    /// Returns the residuals' norm.
+    double subtract_prescribed();
+    double residual_norm() const;
+    Vec residual() const { return residual_.get(); }
+    Vec volume_residual() const { return volume_.get(); }  ///< null in the displacement form
+    /// r . du, with the pressures' part: what the energy falls by along (du, dp), to first order,
+    /// J.
+    double slope(Vec du, Vec dp) const;
+    /// force() = f_int, less the springs' pull, with damping by beta K v at the state's v: what an
+    /// acceleration starts from.
+    void start_acceleration();
+
+    /// The operator at configuration() into the linear solver.
+    void assemble(Tangent tangent);
+    /// The same, where the solver can, for one half of the finest level; whether it did so.
+    bool assemble_half(Tangent tangent);
+
+    /// Size of the forces at work, N: now, or after keep_scale() if that was more.
+    double scale() const { return scale_; }
+    void keep_scale() { start_scale_ = scale_; }
+    /// Norm of forces, N, far below round-off: nothing comes of these, however far apart moduli
+    /// are.
+    double negligible() const { return 1e-12 * round_off_; }
+    /// Largest residual that `tolerance`, relative to scale(), allows, N; round-off where that is
+    /// more.
+    double allowed(double tolerance) const { return std::max(tolerance * scale_, round_off_); }
+    /// Whether the state is finite and not absurdly far from rest.
+    bool is_finite() const;
+
+    /// Force that each constraint puts on its node, N: constrained components and springs; zero
+    /// elsewhere, on every rank. Collective.
+    std::vector<Vector3> reactions();
+    /// Elastic force at each node, N, on every rank. Collective.
+    std::vector<Vector3> elastic_force();
+
+    const PhaseCost& cost() const { return cost_; }
+    double rotation_bytes() const { return rotations_.bytes(); }
+    const LevelAssembler& level() const { return solver_.fine(); }
+
+  private:
+    void evaluate_frozen(bool with_prescribed);
+    void subtract_spring_pull();
+    void zero_constrained(Vec v) const;
+
+    LinearSolver& solver_;
+    TimeIntegrator& time_;
+    PrescribedMotion& prescribed_;
+    BodyState& state_;
+    ThreadTeam& team_;
+    Springs springs_;
+    ElementRotations rotations_;
+    PetscHandle<Vec> residual_, force_, external_;
+    PetscHandle<Vec> at_;      ///< where forces are taken with frozen rotations, m
+    PetscHandle<Vec> volume_;  ///< mixed form: g
+    double scale_ = 0, start_scale_ = 0;
+    double external_size_ = 0;
+    double round_off_ = 0;
+    double farthest_ = 0;  ///< norm of the displacement, m, beyond which a state is lost
+    PhaseCost cost_;
+};
+
+/// Euclidean norm. Collective.
+double norm_of(Vec v);
+
+}  // namespace livetet

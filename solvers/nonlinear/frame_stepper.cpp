@@ -1,0 +1,200 @@
+#include "solvers/nonlinear/frame_stepper.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "solvers/nonlinear/line_search.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// The weight of the newest value in running means.
+constexpr double newest = 0.2;
+
+/// The time of a whole renewal over that of a half, which includes the coarse levels and the shared
+/// tets.
+constexpr double whole_over_half = 1.6;
+
+/// Prescribed nodes that go this many times as far as they usually do have jumped. So many steps
+/// after it renew operators whole: halves would let a large change of the rotations ring.
+constexpr double jump = 4;
+constexpr int steps_to_settle = 10;
+
+/// A solve by half an operator is rejected where a node would go this many times as far as the
+/// prescribed ones.
+constexpr double max_reach = 8;
+
+void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
+
+}  // namespace
+
+FrameStepper::FrameStepper(ForceBalance& balance, TimeIntegrator& time,
+                           PrescribedMotion& prescribed, LinearSolver& solver, BodyState& state,
+                           IncrementHistory& history, const SolverOptions& options,
+                           ThreadTeam& team)
+    : balance_(balance),
+      time_(time),
+      prescribed_(prescribed),
+      solver_(solver),
+      state_(state),
+      history_(history),
+      options_(options),
+      team_(team) {}
+
+void FrameStepper::watch_for_jump(double prescribed_size) {
+    moved_ = prescribed_size;
+    settling_steps_ =
+        moved_ > jump * usual_moved_ ? steps_to_settle : std::max(0, settling_steps_ - 1);
+    if (std::isfinite(moved_)) renew_mean(usual_moved_, moved_);
+}
+
+void FrameStepper::advance(double prescribed_size, const FrameControls& controls,
+                           StepReport& report) {
+    if (!du_) {
+        du_ = make_vector(solver_.fine().share());
+        if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
+    }
+    Stopwatch watch;
+    watch_for_jump(prescribed_size);
+    const bool moves = moved_ != 0, at_once = solver_.fine().has_frozen_force();
+    double imbalance = balance_.evaluate(at_once && moves);
+    balance_.keep_scale();
+    if (moves && !at_once) imbalance = balance_.subtract_prescribed();
+    report.forces_s += watch.lap();
+    const bool may_end_early =
+        controls.deadline || controls.iterations > 0 || controls.as_done != nullptr;
+    const bool single = controls.newton_iterations == 1;
+    for (int k = 0; k < controls.newton_iterations; ++k) {
+        // A released body comes ever closer to rest, down to denormal numbers.
+        if (imbalance <= balance_.negligible() && !(k == 0 && moves)) break;
+        const LinearReport linear = solve_linear(controls, report);
+        watch.lap();
+        report.converged =
+            report.converged && (linear.converged || (linear.cut_short && may_end_early));
+        report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
+        ++report.newton_iterations;
+        if (k == 0) history_.push(du_.get());
+        imbalance = apply(k == 0, imbalance, single);
+        (single ? report.finish_s : report.forces_s) += watch.lap();
+        if (!balance_.is_finite() || !std::isfinite(imbalance)) {
+            report.converged = false;
+            report.kept_old = true;
+            report.imbalance = 1;
+            history_.clear();
+            return;
+        }
+    }
+    report.imbalance = balance_.scale() > 0 ? imbalance / balance_.scale() : 0;
+}
+
+double FrameStepper::apply(bool first, double imbalance, bool last) {
+    if (!first) return line_search(imbalance);
+    move(1);
+    LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
+    if (last) return imbalance;  // nobody asks for the residual after a frame of one iteration
+    balance_.update_rotations();
+    return balance_.evaluate();
+}
+
+void FrameStepper::learn(const StepReport& report) {
+    renew_mean(rest_s_, report.solve_s / std::max(1, report.iterations) + report.finish_s);
+}
+
+bool FrameStepper::is_late(const FrameControls& controls) const {
+    return controls.deadline &&
+           Clock::now() + std::chrono::duration<double>(renewal_s_ + rest_s_) > *controls.deadline;
+}
+
+LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepReport& report) {
+    const SolveRecord* done = controls.as_done && report.newton_iterations < max_recorded_solves
+                                  ? &(*controls.as_done)[report.newton_iterations]
+                                  : nullptr;
+    const bool half = done ? done->half_renewed
+                           : settling_steps_ == 0 && (controls.by_halves || is_late(controls));
+    const bool exact = options_.tangent == TangentChoice::exact;
+    const Tangent tangent = exact ? Tangent::exact : Tangent::held_rotation;
+    Solved solved = solve_once(controls, done, tangent, half, report);
+    if (solved.by_half && !done && leads_astray(solved.linear)) {
+        report.half_renewed = false;
+        solved = solve_once(controls, done, tangent, false, report);
+    }
+    // Where an exact tangent is not positive, its direction may go uphill.
+    if (exact && !(solved.linear.converged && balance_.slope(du_.get(), dp_.get()) > 0))
+        solved = solve_once(controls, done, Tangent::positive, false, report);
+    return solved.linear;
+}
+
+FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
+                                              const SolveRecord* done, Tangent tangent,
+                                              bool by_halves, StepReport& report) {
+    Stopwatch watch;
+    bool half = false;
+    if (by_halves)
+        half = balance_.assemble_half(tangent);
+    else
+        balance_.assemble(tangent);
+    const double assembly_s = watch.lap();
+    report.half_renewed |= half;
+    report.operator_s += assembly_s;
+    const double whole_s = half ? whole_over_half * assembly_s : assembly_s;
+    // New constraints and time steps take more, once.
+    renew_mean(renewal_s_, renewal_s_ > 0 ? std::min(whole_s, 2 * renewal_s_) : whole_s);
+    solver_.set_up_preconditioner();
+    report.preconditioner_s += watch.lap();
+    const int max_iterations = done                      ? std::max(done->iterations, 1)
+                               : controls.iterations > 0 ? controls.iterations
+                                                         : options_.max_iterations;
+    const bool first = report.newton_iterations == 0;
+    const LinearReport linear =
+        solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
+                      {controls.linear_tolerance, max_iterations, controls.deadline},
+                      first ? history_.guesses() : std::span<const Vec>{});
+    report.solve_s += watch.lap();
+    report.iterations += linear.iterations;
+    if (report.newton_iterations < max_recorded_solves)
+        report.solves[report.newton_iterations] = {linear.iterations, half};
+    report.cut_short |= linear.cut_short;
+    report.solve_error = linear.error;
+    return {linear, half};
+}
+
+bool FrameStepper::leads_astray(const LinearReport& linear) const {
+    // Not by VecNorm: the first time it allocates what it remembers, and a frame allocates nothing.
+    const ReadArray du(du_.get());
+    std::atomic<double> largest{0};
+    over_components(team_, solver_.fine(), [&](std::size_t begin, std::size_t end) {
+        double of_piece = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            if (const double d = std::abs(du[i]); !(d <= of_piece) && !std::isnan(of_piece))
+                of_piece = d;
+        raise_to(largest, of_piece);
+    });
+    const double reach = largest.load();
+    return (usual_moved_ > 0 && !(reach <= max_reach * std::max(moved_, usual_moved_))) ||
+           !(linear.residual <= balance_.residual_norm());
+}
+
+void FrameStepper::move(double length) {
+    LIVETET_PETSC(VecAXPY(state_.u.get(), length, du_.get()));
+    if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), length, dp_.get()));
+}
+
+double FrameStepper::line_search(double norm_before) {
+    const double before = balance_.slope(du_.get(), dp_.get());
+    double length = 1, taken = 0;
+    for (int trial = 1;; ++trial) {
+        move(length - taken);
+        taken = length;
+        balance_.update_rotations();
+        const double norm_after = balance_.evaluate();
+        const auto next = next_length(before, balance_.slope(du_.get(), dp_.get()), norm_before,
+                                      norm_after, length);
+        if (!next || trial == max_line_search_trials) return norm_after;
+        length = *next;
+    }
+}
+
+}  // namespace livetet

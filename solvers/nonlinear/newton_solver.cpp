@@ -1,0 +1,298 @@
+#include "solvers/nonlinear/newton_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "solvers/nonlinear/line_search.hpp"
+
+namespace livetet {
+
+namespace {
+
+bool is_given(const char* option) {
+    PetscBool given = PETSC_FALSE;
+    LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, option, &given));
+    return given;
+}
+
+/// The displacement's and the pressure's part of a vector of SNES; in the displacement form the
+/// vector itself and null.
+struct Parts {
+    Vec u = nullptr, p = nullptr;
+
+    Parts(Vec x, bool is_mixed) : u(x) {
+        if (!is_mixed) return;
+        LIVETET_PETSC(VecNestGetSubVec(x, 0, &u));
+        LIVETET_PETSC(VecNestGetSubVec(x, 1, &p));
+    }
+};
+
+PetscHandle<Vec> make_unknown(const LevelAssembler& level) {
+    PetscHandle<Vec> u = make_vector(level.share());
+    if (!level.pressure_space()) return u;
+    const PetscHandle<Vec> p = make_vector(*level.pressure_space());
+    Vec parts[2] = {u.get(), p.get()};
+    PetscHandle<Vec> nest;
+    LIVETET_PETSC(VecCreateNest(level.share().comm, 2, nullptr, parts, nest.out()));
+    return nest;
+}
+
+}  // namespace
+
+NewtonSolver::NewtonSolver(ForceBalance& balance, TimeIntegrator& time,
+                           PrescribedMotion& prescribed, LinearSolver& solver, BodyState& state,
+                           IncrementHistory& history, const SolverOptions& options)
+    : balance_(balance),
+      time_(time),
+      prescribed_(prescribed),
+      solver_(solver),
+      state_(state),
+      history_(history),
+      options_(options) {}
+
+void NewtonSolver::make_snes(MPI_Comm comm) {
+    const LevelAssembler& level = solver_.fine();
+    x_ = make_unknown(level);
+    f_ = make_unknown(level);
+    LIVETET_PETSC(SNESCreate(comm, snes_.out()));
+    SNES snes = snes_.get();
+    LIVETET_PETSC(SNESSetKSP(snes, solver_.krylov({})));
+    const auto function = [](SNES, Vec x, Vec f, void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] { static_cast<NewtonSolver*>(self)->evaluate(x, f); });
+    };
+    LIVETET_PETSC(SNESSetFunction(snes, f_.get(), function, this));
+    const auto jacobian = [](SNES, Vec x, Mat, Mat, void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] { static_cast<NewtonSolver*>(self)->assemble(x); });
+    };
+    LIVETET_PETSC(SNESSetJacobian(snes, solver_.matrix(), solver_.matrix(), jacobian, this));
+    const auto test = [](SNES s, PetscInt iteration, PetscReal x, PetscReal step, PetscReal f,
+                         SNESConvergedReason* reason, void* context) noexcept -> PetscErrorCode {
+        return in_callback([&] {
+            auto& self = *static_cast<NewtonSolver*>(context);
+            *reason = self.test(static_cast<int>(iteration), x, step, f);
+            if (*reason == SNES_CONVERGED_ITERATING && self.has_asked_tests_)
+                LIVETET_PETSC(SNESConvergedDefault(s, iteration, x, step, f, reason, nullptr));
+        });
+    };
+    LIVETET_PETSC(SNESSetConvergenceTest(snes, test, this, nullptr));
+    // What the options do not name is not asked of SNESConvergedDefault.
+    LIVETET_PETSC(SNESSetTolerances(snes, 0, 0, 0, PETSC_DEFAULT, PETSC_MAX_INT));
+    LIVETET_PETSC(SNESSetMaxLinearSolveFailures(snes, PETSC_MAX_INT));  // see mend_direction
+    make_line_search();
+    LIVETET_PETSC(SNESSetFromOptions(snes));
+    has_asked_tests_ = is_given("-snes_rtol") || is_given("-snes_atol") || is_given("-snes_stol");
+    has_asked_limit_ = is_given("-snes_max_it");
+}
+
+void NewtonSolver::make_line_search() {
+    SNESLineSearch search = nullptr;
+    LIVETET_PETSC(SNESGetLineSearch(snes_.get(), &search));
+    LIVETET_PETSC(SNESLineSearchSetType(search, SNESLINESEARCHSHELL));
+    const auto apply = [](SNESLineSearch s, void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] { static_cast<NewtonSolver*>(self)->search_line(s); });
+    };
+    LIVETET_PETSC(SNESLineSearchShellSetUserFunc(search, apply, this));
+    const auto check = [](SNESLineSearch s, Vec, Vec direction, PetscBool* changed,
+                          void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] {
+            Vec f = nullptr;
+            LIVETET_PETSC(SNESLineSearchGetVecs(s, nullptr, &f, nullptr, nullptr, nullptr));
+            *changed = static_cast<NewtonSolver*>(self)->mend_direction(f, direction) ? PETSC_TRUE
+                                                                                      : PETSC_FALSE;
+        });
+    };
+    LIVETET_PETSC(SNESLineSearchSetPreCheck(search, check, this));
+}
+
+void NewtonSolver::solve(const SolveControls& controls, bool moves, StepReport& report) {
+    if (!snes_) make_snes(solver_.fine().share().comm);
+    controls_ = controls;
+    positive_steps_ = 0;
+    report_ = &report;
+    Stopwatch watch;
+    const double imbalance = balance_.evaluate();
+    balance_.keep_scale();
+    report.forces_s += watch.lap();
+    const bool is_linear = solver_.fine().strain() == StrainModel::linear;
+    if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may go another way
+    const bool predicts =
+        moves || ((time_.is_dynamic() || is_linear) && imbalance > balance_.negligible());
+    if (!predicts || predict(moves, report)) solve_by_snes(report);
+    report_ = nullptr;
+}
+
+bool NewtonSolver::predict(bool moves, StepReport& report) {
+    if (!du_) {
+        du_ = make_vector(solver_.fine().share());
+        if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
+    }
+    Stopwatch watch;
+    const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();
+    report.forces_s += watch.lap();
+    const LinearControls controls{controls_.linear_tolerance, options_.max_iterations, {}};
+    for (tangent_ = next_tangent();;) {
+        balance_.assemble(tangent_);
+        report.operator_s += watch.lap();
+        solver_.set_up_preconditioner();
+        report.preconditioner_s += watch.lap();
+        const LinearReport linear =
+            solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
+                          controls, history_.guesses());
+        report.solve_s += watch.lap();
+        report.iterations += linear.iterations;
+        report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
+        const bool is_good = linear.converged && balance_.slope(du_.get(), dp_.get()) > 0;
+        if (is_good || tangent_ != Tangent::exact) break;
+        tangent_ = Tangent::positive;
+        positive_steps_ = 2;
+    }
+    ++report.newton_iterations;
+    history_.push(du_.get());
+    LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
+    if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
+    if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
+    report.finish_s += watch.lap();
+    return balance_.is_finite();
+}
+
+void NewtonSolver::set_tolerances(int newton_iterations_done) {
+    if (has_asked_limit_) return;
+    PetscReal absolute = 0, relative = 0, step = 0;
+    PetscInt evaluations = 0;
+    LIVETET_PETSC(
+        SNESGetTolerances(snes_.get(), &absolute, &relative, &step, nullptr, &evaluations));
+    const int left = std::max(0, controls_.max_newton - newton_iterations_done);
+    LIVETET_PETSC(SNESSetTolerances(snes_.get(), absolute, relative, step, left, evaluations));
+}
+
+void NewtonSolver::solve_by_snes(StepReport& report) {
+    set_tolerances(report.newton_iterations);
+    (void)solver_.krylov({controls_.linear_tolerance, options_.max_iterations, {}});
+    copy_from_state();
+    const double ours_before = report.forces_s + report.operator_s + report.preconditioner_s;
+    Stopwatch watch;
+    LIVETET_PETSC(SNESSolve(snes_.get(), nullptr, x_.get()));
+    const double ours = report.forces_s + report.operator_s + report.preconditioner_s - ours_before;
+    report.solve_s += std::max(0.0, watch.lap() - ours);
+    copy_to_state(x_.get());
+    PetscInt iterations = 0, linear_iterations = 0;
+    PetscReal residual = 0;
+    SNESConvergedReason reason = SNES_CONVERGED_ITERATING;
+    LIVETET_PETSC(SNESGetIterationNumber(snes_.get(), &iterations));
+    LIVETET_PETSC(SNESGetLinearSolveIterations(snes_.get(), &linear_iterations));
+    LIVETET_PETSC(SNESGetFunctionNorm(snes_.get(), &residual));
+    LIVETET_PETSC(SNESGetConvergedReason(snes_.get(), &reason));
+    LIVETET_PETSC(SNESGetConvergedReasonString(snes_.get(), &report.reason));
+    report.newton_iterations += static_cast<int>(iterations);
+    report.iterations += static_cast<int>(linear_iterations);
+    report.converged = reason > 0;
+    report.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
+}
+
+Tangent NewtonSolver::next_tangent() {
+    if (options_.tangent == TangentChoice::held_rotation) return Tangent::held_rotation;
+    if (positive_steps_ == 0) return Tangent::exact;
+    --positive_steps_;
+    return Tangent::positive;
+}
+
+void NewtonSolver::copy_from_state() {
+    const Parts x(x_.get(), solver_.is_mixed());
+    LIVETET_PETSC(VecCopy(state_.u.get(), x.u));
+    if (!x.p) return;
+    LIVETET_PETSC(VecCopy(state_.p.get(), x.p));
+    LIVETET_PETSC(VecScale(x.p, 1 / solver_.coupling()->scale()));
+}
+
+void NewtonSolver::copy_to_state(Vec from) {
+    const Parts x(from, solver_.is_mixed());
+    LIVETET_PETSC(VecCopy(x.u, state_.u.get()));
+    if (x.p) {
+        LIVETET_PETSC(VecCopy(x.p, state_.p.get()));
+        LIVETET_PETSC(VecScale(state_.p.get(), solver_.coupling()->scale()));
+    }
+    balance_.update_rotations();
+}
+
+void NewtonSolver::evaluate(Vec x, Vec f) {
+    Stopwatch watch;
+    copy_to_state(x);
+    (void)balance_.evaluate();
+    const Parts to(f, solver_.is_mixed());
+    LIVETET_PETSC(VecCopy(balance_.residual(), to.u));
+    LIVETET_PETSC(VecScale(to.u, -1));
+    if (to.p) LIVETET_PETSC(VecCopy(balance_.volume_residual(), to.p));
+    report_->forces_s += watch.lap();
+}
+
+void NewtonSolver::assemble(Vec x) {
+    Stopwatch watch;
+    copy_to_state(x);  // a line search of PETSc's may have looked elsewhere last
+    tangent_ = next_tangent();
+    balance_.assemble(tangent_);
+    report_->operator_s += watch.lap();
+    solver_.set_up_preconditioner();
+    report_->preconditioner_s += watch.lap();
+}
+
+SNESConvergedReason NewtonSolver::test(int /*iteration*/, double /*x_norm*/, double /*step_norm*/,
+                                       double residual) {
+    if (!std::isfinite(residual) || !balance_.is_finite()) return SNES_DIVERGED_FNORM_NAN;
+    if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
+    return SNES_CONVERGED_ITERATING;
+}
+
+double NewtonSolver::slope(Vec f, Vec direction) const {
+    // f = (-r, g), direction = -(du, dp / scale): r . du + g . dp / scale
+    const Parts force(f, solver_.is_mixed()), step(direction, solver_.is_mixed());
+    PetscScalar of_u = 0, of_p = 0;
+    LIVETET_PETSC(VecDot(force.u, step.u, &of_u));
+    if (force.p) LIVETET_PETSC(VecDot(force.p, step.p, &of_p));
+    return of_u - of_p;
+}
+
+bool NewtonSolver::mend_direction(Vec f, Vec direction) {
+    KSP ksp = nullptr;
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    LIVETET_PETSC(SNESGetKSP(snes_.get(), &ksp));
+    LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
+    if (tangent_ != Tangent::exact || (reason > 0 && slope(f, direction) > 0)) return false;
+    Stopwatch watch;
+    tangent_ = Tangent::positive;
+    positive_steps_ = 2;
+    balance_.assemble(tangent_);
+    report_->operator_s += watch.lap();
+    solver_.set_up_preconditioner();
+    report_->preconditioner_s += watch.lap();
+    LIVETET_PETSC(KSPSolve(ksp, f, direction));
+    PetscInt iterations = 0;
+    LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
+    report_->iterations += static_cast<int>(iterations);
+    return true;
+}
+
+void NewtonSolver::search_line(SNESLineSearch search) {
+    SNES snes = nullptr;
+    Vec x = nullptr, f = nullptr, y = nullptr, x_trial = nullptr, f_trial = nullptr;
+    PetscBool changed = PETSC_FALSE;
+    LIVETET_PETSC(SNESLineSearchGetSNES(search, &snes));
+    LIVETET_PETSC(SNESLineSearchGetVecs(search, &x, &f, &y, &x_trial, &f_trial));
+    LIVETET_PETSC(SNESLineSearchPreCheck(search, x, y, &changed));
+    const double before = slope(f, y), norm_before = norm_of(f);
+    double length = 1;
+    for (int trial = 1;; ++trial) {
+        LIVETET_PETSC(VecWAXPY(x_trial, -length, y, x));
+        LIVETET_PETSC(SNESComputeFunction(snes, x_trial, f_trial));
+        const auto next =
+            next_length(before, slope(f_trial, y), norm_before, norm_of(f_trial), length);
+        if (!next || trial == max_line_search_trials) break;
+        length = *next;
+    }
+    LIVETET_PETSC(VecCopy(x_trial, x));
+    LIVETET_PETSC(VecCopy(f_trial, f));
+    LIVETET_PETSC(SNESLineSearchSetLambda(search, length));
+    LIVETET_PETSC(SNESLineSearchSetNorms(search, norm_of(x), norm_of(f), length * norm_of(y)));
+}
+
+}  // namespace livetet

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <petscsnes.h>
+
+#include "solvers/nonlinear/force_balance.hpp"
+#include "solvers/nonlinear/increment_history.hpp"
+#include "solvers/nonlinear/step_report.hpp"
+
+namespace livetet {
+
+/// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
+/// after `max_newton` iterations; each linear solve at `linear_tolerance`. -snes_max_it,
+/// -snes_rtol, -snes_atol and -ksp_rtol of PETSc's options go before these.
+struct SolveControls {
+    int max_newton = 50;
+    double tolerance = 1e-8;
+    double linear_tolerance = 1e-3;
+};
+
+/// Newton's method on a ForceBalance, by PETSc's SNES: all its options (-snes_type, -snes_monitor,
+/// -snes_linesearch_type, -snes_ksp_ew, ...) work, without a prefix. Its unknown is the
+/// displacement, in the mixed form a nest of displacement and scaled pressure; its function is (-r,
+/// g).
+///
+/// Before SNES, where constrained nodes are to move, where the body is dynamic or its strain
+/// linear, comes a first Newton iteration of our own, without a line search: it applies the
+/// prescribed increment to first order, with forces at the old displacement, and starts from the
+/// last steps' increments.
+///
+/// What else is ours, unless the options say otherwise:
+/// - The tangent is the exact one. Where its linear system does not converge or gives a direction
+/// that
+///   goes uphill, it is not positive: this iteration and the next two take its positive part.
+/// - The line search is by the slope of the energy, -r . d, and evaluates forces once where the
+/// full
+///   step is good; PETSc's `cp` seeks the same point with at least two evaluations. In the mixed
+///   form the same holds for the monotone operator (dL/du, -dL/dp): the slope takes in the
+///   pressures.
+class NewtonSolver {
+  public:
+    /// All must outlive this.
+    NewtonSolver(ForceBalance& balance, TimeIntegrator& time, PrescribedMotion& prescribed,
+                 LinearSolver& solver, BodyState& state, IncrementHistory& history,
+                 const SolverOptions& options);
+
+    /// Solves from the state as it is, within a step that the TimeIntegrator has begun; `moves`:
+    /// the prescribed increment is not zero. The state is the last iterate, whatever the outcome.
+    void solve(const SolveControls& controls, bool moves, StepReport& report);
+
+  private:
+    void make_snes(MPI_Comm comm);
+    void make_line_search();
+    void solve_by_snes(StepReport& report);
+    /// The first iteration; whether it left a finite state.
+    bool predict(bool moves, StepReport& report);
+    void set_tolerances(int newton_iterations_done);
+    Tangent next_tangent();
+    void copy_from_state();
+    void copy_to_state(Vec x);
+    // SNES's callbacks.
+    void evaluate(Vec x, Vec f);
+    void assemble(Vec x);
+    SNESConvergedReason test(int iteration, double x_norm, double step_norm, double residual);
+    void search_line(SNESLineSearch search);
+    /// Solves anew with the positive tangent where the exact one failed; whether it did.
+    bool mend_direction(Vec f, Vec direction);
+    double slope(Vec f, Vec direction) const;
+
+    ForceBalance& balance_;
+    TimeIntegrator& time_;
+    PrescribedMotion& prescribed_;
+    LinearSolver& solver_;
+    BodyState& state_;
+    IncrementHistory& history_;
+    const SolverOptions& options_;
+    SolveControls controls_;
+    StepReport* report_ = nullptr;  ///< during a solve
+    PetscHandle<SNES> snes_;
+    PetscHandle<Vec> x_, f_, du_, dp_;
+    bool has_asked_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given
+    bool has_asked_limit_ = false;  ///< -snes_max_it is given
+    Tangent tangent_ = Tangent::exact;
+    int positive_steps_ = 0;  ///< iterations to come that take the positive tangent
+};
+
+}  // namespace livetet

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "solvers/linear/linear_solver.hpp"
+
+namespace livetet {
+
+/// A frame solves at most this many linear systems where it must be repeatable to the bit.
+constexpr int max_recorded_solves = 4;
+
+/// What the clock decided in one linear solve of a frame.
+struct SolveRecord {
+    int iterations = 0;
+    bool half_renewed = false;
+};
+using SolveRecords = std::array<SolveRecord, max_recorded_solves>;
+
+/// Result of one step, one frame or one static solve. Times in seconds.
+struct [[nodiscard]] StepReport {
+    bool converged = true;   ///< solve: Newton met its tolerance; frame: each linear solve met its
+                             ///< own or was cut short as allowed
+    bool cut_short = false;  ///< the deadline or the iterations allowed ended a linear solve
+    bool half_renewed = false;  ///< the deadline left time for half of the operator
+    bool kept_old = false;      ///< the new state was not finite and was dropped
+    int newton_iterations = 0;
+    int iterations = 0;          ///< of all linear solves
+    SolveRecords solves{};       ///< of the first Newton iterations; frames only
+    double imbalance = 0;        ///< residual relative to the forces at work: solve: at the end;
+                                 ///< frame of one Newton iteration: before it
+    double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
+    double solve_error = 0;      ///< what a frame left unsolved, m, RMS over the nodes, estimated
+    double time_error = 0;       ///< error of the displacement by the time step, m, about
+    const char* reason = "";     ///< solve: why Newton ended, in PETSc's words
+    double forces_s = 0, operator_s = 0, solve_s = 0;
+    double preconditioner_s = 0;  ///< its set-up, where it has one apart from the operators
+    double finish_s = 0;          ///< frame: what came after its last linear solve
+
+    /// All stages together.
+    double seconds() const { return forces_s + operator_s + preconditioner_s + solve_s + finish_s; }
+};
+
+}  // namespace livetet
