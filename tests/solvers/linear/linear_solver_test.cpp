@@ -1,0 +1,148 @@
+// Each linear solver by itself: what it returns solves the assembled system, under the same calls.
+
+#include "solvers/linear/linear_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include "base/error.hpp"
+#include "solvers/parallel/partition.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+struct Kind {
+    const char* name;
+    SolverKind kind;
+    CoarseOperator coarse = CoarseOperator::rediscretised;
+    Formulation formulation = Formulation::displacement;
+    bool one_rank = false;
+};
+
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+
+class LinearSolverTest : public testing::TestWithParam<Kind> {
+  protected:
+    void SetUp() override {
+        int ranks = 1;
+        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        if (ranks > 1 && GetParam().one_rank) GTEST_SKIP() << "for one rank";
+        for (const TetMesh& level : hierarchy.levels)
+            parts.push_back(partition_tets(level.tets, ranks));
+        solver = make_linear_solver({PETSC_COMM_WORLD, hierarchy, parts},
+                                    {materials, StrainModel::corotated, GetParam().formulation},
+                                    {.kind = GetParam().kind, .coarse = GetParam().coarse});
+        const TetMesh& mesh = hierarchy.levels.front();
+        std::vector<std::uint8_t> held(mesh.nodes.size(), 0);
+        for (const std::int32_t n :
+             test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }))
+            held[n] = 7;
+        solver->set_constrained(held);
+        const PartitionedMesh& share = solver->fine().share();
+        u = make_vector(share);
+        std::vector<Vector3> bent, force;
+        for (const Vector3& x : mesh.nodes) {
+            bent.push_back({0, 0, -2 * x.x() * x.x()});
+            force.push_back(x.x() < 1e-9 ? Vector3::Zero() : Vector3(0.1, 0, -0.2 - x.y()));
+        }
+        fill(share, bent, u.get());
+        update_ghosts(u.get());
+        rotations = solver->fine().make_rotations();
+        solver->update_rotations(u.get(), rotations);
+        b = make_vector(share);
+        x = make_vector(share);
+        fill(share, force, b.get());
+        if (!solver->is_mixed()) return;
+        const PressureSpace& space = *solver->fine().pressure_space();
+        for (PetscHandle<Vec>* v : {&p, &b_p, &x_p}) {
+            *v = make_vector(space);
+            LIVETET_PETSC(VecSet(v->get(), 0));
+        }
+    }
+    LinearReport assemble_and_solve(const LinearControls& controls,
+                                    std::span<const Vec> guesses = {}) {
+        solver->assemble({u.get(), p.get(), &rotations}, 1, 0, Tangent::held_rotation);
+        solver->set_up_preconditioner();
+        return solver->solve(b.get(), b_p.get(), x.get(), x_p.get(), controls, guesses);
+    }
+
+    const MeshHierarchy hierarchy = make_hierarchy(
+        {test::block({12, 6, 6}, test::beam_size), test::block({6, 3, 3}, test::beam_size),
+         test::block({3, 2, 2}, test::beam_size)},
+        "a beam");
+    std::vector<std::vector<std::int32_t>> parts;
+    const std::vector<Material> materials{{.young_Pa = 4000, .poisson = 0.4}};
+    std::unique_ptr<LinearSolver> solver;
+    ElementRotations rotations;
+    PetscHandle<Vec> u, p, b, b_p, x, x_p;
+};
+
+TEST_P(LinearSolverTest, MeetsItsToleranceOnWhatWasAssembled) {
+    const LinearReport report = assemble_and_solve({.relative_tolerance = 1e-6});
+    EXPECT_TRUE(report.converged) << report.reason;
+    PetscReal size = 0;
+    LIVETET_PETSC(VecNorm(b.get(), NORM_2, &size));
+    EXPECT_LE(report.residual, 1e-6 * size);
+    EXPECT_LE(report.iterations, 60);
+    EXPECT_FALSE(solver->name().empty());
+    if (solver->is_mixed()) return;
+    // The true residual, by the operator itself.
+    const PetscHandle<Vec> rest = make_vector(solver->fine().share());
+    LIVETET_PETSC(MatMult(solver->matrix(), x.get(), rest.get()));
+    LIVETET_PETSC(VecAYPX(rest.get(), -1, b.get()));
+    PetscReal left = 0;
+    LIVETET_PETSC(VecNorm(rest.get(), NORM_2, &left));
+    EXPECT_LE(left, 2e-6 * size);
+}
+
+TEST_P(LinearSolverTest, AGuessThatIsTheAnswerLeavesNothingToDo) {
+    if (solver->is_mixed()) GTEST_SKIP() << "guesses are of no use to the mixed form";
+    const int plain = assemble_and_solve({.relative_tolerance = 1e-5}).iterations;
+    const PetscHandle<Vec> answer = make_vector(solver->fine().share());
+    LIVETET_PETSC(VecCopy(x.get(), answer.get()));
+    const Vec guesses[] = {answer.get()};
+    const LinearReport report = assemble_and_solve({.relative_tolerance = 1e-4}, guesses);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.iterations, std::min(1, plain));
+}
+
+TEST_P(LinearSolverTest, IterationsThatAreNotAllowedCutItShort) {
+    if (GetParam().kind == SolverKind::direct) GTEST_SKIP() << "needs no second iteration";
+    const LinearReport report =
+        assemble_and_solve({.relative_tolerance = 1e-12, .max_iterations = 2});
+    EXPECT_FALSE(report.converged);
+    EXPECT_TRUE(report.cut_short);
+    EXPECT_EQ(report.iterations, 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , LinearSolverTest,
+    testing::Values(Kind{"multigrid", SolverKind::multigrid},
+                    Kind{"galerkin", SolverKind::multigrid, CoarseOperator::galerkin},
+                    Kind{"boomeramg", SolverKind::boomeramg}, Kind{"gamg", SolverKind::gamg},
+                    Kind{"direct", SolverKind::direct},
+                    Kind{"live", SolverKind::live, CoarseOperator::rediscretised,
+                         Formulation::displacement, true},
+                    Kind{"saddle_point", SolverKind::multigrid, CoarseOperator::rediscretised,
+                         Formulation::mixed},
+                    Kind{"saddle_point_boomeramg", SolverKind::boomeramg,
+                         CoarseOperator::rediscretised, Formulation::mixed}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+TEST(MakeLinearSolver, SaysWhatAKindCannotSolve) {
+    const std::vector<Material> rubber{{.young_Pa = 4000, .poisson = 0.4}};
+    const MeshHierarchy one = make_hierarchy({test::block({3, 2, 2}, test::beam_size)}, "");
+    const auto make = [&](SolverKind kind, Formulation formulation, StrainModel strain) {
+        return make_linear_solver({PETSC_COMM_SELF, one}, {rubber, strain, formulation},
+                                  {.kind = kind});
+    };
+    EXPECT_THROW(make(SolverKind::multigrid, Formulation::displacement, StrainModel::corotated),
+                 Error);
+    EXPECT_THROW(make(SolverKind::live, Formulation::mixed, StrainModel::corotated), Error);
+    EXPECT_THROW(make(SolverKind::live, Formulation::displacement, StrainModel::green), Error);
+    EXPECT_EQ(make(SolverKind::gamg, Formulation::displacement, StrainModel::green)->kind(),
+              SolverKind::gamg);
+}
+
+}  // namespace
+}  // namespace livetet

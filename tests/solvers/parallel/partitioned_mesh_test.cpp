@@ -1,0 +1,78 @@
+#include "solvers/parallel/partitioned_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "mesh/quadratic.hpp"
+#include "solvers/parallel/partition.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+/// A P1 and a P2 block on all ranks.
+class PartitionedMeshTest : public testing::TestWithParam<bool> {
+  protected:
+    void SetUp() override {
+        MeshHierarchy h = make_hierarchy({test::block({6, 4, 3}, test::beam_size)}, "a block");
+        if (GetParam()) h = with_quadratic_level(std::move(h));
+        whole = h.levels.front();
+        int ranks = 1;
+        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        mesh = distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks));
+    }
+    TetMesh whole;
+    PartitionedMesh mesh;
+};
+
+TEST_P(PartitionedMeshTest, EveryNodeHasOneOwnerAndOneNumber) {
+    std::vector<int> owners(whole.nodes.size(), 0);
+    for (std::int32_t i = 0; i < mesh.owned; ++i) ++owners[mesh.nodes[i]];
+    MPI_Allreduce(MPI_IN_PLACE, owners.data(), static_cast<int>(owners.size()), MPI_INT, MPI_SUM,
+                  PETSC_COMM_WORLD);
+    EXPECT_TRUE(std::all_of(owners.begin(), owners.end(), [](int n) { return n == 1; }));
+    std::set<PetscInt> numbers(mesh.number_of_node.begin(), mesh.number_of_node.end());
+    EXPECT_EQ(numbers.size(), whole.nodes.size());
+    EXPECT_EQ(*numbers.begin(), 0);
+    EXPECT_EQ(*numbers.rbegin(), static_cast<PetscInt>(whole.nodes.size()) - 1);
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+        EXPECT_EQ(mesh.numbers[i], mesh.number_of_node[mesh.nodes[i]]);
+    for (std::int32_t i = 1; i < mesh.owned; ++i)
+        EXPECT_EQ(mesh.numbers[i], mesh.numbers[i - 1] + 1);
+}
+
+TEST_P(PartitionedMeshTest, EveryTetAtAnOwnedNodeIsLocal) {
+    std::set<std::int32_t> local(mesh.tet_ids.begin(), mesh.tet_ids.end());
+    std::set<std::int32_t> owned(mesh.nodes.begin(), mesh.nodes.begin() + mesh.owned);
+    for (std::size_t t = 0; t < whole.tets.size(); ++t) {
+        const bool touches = std::any_of(whole.tets[t].begin(), whole.tets[t].end(),
+                                         [&](std::int32_t n) { return owned.contains(n); });
+        if (touches) EXPECT_TRUE(local.contains(static_cast<std::int32_t>(t))) << t;
+    }
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (int i = 0; i < 4; ++i)
+            EXPECT_EQ(mesh.nodes[mesh.tets[e][i]], whole.tets[mesh.tet_ids[e]][i]);
+}
+
+TEST_P(PartitionedMeshTest, FieldsGoOutAndComeBack) {
+    std::vector<Vector3> field;
+    for (const Vector3& x : whole.nodes) field.push_back(Vector3(1, 2, 3).cross(x) + 2 * x);
+    const PetscHandle<Vec> v = make_vector(mesh);
+    fill(mesh, field, v.get());
+    update_ghosts(v.get());
+    {
+        const LocalValues values(v.get());
+        for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+            for (int c = 0; c < 3; ++c)
+                EXPECT_EQ(values.data()[3 * i + c], field[mesh.nodes[i]][c]);
+    }
+    EXPECT_EQ(gather(mesh, v.get()), field);
+}
+
+INSTANTIATE_TEST_SUITE_P(, PartitionedMeshTest, testing::Bool(),
+                         [](const auto& info) { return info.param ? "P2" : "P1"; });
+
+}  // namespace
+}  // namespace livetet
