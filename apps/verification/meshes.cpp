@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet::verification {
 namespace {

@@ -6,7 +6,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 #include "support/program.hpp"
 
 namespace livetet {

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "mesh/shapes.hpp"
 #include "meshing/surface_check.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -5,10 +5,10 @@
 #include <random>
 
 #include "base/error.hpp"
+#include "mesh/shapes.hpp"
 #include "meshing/optimise.hpp"
 #include "meshing/quality.hpp"
 #include "meshing/surface_check.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

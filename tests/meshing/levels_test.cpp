@@ -9,9 +9,9 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "mesh/shapes.hpp"
 #include "meshing/body_mask.hpp"
 #include "meshing/surface_check.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet {
 namespace {

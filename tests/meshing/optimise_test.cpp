@@ -4,9 +4,9 @@
 
 #include <random>
 
+#include "mesh/shapes.hpp"
 #include "meshing/quality.hpp"
 #include "meshing/surface_check.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet {
 namespace {

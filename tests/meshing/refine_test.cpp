@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "mesh/node_selection.hpp"
+#include "mesh/shapes.hpp"
 #include "meshing/quality.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -7,8 +7,8 @@
 #include <chrono>
 
 #include "base/error.hpp"
+#include "mesh/shapes.hpp"
 #include "meshing/surface_check.hpp"
-#include "shapes.hpp"
 
 namespace livetet {
 namespace {

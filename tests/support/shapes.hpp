@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "../shapes.hpp"
+#include "mesh/shapes.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet::test {

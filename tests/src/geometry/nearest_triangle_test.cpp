@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 #include "support/points.hpp"
 
 namespace livetet {

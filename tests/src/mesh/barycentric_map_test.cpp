@@ -6,7 +6,7 @@
 #include <random>
 
 #include "base/error.hpp"
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet {
 namespace {

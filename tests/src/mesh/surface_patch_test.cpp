@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "shapes.hpp"
+#include "mesh/shapes.hpp"
 
 namespace livetet {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "mesh/tet_mesh.hpp"
 
-/// Shapes made in code, for tests: their volumes and fields are known in closed form.
+/// Meshes of simple shapes, for tests, benchmarks and examples.
 namespace livetet::shapes {
 
 /// The box [0, size] of n[0] x n[1] x n[2] bricks, six tets each (Kuhn: one for each order of the
