@@ -74,7 +74,7 @@ PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
              folder.string());
     temporary_ = folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(),
                                       target_.extension().string());
-    leftover_.emplace(temporary_);
+    signal_guard_.emplace(temporary_);
 }
 
 PendingFile::~PendingFile() {

@@ -21,7 +21,7 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// A file under way: written beside its place and moved there by `commit`, so that a good file is
 /// never replaced by a half-written one. Destroyed without `commit`, or ended by a signal (see
-/// Leftover), it leaves nothing behind.
+/// TemporaryPath), it leaves nothing behind.
 class PendingFile {
   public:
     /// Throws Error where the folder does not exist or cannot be written to.
@@ -37,7 +37,7 @@ class PendingFile {
   private:
     std::filesystem::path target_;
     std::filesystem::path temporary_;
-    std::optional<Leftover> leftover_;
+    std::optional<TemporaryPath> signal_guard_;
     bool committed_ = false;
 };
 

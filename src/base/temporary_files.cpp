@@ -57,7 +57,7 @@ void clean_up_and_end(int which) {
 
 }  // namespace
 
-Leftover::Leftover(const std::filesystem::path& path) : place_(-1) {
+TemporaryPath::TemporaryPath(const std::filesystem::path& path) : place_(-1) {
     std::error_code error;
     const std::string name = std::filesystem::absolute(path, error).string();
     if (error || name.size() >= PATH_MAX) return;
@@ -70,11 +70,11 @@ Leftover::Leftover(const std::filesystem::path& path) : place_(-1) {
     }
 }
 
-Leftover::~Leftover() {
+TemporaryPath::~TemporaryPath() {
     if (place_ >= 0) places[place_].use = unused;
 }
 
-void remove_leftovers_at_signals() {
+void remove_temporary_files_at_signals() {
     owner = ::getpid();
     for (const int which : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
         struct sigaction now;
