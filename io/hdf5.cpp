@@ -46,8 +46,8 @@ hid_t stored_type() {
 }
 
 Handle space_of(std::size_t rows, std::size_t columns, bool growing = false) {
-    const hsize_t size[2] = {rows, columns}, most[2] = {H5S_UNLIMITED, columns};
-    return {H5Screate_simple(2, size, growing ? most : nullptr), H5Sclose};
+    const hsize_t size[2] = {rows, columns}, max_size[2] = {H5S_UNLIMITED, columns};
+    return {H5Screate_simple(2, size, growing ? max_size : nullptr), H5Sclose};
 }
 
 Handle with_groups() {
@@ -70,8 +70,9 @@ std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::strin
     const auto kind = H5Tget_class(type.id());
     if (kind != H5T_INTEGER && (integers || kind != H5T_FLOAT))
         fail("{}: found other data, expected {}", where, integers ? "whole numbers" : "numbers");
-    constexpr hsize_t most = std::numeric_limits<std::int32_t>::max();
-    if (size[0] > most) fail("{}: found {} rows, expected at most {}", where, size[0], most);
+    constexpr hsize_t max_rows = std::numeric_limits<std::int32_t>::max();
+    if (size[0] > max_rows)
+        fail("{}: found {} rows, expected at most {}", where, size[0], max_rows);
     return size[0];
 }
 

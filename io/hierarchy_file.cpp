@@ -74,11 +74,11 @@ BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, s
     for (std::size_t i = 0; i < points; ++i) {
         const auto& w = map.weights[i];
         // Written so that NaN is refused as well.
-        const bool bounded = std::all_of(w.begin(), w.end(),
-                                         [](double v) { return v >= least_extrapolated - 1e-6; });
+        const bool bounded = std::all_of(
+            w.begin(), w.end(), [](double v) { return v >= min_extrapolated_weight - 1e-6; });
         if (!bounded || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
             fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1",
-                 where, i, w[0], w[1], w[2], w[3], least_extrapolated);
+                 where, i, w[0], w[1], w[2], w[3], min_extrapolated_weight);
         if (!(map.distance[i] >= 0))
             fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
     }

@@ -50,11 +50,11 @@ Header read_header(const fs::path& path, bool nrrd) {
     std::ifstream in(path, std::ios::binary);
     if (!in) fail("{}: cannot be read", where);
     Header header;
-    constexpr std::size_t most = 1 << 24;
+    constexpr std::size_t max_header_bytes = 1 << 24;
     std::string line;
     for (bool first = true; std::getline(in, line); first = false) {
         header.end += line.size() + (in.eof() ? 0 : 1);
-        if (header.end > most) break;
+        if (header.end > max_header_bytes) break;
         if (nrrd && first && !line.starts_with("NRRD"))
             fail("{}:1: found '{}', expected NRRD0001 to NRRD0005, as NRRD files begin", where,
                  line.substr(0, 20));
@@ -215,8 +215,8 @@ void check_holds(const Data& data, const Header& header, std::uint64_t count, st
         for (const auto& entry :
              fs::directory_iterator(fs::absolute(fs::path(where)).parent_path()))
             if (entry.is_regular_file()) all += entry.file_size();
-        constexpr std::uint64_t most_deflated = 1032;
-        if (bytes > (data.coding == Data::raw ? all : most_deflated * all))
+        constexpr std::uint64_t max_deflated = 1032;
+        if (bytes > (data.coding == Data::raw ? all : max_deflated * all))
             fail("{}: found {} bytes in all files beside it, expected {} of voxels", where, all,
                  bytes);
         return;

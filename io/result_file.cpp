@@ -18,7 +18,7 @@ constexpr int result_version = 1;
 /// What a frame's values and the texts at the end may take beside its displacement: tables grow by
 /// 64 kB each.
 constexpr std::size_t room_beside = 4 << 20;
-constexpr std::size_t most_rows_waiting = 64;  // rows
+constexpr std::size_t max_rows_waiting = 64;  // rows
 
 /// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a
 /// larger table.
@@ -74,7 +74,7 @@ ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::
 
 void ResultWriter::add_row(GrowingTable& table, std::span<const double> row) {
     table.waiting.insert(table.waiting.end(), row.begin(), row.end());
-    if (++table.rows % most_rows_waiting == 0) write_waiting(table);
+    if (++table.rows % max_rows_waiting == 0) write_waiting(table);
 }
 
 void ResultWriter::write_waiting(GrowingTable& table) {

@@ -124,10 +124,10 @@ class OffWords {
 Polygons read_off(const fs::path& path) {
     OffWords words(path);
     Polygons polygons;
-    constexpr std::size_t most = 1u << 30;
-    const std::size_t points = words.index("the number of points", most);
-    const std::size_t faces = words.index("the number of faces", most);
-    words.index("the number of edges", most);
+    constexpr std::size_t max_count = 1u << 30;
+    const std::size_t points = words.index("the number of points", max_count);
+    const std::size_t faces = words.index("the number of faces", max_count);
+    words.index("the number of edges", max_count);
     for (std::size_t n = 0; n < points; ++n) {
         Vector3 x;
         for (int i = 0; i < 3; ++i) x[i] = words.number("a coordinate");

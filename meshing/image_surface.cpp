@@ -29,11 +29,11 @@ constexpr double volume_aim = 0.001;           ///< relative, aimed at
 /// A grid finer than this shows nothing more of an organ, whatever its voxels.
 constexpr double organ_detail_mm = 1.5;
 constexpr double details_across = 60;  ///< and of a smaller body: this part of its size
-constexpr int most_halvings = 2;
+constexpr int max_halvings = 2;
 
-constexpr double most_samples = 1e8;  ///< of the grid, if the voxels are not more: 0.4 GB
+constexpr double max_samples = 1e8;  ///< of the grid, if the voxels are not more: 0.4 GB
 constexpr double largest_body_m = 10;
-constexpr double least_part = 0.02;  ///< of what was picked has to hang together
+constexpr double min_connected_share = 0.02;  ///< of what was picked has to hang together
 
 struct Field {
     std::array<int, 3> size{};
@@ -41,18 +41,17 @@ struct Field {
     vtkNew<vtkImageData> image;
 };
 
-/// The most samples that `smooth` has at a time, while it goes from axis to axis.
+/// Largest number of samples that `smooth` holds at once; it filters axis by axis.
 double samples_of(const Image<std::uint8_t>& mask, double sigma_m, double step_m) {
-    double now = static_cast<double>(mask.values.size()), most = 0;
+    double now = static_cast<double>(mask.values.size()), max_voxels = 0;
     for (const int axis : {2, 1, 0}) {
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        now *=
-            gaussian_samples(mask.size[axis], std::max(sigma_m / spacing, least_smoothing_voxels),
-                             step_m / spacing) /
-            mask.size[axis];
-        most = std::max(most, now);
+        now *= gaussian_samples(mask.size[axis], std::max(sigma_m / spacing, min_smoothing_voxels),
+                                step_m / spacing) /
+               mask.size[axis];
+        max_voxels = std::max(max_voxels, now);
     }
-    return most;
+    return max_voxels;
 }
 
 /// The indicator of the mask, smoothed by `sigma_m` and sampled every `step_m` along the mask's
@@ -65,7 +64,7 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
          {2, 1,
           0}) {  // the slow axis first: it is most often the coarse one, and long runs are fast
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma = std::max(sigma_m / spacing, least_smoothing_voxels);
+        const double sigma = std::max(sigma_m / spacing, min_smoothing_voxels);
         const AxisFilter filter = gaussian_beyond(field.size[axis], sigma, step_m / spacing);
         values = apply(filter, values, field.size, axis);
         voxel_from_sample(axis, axis) = filter.step;
@@ -149,7 +148,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
              1e9 * voxel_volume);
     BodyMask body = largest_body(image, options.labels);
     if (static_cast<double>(body.body_voxels) <
-        least_part * static_cast<double>(body.picked_voxels))
+        min_connected_share * static_cast<double>(body.picked_voxels))
         fail(
             "image: the largest part of the {} voxels picked, of those that share a face, has {}; "
             "expected labels (or a "
@@ -182,7 +181,8 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     // The grid and the smoothing: asked for, or from the sizes of voxels and body.
     const double voxel_size_mm = 1e3 * std::cbrt(voxel_volume),
                  body_size_mm = 1e3 * std::cbrt(result.body_volume_m3);
-    const double most = std::max(most_samples, static_cast<double>(body.mask.values.size()));
+    const double max_grid_samples =
+        std::max(max_samples, static_cast<double>(body.mask.values.size()));
     const auto samples = [&](double voxel_mm, double smoothing_mm) {
         return samples_of(body.mask, 1e-3 * smoothing_mm, 1e-3 * voxel_mm);
     };
@@ -190,15 +190,16 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
         std::max(voxel_size_mm / 2, std::min(body_size_mm / details_across, organ_detail_mm)));
     double smoothing_mm =
         options.smoothing_mm.value_or(std::max(voxel_mm, std::min(voxel_size_mm, organ_detail_mm)));
-    for (int wider = 0; !options.voxel_mm && wider < 50 && samples(voxel_mm, smoothing_mm) > most;
+    for (int wider = 0;
+         !options.voxel_mm && wider < 50 && samples(voxel_mm, smoothing_mm) > max_grid_samples;
          ++wider)
         voxel_mm *= 1.2;
-    if (const double n = samples(voxel_mm, smoothing_mm); !(n <= most))
+    if (const double n = samples(voxel_mm, smoothing_mm); !(n <= max_grid_samples))
         fail(
             "image: a grid of {:.3g} mm over the body has {:.2g} samples, expected at most {:.2g}: "
             "take a larger "
             "--voxel-mm (in a scene mesh.voxel_mm), or a smaller --smoothing-mm than {:.3g}",
-            voxel_mm, n, most, smoothing_mm);
+            voxel_mm, n, max_grid_samples, smoothing_mm);
     for (int halvings = 0;; ++halvings) {
         result.voxel_mm = voxel_mm;
         result.smoothing_mm = smoothing_mm;
@@ -206,8 +207,8 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
         if (!options.voxel_mm) voxel_mm /= 2;
         if (!options.smoothing_mm) smoothing_mm /= 2;
         const bool asked = options.voxel_mm && options.smoothing_mm;
-        if (keeps_volume(result) || asked || halvings == most_halvings ||
-            samples(voxel_mm, smoothing_mm) > most)
+        if (keeps_volume(result) || asked || halvings == max_halvings ||
+            samples(voxel_mm, smoothing_mm) > max_grid_samples)
             break;
     }
     if (!keeps_volume(result))

@@ -59,8 +59,8 @@ class BodyCutter {
         : mesh_(mesh), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
 
     void run() {
-        constexpr int most_rounds = 30;
-        for (int round = 0; round < most_rounds; ++round) {
+        constexpr int max_rounds = 30;
+        for (int round = 0; round < max_rounds; ++round) {
             bool changed = keep_largest_piece();
             changed |= fill_hollows();
             for (std::size_t n = 0; n < stars_.size(); ++n)
@@ -221,16 +221,16 @@ class BodyCutter {
     std::int32_t last_ = 0;
 };
 
-double least_angle(const TetMesh& mesh, const Star& star) {
-    double least = 180;
+double min_angle(const TetMesh& mesh, const Star& star) {
+    double angle_deg = 180;
     for (const std::int32_t t : star) {
         const auto& [a, b, c, d] = mesh.tets[t];
         if (!(signed_volume(mesh, mesh.tets[t]) > 0)) return -1;
         const auto angles =
             dihedral_angles_deg(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c], mesh.nodes[d]);
-        least = std::min(least, *std::min_element(angles.begin(), angles.end()));
+        angle_deg = std::min(angle_deg, *std::min_element(angles.begin(), angles.end()));
     }
-    return least;
+    return angle_deg;
 }
 
 }  // namespace
@@ -271,7 +271,7 @@ std::map<std::int32_t, double> region_volumes(const TetMesh& mesh) {
 }
 
 void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3,
-                         double least_deg, int steps) {
+                         double min_deg, int steps) {
     const std::vector<InterfaceTriangle> triangles = interface_triangles(mesh);
     const auto stars = stars_of(mesh);
     std::map<std::int32_t, int> row;
@@ -320,11 +320,11 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
             const double longest =
                 longest_step * mean_edge(mesh, stars[n], static_cast<std::int32_t>(n));
             shift *= std::min(1.0, longest / shift.norm());
-            const double bound = std::min(least_deg, least_angle(mesh, stars[n]));
+            const double bound = std::min(min_deg, min_angle(mesh, stars[n]));
             const Vector3 home = mesh.nodes[n];
             for (int halving = 0; halving < 4; ++halving, shift /= 2) {
                 mesh.nodes[n] = home + shift;
-                if (least_angle(mesh, stars[n]) >= bound) break;
+                if (min_angle(mesh, stars[n]) >= bound) break;
                 mesh.nodes[n] = home;
             }
         }

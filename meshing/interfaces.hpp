@@ -22,11 +22,11 @@ std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh);
 /// volume by node n and w_n the area about the node, the shifts x_n = sum_a p_a g_an / w_n are
 /// those of least sum w_n |x_n|^2 for the volumes missing, sum_n g_an x_n = dV_a, which gives the
 /// p_a (one Gauss-Newton step; `steps` of them). A node moves by at most a tenth of its mean edge a
-/// step, and no further than where the least dihedral angle about it falls below `least_deg`, or
+/// step, and no further than where the least dihedral angle about it falls below `min_deg`, or
 /// below what it was if that is less. Precondition: as for `raise_dihedral_angles` of several
 /// regions.
 void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3,
-                         double least_deg, int steps);
+                         double min_deg, int steps);
 
 /// Volume of each region, m^3; a mesh without regions counts as one of region 1.
 std::map<std::int32_t, double> region_volumes(const TetMesh& mesh);

@@ -16,8 +16,8 @@ namespace livetet {
 namespace {
 
 constexpr std::uint16_t off_body = 0xffff, mixed = 0xfffe;
-constexpr double most_samples = 16e6;
-constexpr float least_share = 2e-3f;  ///< votes below are left out
+constexpr double max_samples = 16e6;
+constexpr float min_share = 2e-3f;  ///< votes below are left out
 constexpr int balance_rounds = 30;
 constexpr double balance_aim = 2e-3;  ///< relative miss of each volume that is good enough
 constexpr double heaviest =
@@ -124,12 +124,11 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
     std::array<AxisFilter, 3> filters;
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     const double voxel_m3 = std::abs(voxels.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    const double step_m = std::max(1e-3 * options.voxel_mm,
-                                   std::cbrt(voxel_m3 * voxels.values.size() / most_samples));
+    const double step_m =
+        std::max(1e-3 * options.voxel_mm, std::cbrt(voxel_m3 * voxels.values.size() / max_samples));
     for (int axis = 0; axis < 3; ++axis) {
         const double spacing = voxels.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma =
-            std::max(1e-3 * options.smoothing_mm / spacing, least_smoothing_voxels);
+        const double sigma = std::max(1e-3 * options.smoothing_mm / spacing, min_smoothing_voxels);
         filters[axis] = gaussian_beyond(voxels.size[axis], sigma, step_m / spacing);
         size_[axis] = filters[axis].size();
         voxel_from_sample(axis, axis) = filters[axis].step;
@@ -162,7 +161,7 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
         for (int k = 0; k < size[2]; ++k)
             for (int j = 0; j < size[1]; ++j)
                 for (int i = 0; i < size[0]; ++i, ++at)
-                    if (values[at] > least_share)
+                    if (values[at] > min_share)
                         entries.push_back({static_cast<std::uint32_t>(
                                                index(i + start[0], j + start[1], k + start[2])),
                                            {m, values[at]}});
@@ -176,13 +175,13 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
 }
 
 std::uint16_t LabelField::winner(std::size_t sample) const {
-    float total = 0, most = 0;
+    float total = 0, max_votes = 0;
     std::uint16_t best = off_body;
     for (std::uint32_t v = first_[sample]; v < first_[sample + 1]; ++v) {
         total += votes_[v].share;
         if (const float weighted = votes_[v].share * weights_[votes_[v].material];
-            weighted > most) {
-            most = weighted;
+            weighted > max_votes) {
+            max_votes = weighted;
             best = votes_[v].material;
         }
     }
@@ -254,9 +253,9 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
     }
     if (const std::uint16_t all = cells_[index(cell[0], cell[1], cell[2])]; all != mixed)
         return all;
-    constexpr int most = 24;
-    std::uint16_t who[most];
-    float sum[most], total = 0;
+    constexpr int max_labels = 24;
+    std::uint16_t who[max_labels];
+    float sum[max_labels], total = 0;
     int count = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
@@ -267,7 +266,7 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
             total += share;
             int m = 0;
             while (m < count && who[m] != votes_[v].material) ++m;
-            if (m == most) continue;
+            if (m == max_labels) continue;
             if (m == count) {
                 who[count] = votes_[v].material;
                 sum[count++] = 0;
@@ -284,8 +283,8 @@ std::int32_t LabelField::label_at(const Vector3& place) const {
     return m == off_body ? 0 : materials_[m].label;
 }
 
-std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t most,
-                                                  double least_m3) const {
+std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t max_count,
+                                                  double min_m3) const {
     std::vector<std::uint16_t> at(first_.size() - 1);
     for (std::size_t s = 0; s < at.size(); ++s) at[s] = winner(s);
     const double sample_m3 = std::abs(ras_from_sample_.topLeftCorner<3, 3>().determinant());
@@ -336,11 +335,11 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
     std::vector<Vector3> places;
     std::mt19937 random(1);
     for (Piece& piece : pieces) {
-        if (piece.m3 < std::min(least_m3, largest[piece.material])) continue;
+        if (piece.m3 < std::min(min_m3, largest[piece.material])) continue;
         const double apart = std::min(spacing_m, 0.5 * std::cbrt(piece.m3));
         const std::size_t before = places.size();
-        std::size_t left = std::min<std::size_t>(piece.edges.size(), 50 * most);
-        for (std::size_t e = 0; e < left && places.size() < before + most; ++e) {
+        std::size_t left = std::min<std::size_t>(piece.edges.size(), 50 * max_count);
+        for (std::size_t e = 0; e < left && places.size() < before + max_count; ++e) {
             std::swap(piece.edges[e], piece.edges[e + random() % (piece.edges.size() - e)]);
             const Vector3 x = on_interface(piece.edges[e]);
             if (std::all_of(places.begin(), places.end(),

@@ -44,10 +44,10 @@ class LabelField {
     const std::array<Vector3, 2>& bounds() const { return bounds_; }
     /// Places on the interfaces (to within a hundredth of a sample) of each connected piece of a
     /// label, at least `spacing_m` apart within a piece, or nearer where the piece is small; at
-    /// most `most` for each piece. Pieces of less than `least_m3` are left out where their label
+    /// most `max_count` for each piece. Pieces of less than `min_m3` are left out where their label
     /// has a larger one.
-    std::vector<Vector3> interface_places(double spacing_m, std::size_t most,
-                                          double least_m3) const;
+    std::vector<Vector3> interface_places(double spacing_m, std::size_t max_count,
+                                          double min_m3) const;
 
   private:
     struct Vote {

@@ -31,7 +31,7 @@ constexpr double surface_radius =
 constexpr double inside_radius = 0.65;  ///< of tets
 constexpr double surface_distance =
     0.12;  ///< from interface triangles to the interface, over the edge length
-constexpr double least_angle_deg = 25;  ///< of interface triangles
+constexpr double min_angle_deg = 25;  ///< of interface triangles
 constexpr double radius_edge_ratio = 2.2;
 constexpr double place_error = 0.01;  ///< of interface nodes, over the edge length
 constexpr std::size_t seeds_a_piece = 30;
@@ -120,11 +120,11 @@ int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVol
     const SizeField distance{edge_length_m, surface_distance, 1, &options.shorter_at};
     const SizeField inside{edge_length_m, inside_radius, options.inside_growth,
                            &options.shorter_at};
-    const Criteria criteria(p::facet_angle = least_angle_deg, p::facet_size = on_surface,
+    const Criteria criteria(p::facet_angle = min_angle_deg, p::facet_size = on_surface,
                             p::facet_distance = distance,
                             p::cell_radius_edge_ratio = radius_edge_ratio, p::cell_size = inside);
     Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, p::no_perturb(), p::no_exude());
-    const double seconds = options.time_limit_s / 4, bound = options.least_dihedral_deg;
+    const double seconds = options.time_limit_s / 4, bound = options.min_dihedral_deg;
     CGAL::perturb_mesh_3(complex, domain, p::time_limit = seconds, p::sliver_bound = bound);
     CGAL::exude_mesh_3(complex, p::time_limit = seconds, p::sliver_bound = bound);
     return write_mesh(out, all_tets(complex)) ? 0 : 1;

@@ -9,8 +9,9 @@ namespace livetet {
 
 struct LabelVolumeOptions {
     double time_limit_s = 300;  ///< seconds; then the process that meshes is killed
-    double inside_growth = usual_inside_growth;  ///< edges deep inside over those of the interfaces
-    double least_dihedral_deg = 10;              ///< aimed at
+    double inside_growth =
+        default_inside_growth;     ///< edges deep inside over those of the interfaces
+    double min_dihedral_deg = 10;  ///< aimed at
     EdgeLengthField shorter_at{};  ///< where edges are shorter than elsewhere; none: nowhere
     /// How the work is run apart from this process; tests put a hanging or a crashing child here.
     std::function<ChildResult(const std::function<int(int)>& work, double time_limit_s)> run =

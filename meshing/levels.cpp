@@ -187,7 +187,7 @@ struct Maker {
             filling.edge_length_at = [&](const Vector3& x) {
                 if (const double near = shorter_at ? shorter_at(x) : edge; near < edge) return near;
                 return std::min(edge + gradation * tree->find(x).distance,
-                                edge * options.inside_growth.value_or(usual_inside_growth));
+                                edge * options.inside_growth.value_or(default_inside_growth));
             };
         }
         level.mesh = fill_surface(tried, edge, filling, &report.filled_by);
@@ -215,7 +215,7 @@ struct Maker {
         const double bound = options.min_dihedral_deg, aim = bound + aim_over_bound_deg;
         LabelVolumeOptions filling;
         filling.time_limit_s = time_limit_s;
-        filling.least_dihedral_deg = aim;
+        filling.min_dihedral_deg = aim;
         filling.shorter_at = on_surface(edge_length_m, scale);
         if (options.inside_growth) filling.inside_growth = *options.inside_growth;
         level.mesh = fill_labels(field(), edge_length_m, filling);

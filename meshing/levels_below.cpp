@@ -37,7 +37,7 @@ HierarchyResult levels_below(TetMesh finest, MeshingOptions options,
                              const ProgressCallback& progress) {
     const auto finest_tets = static_cast<double>(finest.tets.size());
     options.target_tets = std::max<std::int64_t>(
-        least_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
+        min_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
     --options.levels;
     HierarchyResult result;
     std::vector<TetMesh> levels;

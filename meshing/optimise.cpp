@@ -17,13 +17,13 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_passes = 12;
+constexpr int max_passes = 12;
 constexpr double crease_slack =
     0.05;  ///< of a node's mean edge: how far it may leave the body's surface
 constexpr double turned_normal =
     0.5;  ///< cosine: a boundary triangle may not turn further in one move
 constexpr std::size_t widest_ring = 7;  ///< tets about an edge that is removed
-constexpr double least_gain = 1e-4;     ///< of `shape`, for a move to be worth it
+constexpr double min_gain = 1e-4;       ///< of `shape`, for a move to be worth it
 constexpr double inverted = -2;         ///< worse than any angle
 
 /// Minus the cosine of the least dihedral angle, which grows with it; `inverted` for no or negative
@@ -61,7 +61,7 @@ class Optimiser {
     }
 
     void run() {
-        for (int pass = 0; pass < most_passes; ++pass) {
+        for (int pass = 0; pass < max_passes; ++pass) {
             Star poor;
             for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
                 if (alive_[t] && shape(mesh_.tets[t]) < aim_)
@@ -361,7 +361,7 @@ class Optimiser {
                 if (normal(boundary[f].nodes).dot(normals[f]) < turned_normal) worst = inverted;
             for (std::size_t i = 0; i < star.size() && worst > value; ++i)
                 worst = std::min(worst, shape(mesh_.tets[star[i]]));
-            if (worst < value + least_gain) return false;
+            if (worst < value + min_gain) return false;
             value = worst;
             at = x;
             return true;

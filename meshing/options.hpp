@@ -10,10 +10,10 @@
 namespace livetet {
 
 /// What users may ask for; a budget or a scene can say no more than these either.
-constexpr int least_tets = 100, most_tets = 20'000'000, most_levels = 12;
+constexpr int min_tets = 100, max_tets = 20'000'000, max_levels = 12;
 
 /// Edges deep inside over those of the surface, where nothing else is asked for.
-constexpr double usual_inside_growth = 1.5;
+constexpr double default_inside_growth = 1.5;
 
 /// A place where the finest level wants edges of this length or shorter; each coarser level has
 /// them longer by the coarsening. Metres.
@@ -69,7 +69,7 @@ struct MeshingOptions {
 /// one iteration at a Poisson's ratio of 0.45.
 constexpr double live_seconds_per_tet = 1e-7;
 
-/// How many tets a frame of `budget_s` seconds has time for; from `least_tets` to `most_tets`.
+/// How many tets a frame of `budget_s` seconds has time for; from `min_tets` to `max_tets`.
 std::int64_t tets_for_budget(double budget_s);
 
 /// As many levels as bring the coarsest to at most 150 tets where each has 1 / coarsening^3 of the

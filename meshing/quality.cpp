@@ -61,13 +61,14 @@ MeshQuality measure_quality(const TetMesh& mesh) {
         for (const double angle : angles)
             ++q.dihedral_counts[std::min<std::size_t>(static_cast<std::size_t>(angle / 10),
                                                       q.dihedral_counts.size() - 1)];
-        const auto [least, greatest] = std::minmax_element(angles.begin(), angles.end());
-        q.max_dihedral_deg = std::max(q.max_dihedral_deg, *greatest);
+        const auto [min_angle, max_angle] = std::minmax_element(angles.begin(), angles.end());
+        q.max_dihedral_deg = std::max(q.max_dihedral_deg, *max_angle);
         const double ratio = radius_ratio(a, b, c, d);
         ratios += ratio;
         q.min_radius_ratio = std::min(q.min_radius_ratio, ratio);
-        if (q.worst.size() == q.worst_listed && *least >= q.worst.back().min_dihedral_deg) continue;
-        const MeshQuality::WorstTet tet{static_cast<std::int64_t>(e), *least, ratio,
+        if (q.worst.size() == q.worst_listed && *min_angle >= q.worst.back().min_dihedral_deg)
+            continue;
+        const MeshQuality::WorstTet tet{static_cast<std::int64_t>(e), *min_angle, ratio,
                                         (a + b + c + d) / 4};
         q.worst.insert(std::upper_bound(q.worst.begin(), q.worst.end(), tet,
                                         [](const auto& s, const auto& t) {

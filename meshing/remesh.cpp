@@ -175,8 +175,8 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
 
 /// Step by step those faces again that want edges shorter than they have.
 void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthField& shorter_at) {
-    constexpr double step = 0.7, least = 0.01;
-    for (double length = step * edge_length; length > least * edge_length; length *= step) {
+    constexpr double step = 0.7, min_factor = 0.01;
+    for (double length = step * edge_length; length > min_factor * edge_length; length *= step) {
         std::vector<Face> faces;
         for (const Face f : mesh.faces()) {
             Vector3 centre = Vector3::Zero();

@@ -12,7 +12,7 @@ namespace livetet {
 namespace {
 
 constexpr std::string_view to_tracker = "ToTracker";
-constexpr std::size_t most_names = 256;
+constexpr std::size_t max_names = 256;
 constexpr double clock_was_set_s = 1;
 
 /// While no tool comes, samples say so this often: a twentieth of the quiet is a small step of
@@ -109,7 +109,7 @@ void PoseGatherer::take_list(const igtl::Message& m,
 
 PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& pose,
                                           PoseStatus status, std::uint64_t stamp, double now_s) {
-    if (names_.size() < most_names || names_.contains(name)) ++names_[name];
+    if (names_.size() < max_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
     if (!tool) return nullptr;
     if (tool->clock != stamp) {

@@ -18,8 +18,8 @@ namespace livetet {
 class Outgoing {
   public:
     explicit Outgoing(igtl::Message message)
-        : least_version_(message.version), message_(std::move(message)) {}
-    bool is_for(std::uint16_t version) const { return version >= least_version_; }
+        : min_version_(message.version), message_(std::move(message)) {}
+    bool is_for(std::uint16_t version) const { return version >= min_version_; }
     const igtl::Bytes& encoded(std::uint16_t version) {
         igtl::Bytes& bytes = encoded_.at(version - 1);
         if (bytes.empty()) {
@@ -33,7 +33,7 @@ class Outgoing {
     }
 
   private:
-    std::uint16_t least_version_;
+    std::uint16_t min_version_;
     igtl::Message message_;
     std::array<igtl::Bytes, 2> encoded_;
 };
@@ -44,9 +44,9 @@ namespace {
 using asio::ip::tcp;
 using Failure = std::error_code;
 
-constexpr std::size_t most_messages_waiting =
-    64;                                ///< messages of different types and devices for one client
-constexpr int most_publications = 16;  ///< handed over and not yet taken by the server's thread
+constexpr std::size_t max_messages_waiting =
+    64;                               ///< messages of different types and devices for one client
+constexpr int max_publications = 16;  ///< handed over and not yet taken by the server's thread
 constexpr int socket_buffer_size =
     1 << 18;  // what the system keeps for a slow client is old when it comes
 
@@ -74,7 +74,7 @@ tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& op
 class OpenIgtLinkServer::Listener {
   public:
     explicit Listener(const OpenIgtLinkServerOptions& options)
-        : most_clients_(options.most_clients),
+        : max_clients_(options.max_clients),
           acceptor_(listen_on(io_, options)),
           port_(acceptor_.local_endpoint().port()) {
         accept();
@@ -88,7 +88,7 @@ class OpenIgtLinkServer::Listener {
     std::uint16_t port() const { return port_; }
 
     void publish(std::vector<igtl::Message> messages) {
-        if (publications_.fetch_add(1) >= most_publications) {
+        if (publications_.fetch_add(1) >= max_publications) {
             --publications_;
             const std::lock_guard lock(mutex_);
             ++statistics_.skipped;
@@ -129,7 +129,7 @@ class OpenIgtLinkServer::Listener {
                     if (!stopped) accept();
                 });
             }
-            if (clients_.size() < most_clients_)
+            if (clients_.size() < max_clients_)
                 welcome(std::move(socket));
             else
                 change([](auto& s) { ++s.turned_away; });
@@ -195,7 +195,7 @@ class OpenIgtLinkServer::Listener {
         } else {
             client->waiting.push_back(message);
         }
-        if (client->waiting.size() > most_messages_waiting) {
+        if (client->waiting.size() > max_messages_waiting) {
             client->waiting.pop_front();
             change([](auto& s) { ++s.dropped; });
         }
@@ -243,7 +243,7 @@ class OpenIgtLinkServer::Listener {
         change([&](auto& s) { s.last_error = problem; });
     }
 
-    const std::size_t most_clients_;
+    const std::size_t max_clients_;
     mutable std::mutex mutex_;
     OpenIgtLinkServerStatistics statistics_;
     std::atomic<int> publications_{0};

@@ -13,13 +13,13 @@ struct OpenIgtLinkServerOptions {
     std::string address =
         "127.0.0.1";             ///< "0.0.0.0" or "::" listens on every network of the machine
     std::uint16_t port = 18944;  ///< 0 takes a free one: see `port()`
-    std::size_t most_clients = 16;
+    std::size_t max_clients = 16;
 };
 
 struct OpenIgtLinkServerStatistics {
     std::size_t clients = 0;        ///< connected now
     std::uint64_t connections = 0;  ///< ever
-    std::uint64_t turned_away = 0;  ///< beyond `most_clients`
+    std::uint64_t turned_away = 0;  ///< beyond `max_clients`
     std::uint64_t sent = 0;         ///< messages, to all clients
     std::uint64_t dropped =
         0;  ///< messages that a newer one replaced before a slow client took them

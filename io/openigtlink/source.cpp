@@ -39,7 +39,7 @@ void check_options(const OpenIgtLinkSourceOptions& o) {
                                                       {"stale_after_s", o.stale_after_s},
                                                       {"silence_after_s", o.silence_after_s},
                                                       {"first_retry_s", o.first_retry_s},
-                                                      {"longest_retry_s", o.longest_retry_s},
+                                                      {"max_retry_s", o.max_retry_s},
                                                       {"connect_timeout_s", o.connect_timeout_s}};
     for (const auto& [name, value] : seconds)
         if (!(value > 0 && value < 1e6))
@@ -229,7 +229,7 @@ class OpenIgtLinkSource::Connector {
         }
         set_state(State::waiting);
         retry_.expires_after(duration_of(retry_s_));
-        retry_s_ = std::min(2 * retry_s_, options_.longest_retry_s);
+        retry_s_ = std::min(2 * retry_s_, options_.max_retry_s);
         retry_.async_wait([this](Failure failure) {
             if (!failure) connect();
         });

@@ -18,7 +18,7 @@ struct OpenIgtLinkSourceOptions {
     double silence_after_s =
         1;  ///< a connection on which no message came for so long is called silent
     double first_retry_s = 0.1;  ///< pause before connecting again, doubled each time
-    double longest_retry_s = 2;
+    double max_retry_s = 2;
     double connect_timeout_s = 3;
     std::optional<int> request_ms{};  ///< asks for tracking data (STT_TDATA) that often, for
                                       ///< servers that wait for it

@@ -31,7 +31,7 @@ using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 using Clock = std::chrono::steady_clock;
 
 constexpr int failed_by_exception = 125;
-constexpr off_t most_log_bytes = 1 << 16;
+constexpr off_t max_log_bytes = 1 << 16;
 
 /// A file without a name in the system's temporary folder: gone when closed, even if this process
 /// is killed.
@@ -43,11 +43,11 @@ File temporary_file() {
     return {file, &std::fclose};
 }
 
-/// At most the last `most` bytes of a file.
-std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off_t>::max()) {
+/// The last `max_bytes` bytes of a file, or all of it.
+std::vector<char> contents(std::FILE* file, off_t max_bytes = std::numeric_limits<off_t>::max()) {
     const int descriptor = fileno(file);
     const off_t size = std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0),
-                from = size - std::min(size, most);
+                from = size - std::min(size, max_bytes);
     std::vector<char> bytes(static_cast<std::size_t>(size - from));
     std::size_t done = 0;
     while (done < bytes.size()) {
@@ -166,7 +166,7 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);
     out.seconds = seconds_since(start);
-    const std::vector<char> text = contents(log.get(), most_log_bytes);
+    const std::vector<char> text = contents(log.get(), max_log_bytes);
     out.log.assign(text.begin(), text.end());
     if (killed) {
         out.end = ChildResult::End::timed_out;

@@ -27,10 +27,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
     std::string nearest;
-    std::size_t least = std::max<std::size_t>(2, word.size() / 2) + 1;
+    std::size_t min_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
     for (const std::string& c : candidates)
-        if (const std::size_t d = edit_distance(word, c); d < least) {
-            least = d;
+        if (const std::size_t d = edit_distance(word, c); d < min_distance) {
+            min_distance = d;
             nearest = c;
         }
     return nearest;

@@ -23,12 +23,12 @@ constexpr std::size_t max_compared = 1500;  // poses compared in pairs for their
 // n-th is compared.
 double angular_spread_deg(const std::vector<Pose>& poses) {
     const std::size_t stride = 1 + poses.size() / max_compared;
-    double least_trace = 3;
+    double min_trace = 3;
     for (std::size_t i = 0; i < poses.size(); i += stride)
         for (std::size_t j = i + stride; j < poses.size(); j += stride)
-            least_trace =
-                std::min(least_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
-    return std::acos(std::clamp((least_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
+            min_trace =
+                std::min(min_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
+    return std::acos(std::clamp((min_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {

@@ -6,7 +6,7 @@
 namespace livetet {
 
 /// Least standard deviation of a Gaussian over voxels: less leaves the voxels' stairs in a surface.
-constexpr double least_smoothing_voxels = 0.6;
+constexpr double min_smoothing_voxels = 0.6;
 
 /// A linear filter along one axis of a voxel grid: value p of the output is sum_i weights[p][i -
 /// first[p]] * value i of the input.

@@ -193,8 +193,8 @@ class BallFit {
                 J.row(n).head<3>() =
                     linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
             const Unknowns move = least_squares(J, residual);
-            const double step = move.head<3>().norm(), most = 0.2;
-            centre += radius_ * move.head<3>() * (step > most ? most / step : 1);
+            const double step = move.head<3>().norm(), max_step = 0.2;
+            centre += radius_ * move.head<3>() * (step > max_step ? max_step / step : 1);
             if (!(step > 1e-5)) break;
         }
         const double left = residual.squaredNorm();

@@ -61,15 +61,15 @@ class TetGrid {
         if (!box_.contains(x)) return -1;
         const std::size_t c = index(cell_of(x));
         std::int32_t best = -1;
-        double best_least = -inside_tolerance;
+        double best_weight = -inside_tolerance;
         for (std::int32_t i = first_[c]; i < first_[c + 1]; ++i) {
             const Weights w = frames_[tets_[i]].weights(x);
-            const double least = std::min(std::min(w[0], w[1]), std::min(w[2], w[3]));
-            if (!(least >= best_least)) continue;
+            const double min_weight = std::min(std::min(w[0], w[1]), std::min(w[2], w[3]));
+            if (!(min_weight >= best_weight)) continue;
             best = tets_[i];
             weights = w;
-            if (least >= 0) break;
-            best_least = least;
+            if (min_weight >= 0) break;
+            best_weight = min_weight;
         }
         return best;
     }
@@ -147,12 +147,13 @@ Weights clamped(Weights w) {
     return w;
 }
 
-/// From `near`, on the boundary, towards `at`, as far as no weight is below least_extrapolated.
+/// From `near`, on the boundary, towards `at`, as far as no weight is below
+/// min_extrapolated_weight.
 Weights extrapolated(const Weights& near, const Weights& at) {
     double part = 1;
     for (int k = 0; k < 4; ++k)
-        if (at[k] < least_extrapolated)
-            part = std::min(part, (near[k] - least_extrapolated) / (near[k] - at[k]));
+        if (at[k] < min_extrapolated_weight)
+            part = std::min(part, (near[k] - min_extrapolated_weight) / (near[k] - at[k]));
     Weights w;
     for (int k = 0; k < 4; ++k) w[k] = near[k] + part * (at[k] - near[k]);
     return w;

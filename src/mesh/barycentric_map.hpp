@@ -25,9 +25,9 @@ struct BarycentricMap {
 /// What a point outside of a mesh takes. `nearest`: the weights of the nearest point on the
 /// boundary, all in [0, 1], so that no interpolation can overshoot. `extrapolated`: those of the
 /// tet behind that point, which keep linear fields and so rigid motions, as far out as no weight is
-/// below least_extrapolated; from there on they stay.
+/// below min_extrapolated_weight; from there on they stay.
 enum class Outside { nearest, extrapolated };
-constexpr double least_extrapolated = -1;
+constexpr double min_extrapolated_weight = -1;
 
 /// Places `points` (metres) in `mesh`. A point inside gets the weights of its tet.
 BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points,

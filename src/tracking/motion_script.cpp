@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double most_samples = 1e6;
+constexpr double max_samples = 1e6;
 constexpr double radians_per_degree = std::numbers::pi / 180;
 
 void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
@@ -29,9 +29,9 @@ void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
 }
 
 void check(const MotionScript& script, const std::string& file) {
-    if (script.rate_Hz * script.duration_s > most_samples)
+    if (script.rate_Hz * script.duration_s > max_samples)
         fail("rate_Hz = {} Hz for duration_s = {} s must be at most {} samples ({})",
-             script.rate_Hz, script.duration_s, most_samples, file);
+             script.rate_Hz, script.duration_s, max_samples, file);
     if (script.tools.empty())
         fail("tools is missing, expected at least one, such as - tool: Sensor ({})", file);
     check_moves(script.organ.moves, "organ.", file);

@@ -281,8 +281,8 @@ TEST(Hierarchy, grows_inside_as_far_as_asked) {
 
 TEST(Hierarchy, fits_a_frame_budget) {
     EXPECT_EQ(tets_for_budget(6e-3), 60000);
-    EXPECT_EQ(tets_for_budget(1e-9), least_tets);
-    EXPECT_EQ(tets_for_budget(300), most_tets);
+    EXPECT_EQ(tets_for_budget(1e-9), min_tets);
+    EXPECT_EQ(tets_for_budget(300), max_tets);
 }
 
 TEST(Hierarchy, refuses_options_out_of_range_by_name) {

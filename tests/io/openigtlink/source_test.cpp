@@ -24,7 +24,7 @@ OpenIgtLinkSourceOptions quick() {
     OpenIgtLinkSourceOptions options;
     options.silence_after_s = 1000;
     options.first_retry_s = 0.01;
-    options.longest_retry_s = 0.05;
+    options.max_retry_s = 0.05;
     options.stale_after_s = 1000;
     return options;
 }

@@ -101,7 +101,7 @@ TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_r
     for (std::size_t i = 0; i < far.size(); ++i) {
         double sum = 0;
         for (const double w : away.weights[i]) {
-            EXPECT_GE(w, least_extrapolated - 1e-12) << "point " << i;
+            EXPECT_GE(w, min_extrapolated_weight - 1e-12) << "point " << i;
             sum += w;
         }
         EXPECT_NEAR(sum, 1, 1e-12) << "point " << i;
