@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/text.hpp"
 #include "mesh/packed_mesh.hpp"
 

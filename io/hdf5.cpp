@@ -14,7 +14,7 @@
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 
 namespace livetet::hdf5 {
 

@@ -23,7 +23,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/packing.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/ply_check.hpp"
 #include "io/text.hpp"
 #include "io/vtk_reader.hpp"

@@ -12,7 +12,7 @@
 #include <limits>
 #include <map>
 
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
 #include "mesh/packed_mesh.hpp"
 

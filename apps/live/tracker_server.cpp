@@ -6,7 +6,7 @@
 #include "apps/live/tracker_source.hpp"
 #include "base/interruptible.hpp"
 #include "base/progress.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 #include "tracking/playback.hpp"
 

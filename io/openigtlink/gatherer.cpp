@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/codec.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/parser.hpp"
 
 namespace livetet {

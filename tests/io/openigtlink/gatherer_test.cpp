@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "io/files.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "tracking/poses.hpp"
 

@@ -1,4 +1,4 @@
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 
 #include "io/openigtlink/codec.hpp"
 #include "io/openigtlink/plus_pose.hpp"

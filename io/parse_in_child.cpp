@@ -1,4 +1,4 @@
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 
 #include <algorithm>
 #include <stdexcept>
