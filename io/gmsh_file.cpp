@@ -264,7 +264,7 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
     const TetMesh mesh = unpacked_mesh(
-        parse_apart(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
+        parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());
     check_tet_mesh(mesh, path.string());
     return mesh;

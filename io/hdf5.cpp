@@ -122,7 +122,7 @@ File File::open(const std::filesystem::path& path, bool is_checked) {
         open_here(path).go_through("", 0);
         return std::vector<char>();
     };
-    if (!is_checked) parse_apart(path, "HDF5", look);
+    if (!is_checked) parse_in_child(path, "HDF5", look);
     return open_here(path);
 }
 

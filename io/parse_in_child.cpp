@@ -31,8 +31,8 @@ int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
 
 }  // namespace
 
-std::vector<char> parse_apart(const std::filesystem::path& path, const std::string& who,
-                              const std::function<std::vector<char>()>& parse) {
+std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
+                                 const std::function<std::vector<char>()>& parse) {
     std::error_code ignored;
     const std::uintmax_t size = std::filesystem::file_size(path, ignored);
     if (ignored) fail("{}: no such file", path.string());
@@ -46,7 +46,7 @@ std::vector<char> parse_apart(const std::filesystem::path& path, const std::stri
     ChildResult child = run_in_child(work, time_limit_s);
     if (child.end != ChildResult::End::returned || child.result.empty())
         fail("{}: cannot be read, is it damaged? {} {}", path.string(), who,
-             end_text(child, time_limit_s));
+             describe_end(child, time_limit_s));
     const char kind = child.result.front();
     child.result.erase(child.result.begin());
     if (kind == whole) return std::move(child.result);

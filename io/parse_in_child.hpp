@@ -12,7 +12,7 @@ namespace livetet {
 /// child alone. It has 5 s of processor time and 2 s for each MB of the file (and twenty times as
 /// long to get it), and 2 GiB of memory and 100 bytes for each of the file's. Throws the Error that
 /// `parse` throws; or one that says how the child ended, naming the library, `who`.
-std::vector<char> parse_apart(const std::filesystem::path& path, const std::string& who,
-                              const std::function<std::vector<char>()>& parse);
+std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
+                                 const std::function<std::vector<char>()>& parse);
 
 }  // namespace livetet

@@ -130,7 +130,7 @@ TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std:
     }
     const Eigen::Matrix4d matrix = parse_matrix(*matrix_text, where + ", field " + name);
     if (!status) pose.status = PoseStatus::ok;
-    const auto tracker_from_tool = tracker_from_tool_of_mm(matrix);
+    const auto tracker_from_tool = tracker_from_tool_mm(matrix);
     if (!tracker_from_tool) {
         if (pose.status == PoseStatus::ok) pose.status = PoseStatus::broken;
         return pose;

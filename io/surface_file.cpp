@@ -80,7 +80,7 @@ Polygons parse(const fs::path& path) {
 template <class Reader>
 Polygons read_with(const fs::path& path) {
     const std::vector<char> bytes =
-        parse_apart(path, "VTK", [&] { return packed(parse<Reader>(path)); });
+        parse_in_child(path, "VTK", [&] { return packed(parse<Reader>(path)); });
     Unpacker unpacker(bytes, path.string());
     Polygons polygons{unpacker.take<Vector3>(), unpacker.take<std::array<vtkIdType, 3>>()};
     unpacker.finish();
@@ -184,11 +184,11 @@ Polygons read_polygons(const fs::path& path) {
 template <class Writer>
 bool write_with(const std::string& path, vtkPolyData* data) {
     vtkNew<Writer> writer;
-    const Complaints complaints(writer.GetPointer());
+    const VtkMessages messages(writer.GetPointer());
     writer->SetFileName(path.c_str());
     writer->SetInputData(data);
     writer->SetFileTypeToBinary();
-    return writer->Write() == 1 && complaints.text().empty();
+    return writer->Write() == 1 && messages.text().empty();
 }
 
 }  // namespace

@@ -19,12 +19,12 @@
 namespace livetet {
 
 /// Keeps what a VTK object complains of instead of printing it.
-class Complaints {
+class VtkMessages {
   public:
-    explicit Complaints(vtkAlgorithm* object) {
+    explicit VtkMessages(vtkAlgorithm* object) {
         command_->SetClientData(this);
         command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
-            auto& first = static_cast<Complaints*>(self)->first_;
+            auto& first = static_cast<VtkMessages*>(self)->first_;
             if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
         });
         for (vtkObject* speaker :
@@ -34,8 +34,8 @@ class Complaints {
         }
         if (auto* xml = vtkXMLReader::SafeDownCast(object)) xml->SetParserErrorObserver(command_);
     }
-    Complaints(const Complaints&) = delete;
-    Complaints& operator=(const Complaints&) = delete;
+    VtkMessages(const VtkMessages&) = delete;
+    VtkMessages& operator=(const VtkMessages&) = delete;
 
     /// The last line of the first complaint: VTK's own source lines come before it.
     std::string text() const {
@@ -50,19 +50,18 @@ class Complaints {
     std::string first_;
 };
 
-/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the
+/// Lets a VTK reader read `path`, in the child process of `parse_in_child`. Throws Error with the
 /// first thing that it complains of.
 template <class Reader>
 void update_reader(Reader* reader, const std::filesystem::path& path) {
-    const Complaints complaints(reader);
+    const VtkMessages messages(reader);
     reader->SetFileName(path.c_str());
     try {
         reader->Update();
     } catch (const std::exception& e) {  // memory for what a damaged file says it holds
         fail("{}: cannot be read: {}", path.string(), e.what());
     }
-    if (!complaints.text().empty())
-        fail("{}: cannot be read: {}", path.string(), complaints.text());
+    if (!messages.text().empty()) fail("{}: cannot be read: {}", path.string(), messages.text());
     if (reader->GetErrorCode() != vtkErrorCode::NoError)
         fail("{}: cannot be read: {}", path.string(),
              vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));

@@ -108,7 +108,7 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     const TetMesh mesh = unpacked_mesh(
-        parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
+        parse_in_child(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

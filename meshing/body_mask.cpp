@@ -115,7 +115,7 @@ Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels,
 
 }  // namespace
 
-BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels) {
+BodyMask largest_component(const LabelImage& image, std::span<const std::int32_t> labels) {
     check_image(image);
     Mask all = pick(image, labels);
     BodyMask body;

@@ -25,7 +25,7 @@ struct BodyMask {
 /// The largest part (voxels that share a face; of equal ones the first in memory) of the voxels
 /// with these labels (all but 0 if empty), with the holes that background cannot reach through
 /// faces filled. Throws Error, listing the labels that are there, if one asked for is not.
-BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels);
+BodyMask largest_component(const LabelImage& image, std::span<const std::int32_t> labels);
 
 /// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not
 /// shared. Precondition: the mask's rim is empty.

@@ -164,7 +164,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
             TetMesh mesh = unpacked_mesh(child.result, "Gmsh");
             orient(mesh);
             drop_unused_nodes(mesh, surface.nodes.size());
-            fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log)
+            fault = mesh.tets.empty() ? "made no tets: " + last_error_lines(child.log)
                                       : fault_of(mesh, surface);
             if (fault.empty()) {
                 sort_for_locality(mesh);
@@ -172,7 +172,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
                 return mesh;
             }
         } else {
-            fault = end_text(child, limit);
+            fault = describe_end(child, limit);
         }
         faults += fmt::format("{}{} {}", faults.empty() ? "" : "; ", name, fault);
         time_left -= child.seconds;

@@ -146,7 +146,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     if (!(voxel_volume > 0) || !image.ras_from_voxel.allFinite())
         fail("image: its affine is singular (a voxel of {} mm^3), expected three independent axes",
              1e9 * voxel_volume);
-    BodyMask body = largest_body(image, options.labels);
+    BodyMask body = largest_component(image, options.labels);
     if (static_cast<double>(body.body_voxels) <
         min_connected_share * static_cast<double>(body.picked_voxels))
         fail(

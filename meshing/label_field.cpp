@@ -104,7 +104,7 @@ std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materi
 
 LabelField::LabelField(const LabelImage& image, const LabelFieldOptions& options)
     : iso_level_(static_cast<float>(options.iso_level)) {
-    const BodyMask body = largest_body(image, options.labels);
+    const BodyMask body = largest_component(image, options.labels);
     std::vector<std::int32_t> labels;
     const Image<std::uint16_t> voxels = materials_of(body, image, options.labels, labels);
     for (const std::int32_t label : labels) materials_.push_back({label});

@@ -24,7 +24,7 @@ struct LabelFieldOptions {
 /// Gaussian, and the label with the most votes has it; where all labels together have less than the
 /// iso-level it lies outside. Votes of a label count the more the more of its voxels' volume the
 /// smoothing would take away. Interfaces of any number of labels meet without gaps. The body is
-/// that of `largest_body`; its filled holes go to the labels next to them.
+/// that of `largest_component`; its filled holes go to the labels next to them.
 class LabelField {
   public:
     /// A material of the body.
@@ -33,7 +33,7 @@ class LabelField {
         double voxels_m3 = 0;  ///< of its voxels in the body, filled holes among them
     };
 
-    /// Throws Error as `largest_body` does.
+    /// Throws Error as `largest_component` does.
     LabelField(const LabelImage& image, const LabelFieldOptions& options);
 
     /// The label at a place (metres, RAS); 0: outside.

@@ -141,7 +141,8 @@ TetMesh fill_labels(const LabelField& field, double edge_length_m,
                     options.time_limit_s);
     if (child.end != ChildResult::End::returned)
         fail("CGAL: no mesh of the labels from {} with edges of {:.2f} mm: {}",
-             box_mm(field.bounds()), 1e3 * edge_length_m, end_text(child, options.time_limit_s));
+             box_mm(field.bounds()), 1e3 * edge_length_m,
+             describe_end(child, options.time_limit_s));
     TetMesh mesh = unpacked_mesh(child.result, "CGAL");
     make_one_body(mesh);
     return mesh;

@@ -84,13 +84,13 @@ TriangleMesh remesh_apart(const TriangleMesh& from, double& edge_length_m, int i
         },
         seconds_left);
     if (child.end == ChildResult::End::failed) {
-        const std::string words = last_words(child.log),
+        const std::string words = last_error_lines(child.log),
                           mark = "Error   : ";  // as a child says what was thrown
         fail("{}", words.starts_with(mark) ? words.substr(mark.size()) : words);
     }
     if (child.end != ChildResult::End::returned || child.result.size() < sizeof edge_length_m)
         fail("surface: remeshing it from {} to edges of {:.2f} mm {}", box_mm(from.nodes),
-             1e3 * edge_length_m, end_text(child, seconds_left));
+             1e3 * edge_length_m, describe_end(child, seconds_left));
     seconds_left -= child.seconds;
     std::memcpy(&edge_length_m, child.result.data(), sizeof edge_length_m);
     TetMesh parcel = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m),

@@ -300,7 +300,8 @@ void run(MeshArguments& a) {
         }
         if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
-            a.options.finer_at = naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
+            a.options.finer_at =
+                with_context(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }

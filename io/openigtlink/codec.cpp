@@ -105,9 +105,9 @@ Header decode_header(ByteView bytes) {
     in(header.body_size);
     in(header.crc);
     in.end();
-    if (header.body_size > largest_body)
+    if (header.body_size > max_body_size)
         fail("{}: {} with a body of {} bytes, expected at most {}", in.what(), header.type,
-             header.body_size, largest_body);
+             header.body_size, max_body_size);
     return header;
 }
 
@@ -140,9 +140,9 @@ Message decode_body(const Header& header, ByteView body) {
 
 Bytes encode(const Message& message) {
     const Bytes body = encode_body(message);
-    if (body.size() > largest_body)
+    if (body.size() > max_body_size)
         fail("{}: a body of {} bytes, expected at most {}", message.type, body.size(),
-             largest_body);
+             max_body_size);
     ByteWriter out(message.type);
     out(message.version);
     out.name(message.type, type_size);

@@ -7,7 +7,7 @@ namespace livetet::igtl {
 
 constexpr std::size_t header_size = 58;
 constexpr std::size_t device_name_size = 20;
-constexpr std::uint64_t largest_body = std::uint64_t(256) << 20;
+constexpr std::uint64_t max_body_size = std::uint64_t(256) << 20;
 
 struct Header {
     std::uint16_t version = 1;
@@ -16,7 +16,7 @@ struct Header {
 };
 
 /// The first 58 bytes of a message. Throws Error where they cannot be one: version 0, a type that
-/// is not printable ASCII, a body of more than `largest_body`. After that a stream cannot be
+/// is not printable ASCII, a body of more than `max_body_size`. After that a stream cannot be
 /// followed any further.
 Header decode_header(ByteView bytes);
 

@@ -89,7 +89,7 @@ void with_scalar(ScalarType type, const std::string& what, F&& f) {
     }
 }
 
-/// Numbers in an array of this shape; throws where they cannot be `largest_body` or fewer.
+/// Numbers in an array of this shape; throws where they cannot be `max_body_size` or fewer.
 std::uint64_t number_count(const NdArray& x, const std::string& what) {
     std::uint64_t count = x.scalar == 13 ? 2 : 1;
     for (const std::uint16_t n : x.size) {

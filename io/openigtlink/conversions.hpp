@@ -14,7 +14,7 @@ namespace livetet::igtl {
 // transforms).
 
 /// A TRANSFORM's or TDATA's matrix; nothing where it is not finite or not rigid
-/// (`tracker_from_tool_of_mm`).
+/// (`tracker_from_tool_mm`).
 std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(const std::array<float, 12>& matrix);
 
 /// A POSITION's or QTDATA's; nothing where it is not finite, or the quaternion's norm is not 1

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <set>
 
-#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/codec.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 
 namespace livetet {
@@ -49,7 +49,7 @@ PoseGatherer::PoseGatherer(const std::vector<std::string>& tools,
                            double utc_s)
     : options_(options),
       post_(std::move(post)),
-      heard_s_(now_s),
+      last_tool_s_(now_s),
       posted_s_(now_s),
       utc_from_steady_s_(utc_s - now_s) {
     check_tools_differ(tools);
@@ -146,8 +146,8 @@ bool PoseGatherer::others_go_on(const State& tool) const {
 
 double PoseGatherer::due_s() const {
     if (stamp_) return due_s_;
-    const double quiet_s = posted_s_ - heard_s_;
-    if (quiet_s == 0) return heard_s_ + options_.stale_after_s;
+    const double quiet_s = posted_s_ - last_tool_s_;
+    if (quiet_s == 0) return last_tool_s_ + options_.stale_after_s;
     return posted_s_ +
            std::clamp(quiet_share * quiet_s, shortest_quiet_step_s, longest_quiet_step_s);
 }
@@ -185,7 +185,7 @@ void PoseGatherer::post(double now_s) {
             time_s = expected_s;
         }
     }
-    heard_s_ = now_s;
+    last_tool_s_ = now_s;
     ++samples_;
     hand_over(first ? time_s : std::max(time_s, last_s), now_s);
 }

@@ -79,7 +79,7 @@ class PoseGatherer {
     double due_s_ = 0;
     StreamSample sample_;
     std::uint64_t samples_ = 0;
-    double heard_s_,
+    double last_tool_s_,
         posted_s_;  ///< when a tool last came (or this began), and when a sample was last posted
     const double utc_from_steady_s_;
     double clock_shift_s_ = 0;  ///< added to the sender's clock since it was set

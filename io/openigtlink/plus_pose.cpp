@@ -40,8 +40,7 @@ std::string_view pose_status_word(PoseStatus status) {
     return "";
 }
 
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(
-    const Eigen::Matrix4d& matrix) {
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_mm(const Eigen::Matrix4d& matrix) {
     if (!is_rigid(matrix)) return std::nullopt;
     return RigidTransform<Tracker, Tool>{nearest_rotation(matrix.topLeftCorner<3, 3>()),
                                          metres_per_mm * matrix.topRightCorner<3, 1>()};

@@ -18,6 +18,6 @@ std::string_view pose_status_word(PoseStatus status);
 
 /// A tracker's 4 x 4 matrix, in mm, with its rotation re-orthonormalised; nothing where it is not
 /// finite or not rigid (electromagnetic trackers come within 5e-4 of it; 0.02 is allowed).
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(const Eigen::Matrix4d& matrix);
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_mm(const Eigen::Matrix4d& matrix);
 
 }  // namespace livetet

@@ -182,7 +182,7 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     return out;
 }
 
-std::string last_words(const std::string& log) {
+std::string last_error_lines(const std::string& log) {
     std::vector<std::string> lines, errors;
     for (std::size_t from = 0; from < log.size();) {
         const std::size_t to = std::min(log.find('\n', from), log.size());
@@ -199,7 +199,7 @@ std::string last_words(const std::string& log) {
     return words.empty() ? "it said nothing" : words;
 }
 
-std::string end_text(const ChildResult& child, double time_limit_s) {
+std::string describe_end(const ChildResult& child, double time_limit_s) {
     switch (child.end) {
         case ChildResult::End::timed_out:
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
@@ -210,7 +210,7 @@ std::string end_text(const ChildResult& child, double time_limit_s) {
         case ChildResult::End::returned:
             break;
     }
-    return "failed: " + last_words(child.log);
+    return "failed: " + last_error_lines(child.log);
 }
 
 }  // namespace livetet

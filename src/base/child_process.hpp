@@ -35,10 +35,10 @@ void limit_processor_time(double seconds);
 
 /// In a few words why a child gave no result: its end, or its last error lines. `time_limit_s`:
 /// what it had.
-std::string end_text(const ChildResult& child, double time_limit_s);
+std::string describe_end(const ChildResult& child, double time_limit_s);
 
 /// The last of a log's error lines, else of its lines, for a message of one line.
-std::string last_words(const std::string& log);
+std::string last_error_lines(const std::string& log);
 
 /// Writes all of it, whatever the number of calls that takes; false if the system refuses.
 bool write_all(int descriptor, const void* data, std::size_t bytes);

@@ -25,7 +25,7 @@ template <class... Args>
 
 /// f(), where an Error that it throws gets `where` (a file) in front of its message.
 template <class F>
-decltype(auto) naming(std::string_view where, F&& f) {
+decltype(auto) with_context(std::string_view where, F&& f) {
     try {
         return f();
     } catch (const Error& e) {

@@ -30,11 +30,11 @@ void check(std::span<const Vector3d> points, const TriangleMesh& surface,
                  points.size());
     if (surface.triangles.empty())
         fail("surface registration: the surface has no triangle, expected some");
-    if (!(options.left_out >= 0 && options.left_out < 0.5))
+    if (!(options.trimmed_share >= 0 && options.trimmed_share < 0.5))
         fail(
             "surface registration: the share of points left out is {}, expected at least 0 and "
             "below 0.5",
-            options.left_out);
+            options.trimmed_share);
 }
 
 /// The points that count, where they are, and the nearest places on the surface.
@@ -54,8 +54,8 @@ class Fit {
           surface_(surface),
           options_(options),
           tree_(surface.nodes, surface.triangles),
-          count_(points.size() -
-                 static_cast<std::size_t>(options.left_out * static_cast<double>(points.size()))) {
+          count_(points.size() - static_cast<std::size_t>(options.trimmed_share *
+                                                          static_cast<double>(points.size()))) {
         const Vector3d sum =
             std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero()));
         const Vector3d mean = sum / static_cast<double>(points.size());

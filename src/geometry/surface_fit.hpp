@@ -12,8 +12,8 @@
 namespace livetet {
 
 struct SurfaceFitOptions {
-    double left_out = 0.1;  ///< share of the points, the farthest from the surface, that does not
-                            ///< count; below 0.5
+    double trimmed_share = 0.1;  ///< share of the points, the farthest from the surface, that does
+                                 ///< not count; below 0.5
     int max_iterations = 100;
     double tolerance = 1e-6;  ///< metres: done when no point moves farther in an iteration
     double min_constraint =

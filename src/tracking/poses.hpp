@@ -16,7 +16,7 @@ inline bool is_usable(const TrackedPose& pose) {
 }
 
 /// Whether the tracker said anything of the tool for this sample.
-inline bool has_come(const TrackedPose& pose) {
+inline bool was_reported(const TrackedPose& pose) {
     return pose.status != PoseStatus::missing && pose.status != PoseStatus::stale;
 }
 

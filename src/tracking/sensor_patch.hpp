@@ -53,7 +53,7 @@ class SensorPatch {
                 const RigidTransform<ImageFrame, Reference>& image_from_reference);
 
     /// Whether the sensor's place at rest is known and no patch is chosen yet.
-    bool is_to_be_placed() const { return drive_.base() && nodes_.empty(); }
+    bool awaits_placement() const { return drive_.base() && nodes_.empty(); }
     /// Chooses the patch on the body as it is now: each node displaced (m) from the mesh's rest
     /// shape, whose surface has the nodes `surface`. Nothing is chosen, and nothing allocated,
     /// where the sensor lies farther than `farthest` (m) off them: it has to be placed anew.

@@ -83,7 +83,7 @@ TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
     EXPECT_EQ(run_in_child(taking(limit / 2), 20).end, End::returned);
     const ChildResult greedy = run_in_child(taking(2 * limit), 20);
     EXPECT_EQ(greedy.end, End::failed);
-    EXPECT_EQ(end_text(greedy, 20), "failed: Error   : std::bad_alloc");
+    EXPECT_EQ(describe_end(greedy, 20), "failed: Error   : std::bad_alloc");
     const ChildResult chatty = run_in_child(
         [](int) {
             limit_memory(1 << 20);
@@ -94,7 +94,7 @@ TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
     EXPECT_EQ(chatty.end, End::crashed);
     EXPECT_EQ(chatty.detail, SIGXFSZ);
     EXPECT_EQ(chatty.log.size(), 65536u) << "the last of the MB";
-    EXPECT_EQ(last_words(chatty.log).substr(0, 15), "no end of words");
+    EXPECT_EQ(last_error_lines(chatty.log).substr(0, 15), "no end of words");
 }
 
 }  // namespace

@@ -70,10 +70,10 @@ TEST(SurfaceFit, LeavesOutPointsThatAreNotOnTheOrgan) {
     Points truth = points_on(surface, 300, 2, anywhere);
     for (std::size_t i = 0; i < 30; ++i) truth[10 * i] *= 1.3;  // 10 % of them far outside
     const Points moved = mapped(off, truth);
-    const SurfaceFit trimmed = fit_to_surface(moved, surface, {.left_out = 0.15});
+    const SurfaceFit trimmed = fit_to_surface(moved, surface, {.trimmed_share = 0.15});
     EXPECT_LT(worst_error(trimmed, moved, truth), 1e-4);
     EXPECT_GT(trimmed.rms_of_all, 100 * trimmed.rms_after);
-    const SurfaceFit all = fit_to_surface(moved, surface, {.left_out = 0});
+    const SurfaceFit all = fit_to_surface(moved, surface, {.trimmed_share = 0});
     EXPECT_GT(worst_error(all, moved, truth), 0.001);
 }
 
@@ -88,7 +88,7 @@ TEST(SurfaceFit, NoiseAveragesOutAsTheConstraintSays) {
         const Points truth = points_on(surface, count, seed, anywhere);
         Points moved = truth;
         for (Vector3d& p : moved) p += random.gaussian(noise);
-        const SurfaceFit fit = fit_to_surface(moved, surface, {.left_out = 0});
+        const SurfaceFit fit = fit_to_surface(moved, surface, {.trimmed_share = 0});
         rms_after.push_back(fit.rms_after);
         // How far the least held motion went, from the truth: noise / sqrt(n constraint).
         const PointMotion& m = fit.motions.front();
@@ -156,8 +156,8 @@ TEST(SurfaceFit, RefusesWhatCannotBeFitted) {
               }).find("9 points, expected at least"),
               std::string::npos);
     EXPECT_THROW(fit_to_surface(points, {}), Error);
-    EXPECT_THROW(fit_to_surface(points, surface, {.left_out = 0.5}), Error);
-    EXPECT_THROW(fit_to_surface(points, surface, {.left_out = -0.1}), Error);
+    EXPECT_THROW(fit_to_surface(points, surface, {.trimmed_share = 0.5}), Error);
+    EXPECT_THROW(fit_to_surface(points, surface, {.trimmed_share = -0.1}), Error);
     points[4].x() = std::nan("");
     EXPECT_NE(message_of([&] { fit_to_surface(points, surface); }).find("point 5 of 20"),
               std::string::npos);
