@@ -15,9 +15,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
-constexpr double min_spread = 1e-6;  // metres: closer together than this, points coincide
-constexpr double min_ratio =
-    0.01;  // second to first singular value: below this, points lie on a line
+constexpr double min_spread = 1e-6;  // metres; points closer together coincide
+// Ratio of the second to the first singular value; below it points lie on a line.
+constexpr double min_ratio = 0.01;
 
 Vector3d mean_of(Points points, std::span<const double> weights) {
     Vector3d sum = Vector3d::Zero();
@@ -25,7 +25,7 @@ Vector3d mean_of(Points points, std::span<const double> weights) {
     return sum / total_weight(weights, points.size());
 }
 
-// RMS along each principal axis, ascending.
+// RMS distance from the mean along each principal axis, ascending.
 Vector3d principal_spread(Points points, std::span<const double> weights) {
     const Vector3d mean = mean_of(points, weights);
     Matrix3d scatter = Matrix3d::Zero();

@@ -37,13 +37,13 @@ void check(std::span<const Vector3d> points, const TriangleMesh& surface,
             options.trimmed_share);
 }
 
-/// The points that count, where they are, and the nearest places on the surface.
+/// The points used in the fit, matched with their nearest points on the surface.
 struct Pairs {
-    std::vector<Vector3d> place,
-        normal;  // normal: towards the point; of the triangle where it lies on it
+    std::vector<Vector3d> place;   // on the surface
+    std::vector<Vector3d> normal;  // from there to the point; the triangle's if they coincide
     std::vector<double> distance;
-    double squares = 0;  // mean, of those that count
-    double squares_of_all = 0;
+    double squares = 0;         // mean squared distance of the points used
+    double squares_of_all = 0;  // the same of all points
 };
 
 class Fit {
@@ -150,8 +150,8 @@ class Fit {
         return normal;
     }
 
-    // The motion that brings the distances down, in the directions that the points hold; false
-    // where none does.
+    // One Gauss-Newton step in the constrained directions, halved until the sum of squares
+    // decreases. Returns false if it never does.
     bool step(Motion& motion, Pairs& pairs) const {
         const Normal normal = normal_equations(pairs);
         Vector6d move = Vector6d::Zero();
@@ -178,8 +178,7 @@ class Fit {
     SurfaceFitOptions options_;
     NearestTriangle tree_;
     std::size_t count_;
-    double size_ =
-        0;  // RMS distance of the points from their mean: turns and slides are measured alike
+    double size_ = 0;  // RMS distance of the points from their mean; scales rotations to lengths
 };
 
 }  // namespace
