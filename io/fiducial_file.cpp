@@ -20,8 +20,7 @@ enum class Axes { ras, lps };
 
 constexpr const char* schema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
-    "Schema/"
-    "markups-schema-v1.0.3.json#";
+    "Schema/markups-schema-v1.0.3.json#";
 
 /// Metres, RAS. The same turn leads back: mirrored in x and y.
 Eigen::Vector3d to_ras(const Eigen::Vector3d& position_mm, Axes axes, const std::string& where) {

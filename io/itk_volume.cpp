@@ -309,8 +309,7 @@ void check_nrrd(const Header& header, const std::string& where) {
     if (segments && *dimension == 4 && sizes[0] != "1")
         fail(
             "{}: is a Slicer segmentation of {} layers, whose segments overlap, expected one; in "
-            "Slicer's Segmentations "
-            "module export the segments wanted to a labelmap, and save that",
+            "Slicer's Segmentations module export the segments wanted to a labelmap, and save that",
             where, sizes[0]);
 }
 

@@ -151,8 +151,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
         min_connected_share * static_cast<double>(body.picked_voxels))
         fail(
             "image: the largest part of the {} voxels picked, of those that share a face, has {}; "
-            "expected labels (or a "
-            "threshold) of a body that hangs together",
+            "expected labels (or a threshold) of a body that hangs together",
             body.picked_voxels, body.body_voxels);
     const Vector3 spacing = ImageGrid{image.size, image.ras_from_voxel}.spacing();
     const Vector3 extent = spacing.cwiseProduct(
@@ -160,8 +159,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     if (!(extent.maxCoeff() <= largest_body_m))
         fail(
             "image: the body is {:.0f} x {:.0f} x {:.0f} mm large, of voxels of {:.4g} x {:.4g} x "
-            "{:.4g} mm, expected at "
-            "most {:.0f} mm: is the unit right that the file states?",
+            "{:.4g} mm, expected at most {:.0f} mm: is the unit right that the file states?",
             1e3 * extent.x(), 1e3 * extent.y(), 1e3 * extent.z(), 1e3 * spacing.x(),
             1e3 * spacing.y(), 1e3 * spacing.z(), 1e3 * largest_body_m);
     return body;
@@ -197,8 +195,8 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     if (const double n = samples(voxel_mm, smoothing_mm); !(n <= max_grid_samples))
         fail(
             "image: a grid of {:.3g} mm over the body has {:.2g} samples, expected at most {:.2g}: "
-            "take a larger "
-            "--voxel-mm (in a scene mesh.voxel_mm), or a smaller --smoothing-mm than {:.3g}",
+            "take a larger --voxel-mm (in a scene mesh.voxel_mm), or a smaller --smoothing-mm than "
+            "{:.3g}",
             voxel_mm, n, max_grid_samples, smoothing_mm);
     for (int halvings = 0;; ++halvings) {
         result.voxel_mm = voxel_mm;
@@ -214,17 +212,14 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     if (!keeps_volume(result))
         fail(
             "image: smoothed by {:.2f} mm on a grid of {:.2f} mm, the surface encloses {:.3f} ml "
-            "of a body of {:.3f} ml; "
-            "expected within 1 %: the body is too small or thin, take a smaller --smoothing-mm and "
-            "--voxel-mm (in a scene "
-            "mesh.smoothing_mm, mesh.voxel_mm)",
+            "of a body of {:.3f} ml; expected within 1 %: the body is too small or thin, take a "
+            "smaller --smoothing-mm and --voxel-mm (in a scene mesh.smoothing_mm, mesh.voxel_mm)",
             result.smoothing_mm, result.voxel_mm, 1e6 * result.surface_volume_m3,
             1e6 * result.body_volume_m3);
     if (const SurfaceTopology t = check_topology(result.surface); !t.closed())
         fail(
             "image: smoothed by up to {:.2f} mm, the surface has {} border and {} non-manifold "
-            "edges, first at {}; take a "
-            "larger --smoothing-mm (in a scene mesh.smoothing_mm)",
+            "edges, first at {}; take a larger --smoothing-mm (in a scene mesh.smoothing_mm)",
             result.smoothing_mm, t.border_edges, t.non_manifold_edges, place_mm(t.place));
     const NearestTriangle tree(result.surface.nodes, result.surface.triangles);
     result.moved =

@@ -255,8 +255,7 @@ struct Maker {
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
             fail(
                 "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from "
-                "it, by {:.2f} mm, "
-                "at {}",
+                "it, by {:.2f} mm, at {}",
                 1e6 * report.quality.volume_m3, 1e6 * body_volume,
                 1e3 * report.distance.from_body.max_m,
                 place_mm(report.distance.from_body.farthest));

@@ -139,9 +139,8 @@ TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& n
 [[noreturn]] void refuse(const SurfaceTopology& t) {
     fail(
         "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at "
-        "{}; expected none, "
-        "and merging double nodes, dropping degenerate triangles and filling small holes did not "
-        "mend it",
+        "{}; expected none, and merging double nodes, dropping degenerate triangles and filling "
+        "small holes did not mend it",
         t.border_edges, t.non_manifold_edges, place_mm(t.place));
 }
 
@@ -264,8 +263,7 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, 
     }
     fail(
         "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed "
-        "surface that does not cut "
-        "itself: ask for smaller edges",
+        "surface that does not cut itself: ask for smaller edges",
         1e3 * asked_length, 1e3 * edge_length_m,
         fault.value_or(fmt::format("nothing of the body from {}", box_mm(surface.nodes))));
 }
