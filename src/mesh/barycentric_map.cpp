@@ -14,14 +14,14 @@ namespace livetet {
 
 namespace {
 
-/// A weight this much below zero still counts as inside: rounding must not push a point on an inner
-/// face out of both tets that share it. It is clamped to zero, which moves the point by less than
-/// 1e-8 of an edge.
+/// Weights down to this still count as inside, so that rounding cannot push a point on an inner
+/// face out of both tets. Clamping them to zero moves the point by less than 1e-8 of an edge.
 constexpr double inside_tolerance = 1e-8;
 
 using Weights = std::array<double, 4>;
 
-/// lambda_{1,2,3} = [x1 - x0, x2 - x0, x3 - x0]^-1 (x - x0), lambda_0 = 1 - their sum.
+/// Barycentric coordinates in a tet: lambda_{1,2,3} = [x1 - x0, x2 - x0, x3 - x0]^-1 (x - x0),
+/// lambda_0 = 1 - lambda_1 - lambda_2 - lambda_3.
 struct TetFrame {
     Vector3 origin;
     Eigen::Matrix3d inverse;
@@ -39,8 +39,8 @@ TetFrame frame_of(const TetMesh& mesh, const std::array<std::int32_t, 4>& t) {
     return {origin, edges.inverse()};
 }
 
-/// Tets by the cells of a uniform grid that their bounding boxes touch: those of cell c are
-/// tets_[first_[c]] .. tets_[first_[c + 1]]. About as many cells as tets.
+/// Uniform grid with about as many cells as tets. Each cell lists the tets whose bounding boxes
+/// touch it: tets_[first_[c]] to tets_[first_[c + 1] - 1].
 class TetGrid {
   public:
     explicit TetGrid(const TetMesh& mesh) {
@@ -56,7 +56,7 @@ class TetGrid {
         fill(mesh);
     }
 
-    /// The tet that holds x and its weights, or -1.
+    /// The tet that contains x, and x's weights in it; -1 if there is none.
     std::int32_t find(const Vector3& x, Weights& weights) const {
         if (!box_.contains(x)) return -1;
         const std::size_t c = index(cell_of(x));
@@ -121,8 +121,8 @@ class TetGrid {
     std::vector<std::int32_t> first_, tets_;
 };
 
-/// For each boundary triangle the fourth node of its tet. Both come in the order of the tets, and a
-/// boundary triangle lies in one tet only: one walk along both lists finds them all.
+/// The fourth node of the tet behind each boundary triangle. Boundary triangles are in the order of
+/// their tets and each belongs to one tet, so one pass over both lists is enough.
 std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets,
                                        std::span<const Triangle> boundary) {
     std::vector<std::int32_t> fourth;
@@ -139,7 +139,7 @@ std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets,
     return fourth;
 }
 
-/// Weights without the rounding below zero; they still sum to one.
+/// Clamps weights that rounding made negative to zero and rescales the sum to one.
 Weights clamped(Weights w) {
     double sum = 0;
     for (double& value : w) sum += value = std::max(value, 0.0);
@@ -147,7 +147,7 @@ Weights clamped(Weights w) {
     return w;
 }
 
-/// From `near`, on the boundary, towards `at`, as far as no weight is below
+/// Moves from the boundary point `near` towards `at` as far as no weight is below
 /// min_extrapolated_weight.
 Weights extrapolated(const Weights& near, const Weights& at) {
     double part = 1;
