@@ -15,14 +15,13 @@
 #include "base/error.hpp"
 #include "base/interruptible.hpp"
 #include "base/progress.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
-
-constexpr std::string_view to_tracker = "ToTracker";
 
 /// Samples as they come, from the source's thread to the one that asks.
 class SampleLog {

@@ -13,7 +13,8 @@ constexpr std::size_t type_size = 12, extended_header_size = 12;
 constexpr std::string_view device_name_key = "IGTL_DEVICE_NAME";
 constexpr std::size_t longest_name = 128;
 
-/// The sizes of a version-2 body's parts: its content lies between extended header and metadata.
+/// Sizes of the parts of a version-2 body. The content lies between the extended header and the
+/// metadata.
 struct ExtendedHeader {
     std::uint16_t size = extended_header_size, metadata_header_size = 2;
     std::uint32_t metadata_size = 0, id = 0;
@@ -37,7 +38,7 @@ ExtendedHeader read_extended_header(ByteReader& body) {
 
 std::vector<MetadataItem> read_metadata(ByteReader headers, ByteReader texts) {
     std::vector<MetadataItem> items;
-    if (headers.left() == 0) return items;  // some senders leave out the count of none
+    if (headers.left() == 0) return items;  // some senders omit a count of zero
     const auto count = headers.number<std::uint16_t>();
     for (int i = 0; i < count; ++i) {
         const auto key_size = headers.number<std::uint16_t>();
@@ -97,7 +98,7 @@ Header decode_header(ByteView bytes) {
     if (header.type.empty() || std::any_of(header.type.begin(), header.type.end(),
                                            [](unsigned char c) { return c > 0x7e; }))
         fail("{}: the type is no printable text", in.what());
-    // A device's name may be in any encoding; what is wrong with it concerns this message only.
+    // The device name may be in any encoding; an error in it concerns this message only.
     in.text(header.device, device_name_size);
     if (const auto end = header.device.find('\0'); end != std::string::npos)
         header.device.resize(end);
