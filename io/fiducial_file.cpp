@@ -22,7 +22,7 @@ constexpr const char* schema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
     "Schema/markups-schema-v1.0.3.json#";
 
-/// Metres, RAS. The same turn leads back: mirrored in x and y.
+/// Converts between RAS and LPS, which negates x and y in both directions.
 Eigen::Vector3d to_ras(const Eigen::Vector3d& position_mm, Axes axes, const std::string& where) {
     if (!position_mm.allFinite())
         fail("{}: the position is not finite, expected three numbers in mm", where);
@@ -91,7 +91,7 @@ std::vector<NamedPoint> read_markups(const fs::path& path) {
     return points;
 }
 
-/// Where an `.fcsv` keeps what: from its comments, else as before it had a version.
+/// The layout of an `.fcsv`, from its comments; without them that of the oldest version.
 struct FcsvColumns {
     std::size_t label = 0, x = 1, z = 3;
     Axes axes = Axes::ras;

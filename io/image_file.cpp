@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 bool is_nifti(const fs::path& path) { return ending(path) == ".nii" || ending(path) == ".nii.gz"; }
 
-/// use(a number of that type).
+/// Calls use(value) with a value of the scalar's C++ type.
 template <class Use>
 void of_type(ScalarType type, const Use& use) {
     switch (type) {
@@ -47,7 +47,7 @@ void of_type(ScalarType type, const Use& use) {
     }
 }
 
-/// The volume's values as T, where `fits` allows each of them.
+/// The volume's values as T. `fits` decides whether a value is allowed.
 template <class T, class Stored, class Wrong, class Fits>
 void convert_from(const Volume& volume, const fs::path& path, const char* expected,
                   const Fits& fits, std::vector<T>& values) {
@@ -121,7 +121,7 @@ std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) 
         const std::optional<fs::path> voxels =
             is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
         if (voxels && *voxels != path) return voxels;
-    } catch (const Error&) {  // its reader says what is wrong with it
+    } catch (const Error&) {  // the reader reports the error
     }
 #endif
     return {};
@@ -195,7 +195,7 @@ void write_displacement_field(const fs::path& path, const Image<Eigen::Vector3f>
     planes.reserve(3 * field.values.size());
     for (int d = 0; d < 3; ++d)
         for (const Eigen::Vector3f& v : field.values)
-            planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no -0
+            planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no negative zero
     nifti::write(path, {field.size, field.ras_from_voxel}, ScalarType::float32,
                  bytes_of_values(planes), nifti::Values::vectors);
 }

@@ -17,7 +17,7 @@ namespace {
 using Words = std::vector<std::string_view>;
 
 struct Property {
-    std::size_t count_bytes, bytes;  ///< of a list's length (0: no list), and of a value
+    std::size_t count_bytes, bytes;  ///< size of a list's length (0: no list) and of a value
 };
 
 struct Element {
@@ -90,7 +90,7 @@ class PlyFile {
         return true;
     }
 
-    /// A list's length; nothing where the file ends.
+    /// Length of a list; nothing at the end of the file.
     std::optional<std::size_t> take_count(std::size_t bytes) {
         if (format_ == "ascii")
             return at_ < words_.size() ? parse_index(words_[at_++]) : std::nullopt;
