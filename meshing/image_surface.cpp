@@ -23,17 +23,18 @@ namespace livetet {
 
 namespace {
 
-constexpr double surface_volume_limit = 0.01;  ///< relative, promised
-constexpr double volume_aim = 0.001;           ///< relative, aimed at
+constexpr double surface_volume_limit = 0.01;  ///< relative error of the volume, guaranteed
+constexpr double volume_aim = 0.001;           ///< relative error of the volume, target
 
-/// A grid finer than this shows nothing more of an organ, whatever its voxels.
+/// Finest useful grid for an organ, whatever its voxels.
 constexpr double organ_detail_mm = 1.5;
-constexpr double details_across = 60;  ///< and of a smaller body: this part of its size
+constexpr double details_across = 60;  ///< and for a smaller body, as a fraction of its size
 constexpr int max_halvings = 2;
 
-constexpr double max_samples = 1e8;  ///< of the grid, if the voxels are not more: 0.4 GB
+constexpr double max_samples = 1e8;  ///< of the grid (0.4 GB), unless the image has more voxels
 constexpr double largest_body_m = 10;
-constexpr double min_connected_share = 0.02;  ///< of what was picked has to hang together
+constexpr double min_connected_share =
+    0.02;  ///< minimum share of the chosen voxels in the largest part
 
 struct Field {
     std::array<int, 3> size{};
@@ -54,15 +55,14 @@ double samples_of(const Image<std::uint8_t>& mask, double sigma_m, double step_m
     return max_voxels;
 }
 
-/// The indicator of the mask, smoothed by `sigma_m` and sampled every `step_m` along the mask's
-/// axes.
+/// Smooths the mask's indicator by `sigma_m` and samples it every `step_m` along the mask's axes.
 void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Field& field) {
     std::vector<float> values(mask.values.begin(), mask.values.end());
     field.size = mask.size;
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     for (const int axis :
-         {2, 1,
-          0}) {  // the slow axis first: it is most often the coarse one, and long runs are fast
+         // Slowest axis first: it is usually the coarsest, and its filter runs over long rows.
+         {2, 1, 0}) {
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
         const double sigma = std::max(sigma_m / spacing, min_smoothing_voxels);
         const AxisFilter filter = gaussian_beyond(field.size[axis], sigma, step_m / spacing);
@@ -76,7 +76,7 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     std::copy(values.begin(), values.end(), static_cast<float*>(field.image->GetScalarPointer()));
 }
 
-/// The largest part of the iso-surface, in metres, wound outwards.
+/// The largest part of the iso-surface, metres, wound outwards.
 TriangleMesh iso_surface(const Field& field, double level) {
     vtkNew<vtkFlyingEdges3D> edges;
     edges->SetInputData(field.image);
@@ -98,17 +98,17 @@ TriangleMesh iso_surface(const Field& field, double level) {
         surface.triangles.push_back({static_cast<std::int32_t>(corner[0]),
                                      static_cast<std::int32_t>(corner[1]),
                                      static_cast<std::int32_t>(corner[2])});
-    // All parts are wound alike: the sum of their volumes has the sign of the bodies', less their
-    // cavities.
+    // All parts have the same winding, so the sign of the total volume (bodies minus cavities)
+    // tells the winding.
     if (signed_volume(surface) < 0)
         for (Triangle& t : surface.triangles) std::swap(t[1], t[2]);
     return largest_part(surface);
 }
 
-/// Bisects for the level whose surface encloses `volume`: the higher the level, the less.
+/// Finds by bisection the iso-value whose surface encloses `volume`; a higher value encloses less.
 TriangleMesh surface_of_volume(const Field& field, double volume, double& level) {
     double low = 0.05, high = 0.95;
-    level = 0.5 + 1e-4;  // just off the value that symmetric masks have right at grid points
+    level = 0.5 + 1e-4;  // avoids the exact value of symmetric masks at grid points
     TriangleMesh surface;
     for (int step = 0;; ++step) {
         surface = iso_surface(field, level);
@@ -120,8 +120,8 @@ TriangleMesh surface_of_volume(const Field& field, double volume, double& level)
     return surface;
 }
 
-/// Cuts the surface with the spacing and smoothing that `result` names; smooths more while it is
-/// not manifold.
+/// Cuts the surface with the spacing and smoothing in `result`; increases the smoothing until the
+/// surface is manifold.
 void cut(const Image<std::uint8_t>& mask, ImageSurface& result) {
     result.smoothing_mm = std::max(result.smoothing_mm, 0.3 * result.voxel_mm);
     for (int tries = 1;; ++tries, result.smoothing_mm *= 1.3) {
@@ -139,8 +139,7 @@ bool keeps_volume(const ImageSurface& cut) {
     return std::abs(cut.surface_volume_m3 / cut.body_volume_m3 - 1) <= surface_volume_limit;
 }
 
-/// The largest part of what is picked; refused where the labels or the unit cannot be what was
-/// meant.
+/// The largest part of the chosen voxels. Throws Error if the labels or the unit look wrong.
 BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     const double voxel_volume = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
     if (!(voxel_volume > 0) || !image.ras_from_voxel.allFinite())
@@ -176,7 +175,7 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     result.body_volume_m3 = voxel_volume * static_cast<double>(body.body_voxels);
     result.label_voxels = body.label_voxels;
 
-    // The grid and the smoothing: asked for, or from the sizes of voxels and body.
+    // Grid and smoothing, as requested or from the sizes of voxels and body.
     const double voxel_size_mm = 1e3 * std::cbrt(voxel_volume),
                  body_size_mm = 1e3 * std::cbrt(result.body_volume_m3);
     const double max_grid_samples =

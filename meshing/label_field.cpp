@@ -17,16 +17,16 @@ namespace {
 
 constexpr std::uint16_t off_body = 0xffff, mixed = 0xfffe;
 constexpr double max_samples = 16e6;
-constexpr float min_share = 2e-3f;  ///< votes below are left out
+constexpr float min_share = 2e-3f;  ///< smaller votes are dropped
 constexpr int balance_rounds = 30;
-constexpr double balance_aim = 2e-3;  ///< relative miss of each volume that is good enough
-constexpr double heaviest =
-    2.5;  ///< weight of a label's votes, at most: a sheet of one voxel keeps its volume
+constexpr double balance_aim = 2e-3;  ///< accepted relative error of each volume
+/// Maximum weight of a label's votes; enough to keep the volume of a sheet one voxel thick.
+constexpr double max_weight = 2.5;
 
 constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
-/// The materials' numbers in the body's voxels, `off_body` elsewhere; what was a hole goes to the
-/// label nearest by steps through faces.
+/// Material numbers of the body's voxels, `off_body` elsewhere. Filled holes take the nearest label
+/// by steps through faces.
 Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
                                   std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
@@ -80,7 +80,7 @@ struct Box {
     std::array<int, 3> low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
 };
 
-/// Where each material's voxels lie, and how many they are.
+/// Bounding box and number of voxels of each material.
 std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materials,
                           std::vector<double>& counts) {
     std::vector<Box> boxes(materials);
@@ -188,11 +188,11 @@ std::uint16_t LabelField::winner(std::size_t sample) const {
     return total < iso_level_ ? off_body : best;
 }
 
-/// Weighs the materials' votes until the samples that each has are as many as its voxels' volume
-/// asks for.
+/// Adjusts the weights of the votes until each material has as many samples as the volume of its
+/// voxels requires.
 void LabelField::balance() {
     weights_.assign(materials_.size(), 1.0f);
-    std::vector<std::uint32_t> contested;  // the samples whose winner depends on the weights
+    std::vector<std::uint32_t> contested;  // samples whose winner depends on the weights
     std::vector<double> sure(materials_.size(), 0);
     double inside = 0, body = 0;
     for (std::size_t s = 0; s + 1 < first_.size(); ++s) {
@@ -215,15 +215,16 @@ void LabelField::balance() {
             worst = std::max(worst, std::abs(ratio - 1));
             const double factor = std::clamp(std::sqrt(ratio), 0.8, 1.25);
             if (round + 1 < balance_rounds)
-                weights_[m] =
-                    static_cast<float>(std::clamp(weights_[m] * factor, 1 / heaviest, heaviest));
+                weights_[m] = static_cast<float>(
+                    std::clamp(weights_[m] * factor, 1 / max_weight, max_weight));
         }
         if (worst < balance_aim) break;
     }
 }
 
 void LabelField::settle_cells() {
-    std::vector<std::uint16_t> at(first_.size() - 1);  // the only one who has votes at a sample
+    std::vector<std::uint16_t> at(first_.size() -
+                                  1);  // the only material with votes at a sample, or `mixed`
     for (std::size_t s = 0; s < at.size(); ++s) {
         const std::uint32_t votes = first_[s + 1] - first_[s];
         at[s] = votes == 0                            ? off_body
@@ -291,8 +292,8 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
     struct Piece {
         std::uint16_t material;
         double m3;
-        std::vector<std::array<Place, 2>>
-            edges;  ///< of samples, from one of the piece to one of another material
+        /// Pairs of neighbouring samples: one in the piece, one in another material.
+        std::vector<std::array<Place, 2>> edges;
     };
     std::vector<Piece> pieces;
     std::vector<double> largest(materials_.size(), 0);

@@ -29,7 +29,7 @@ double radius_ratio(const Vector3& a, const Vector3& b, const Vector3& c, const 
 
 std::array<double, 6> dihedral_angles_deg(const Vector3& a, const Vector3& b, const Vector3& c,
                                           const Vector3& d) {
-    // At the edge p-q, between the half-planes towards r and s.
+    // Angle at the edge p-q between the half-planes towards r and s.
     const auto angle = [](const Vector3& p, const Vector3& q, const Vector3& r, const Vector3& s) {
         const Vector3 m = (q - p).cross(r - p), n = (q - p).cross(s - p);
         return std::atan2(m.cross(n).norm(), m.dot(n)) * 180 / std::numbers::pi;
