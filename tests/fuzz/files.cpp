@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
@@ -309,13 +310,8 @@ Target surface(const std::string& ending) {
                   }));
 }
 
-}  // namespace
-
-std::vector<Target> targets() {
-    // A reader that believes a size before it has seen the bytes shall fail here, not on somebody's
-    // machine.
-    const rlimit memory{rlim_t(6) << 30, rlim_t(6) << 30};
-    setrlimit(RLIMIT_AS, &memory);
+/// Tracker recordings, points and registrations.
+std::vector<Target> recording_targets() {
     return {
         target(
             "sequence", ".mha", [](const fs::path& p) { read_sequence(p); },
@@ -323,6 +319,33 @@ std::vector<Target> targets() {
         target(
             "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); },
             texts({sequence_nrrd})),
+        target(
+            "fcsv", ".fcsv", [](const fs::path& p) { read_fiducials(p); }, texts({fcsv})),
+        target(
+            "mrk_json", ".mrk.json", [](const fs::path& p) { read_fiducials(p); },
+            written(".mrk.json",
+                    [](const fs::path& p) {
+                        write_fiducials(p, {{"F1", {0.1, 0.2, 0.3}}, {"F2", {0, 0, 0}}});
+                    })),
+        target(
+            "points_csv", ".csv", [](const fs::path& p) { read_points_csv(p); },
+            texts({"name,x_mm,y_mm,z_mm\nA,1,2,3\n\"B, b\",4,5,6\n"})),
+        target(
+            "registration", ".json", [](const fs::path& p) { read_registration(p); },
+            written(".json",
+                    [](const fs::path& p) { write_registration(p, small_registration()); })),
+        target(
+            "tip", ".json", [](const fs::path& p) { read_tip(p); },
+            written(".json",
+                    [](const fs::path& p) {
+                        write_tip(p, {"Stylus", {}, {}});
+                    })),
+    };
+}
+
+/// Scenes and studies.
+std::vector<Target> study_targets() {
+    return {
         target(
             "scene", ".yaml", [](const fs::path& p) { load_scene(p); }, texts({scene})),
         target(
@@ -360,6 +383,12 @@ std::vector<Target> targets() {
                 });
                 return std::vector<Bytes>{bytes_of(folder() / "kept.h5")};
             }),
+    };
+}
+
+/// Checkpoints, scripts and results of runs.
+std::vector<Target> run_targets() {
+    return {
         target(
             "checkpoint", ".h5",
             [](const fs::path& p) {
@@ -395,27 +424,12 @@ std::vector<Target> targets() {
                 read_recorded_run(ResultReader(p), p.string());
             },
             written(".h5", write_run)),
-        target(
-            "fcsv", ".fcsv", [](const fs::path& p) { read_fiducials(p); }, texts({fcsv})),
-        target(
-            "mrk_json", ".mrk.json", [](const fs::path& p) { read_fiducials(p); },
-            written(".mrk.json",
-                    [](const fs::path& p) {
-                        write_fiducials(p, {{"F1", {0.1, 0.2, 0.3}}, {"F2", {0, 0, 0}}});
-                    })),
-        target(
-            "points_csv", ".csv", [](const fs::path& p) { read_points_csv(p); },
-            texts({"name,x_mm,y_mm,z_mm\nA,1,2,3\n\"B, b\",4,5,6\n"})),
-        target(
-            "registration", ".json", [](const fs::path& p) { read_registration(p); },
-            written(".json",
-                    [](const fs::path& p) { write_registration(p, small_registration()); })),
-        target(
-            "tip", ".json", [](const fs::path& p) { read_tip(p); },
-            written(".json",
-                    [](const fs::path& p) {
-                        write_tip(p, {"Stylus", {}, {}});
-                    })),
+    };
+}
+
+/// Images.
+std::vector<Target> image_targets() {
+    return {
         target(
             "nifti", ".nii", [](const fs::path& p) { read_label_image(p); },
             written(".nii", [](const fs::path& p) { write_image(p, small_image()); })),
@@ -435,6 +449,12 @@ std::vector<Target> targets() {
         target(
             "meta_header", ".mhd", [](const fs::path& p) { read_grey_image(p); },
             header_of_voxels(replaced(meta_image, "LOCAL", "voxels.raw"))),
+    };
+}
+
+/// Meshes, surfaces and hierarchies.
+std::vector<Target> mesh_targets() {
+    return {
         target(
             "msh", ".msh", [](const fs::path& p) { read_gmsh(p, 1); },
             written(".msh", [](const fs::path& p) { write_gmsh(p, testing_meshes::cube(), 1); })),
@@ -455,6 +475,19 @@ std::vector<Target> targets() {
                         write_hierarchy(p, hierarchy);
                     })),
     };
+}
+
+}  // namespace
+
+std::vector<Target> targets() {
+    // A reader that allocates what a wrong size asks for must fail here, not at a user's.
+    const rlimit memory{rlim_t(6) << 30, rlim_t(6) << 30};
+    setrlimit(RLIMIT_AS, &memory);
+    std::vector<Target> all;
+    for (auto part :
+         {recording_targets(), study_targets(), run_targets(), image_targets(), mesh_targets()})
+        std::move(part.begin(), part.end(), std::back_inserter(all));
+    return all;
 }
 
 }  // namespace livetet::fuzz

@@ -277,21 +277,27 @@ TEST(ImageFormats, TruncationIsSeenAtAnyPlace) {
                          {name, "found 19 bytes", "expected 24"}));
 }
 
-TEST(ImageFormats, HeadersThatLieAreRefused) {
-    const auto folder = fresh_folder();
-    const auto refuses = [&](const char* name, const std::string& bytes,
-                             std::initializer_list<const char*> words) {
+/// Expects errors for images with wrong headers, made from a good NRRD `n` and MetaImage `m`.
+class WrongImageHeaders : public testing::Test {
+  protected:
+    void refuses(const char* name, const std::string& bytes,
+                 std::initializer_list<const char*> words) const {
         write_bytes(folder / name, bytes);
         const std::string error = error_of([&] { read_label_image(folder / name); });
         EXPECT_TRUE(says(error, {name}));
         EXPECT_TRUE(says(error, words));
-    };
-    const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    }
+    static std::string with(std::string text, const std::string& from, const std::string& to) {
         EXPECT_NE(text.find(from), std::string::npos) << from;
         return text.replace(text.find(from), from.size(), to);
-    };
+    }
+
+    const std::filesystem::path folder = fresh_folder();
     const std::string n = nrrd(lps_lines) + "\n" + voxels(), m = meta(meta_place) + voxels();
-    // Sizes: too many, too few, hostile. Nothing may be allocated for them.
+};
+
+// Also hostile sizes, for which nothing may be allocated.
+TEST_F(WrongImageHeaders, SizesThatDoNotMatchTheData) {
     for (const char* size : {"1500 1500 1500", "4 3 3"}) {
         refuses("a.nrrd", with(n, "4 3 2", size), {"found 24 bytes", "truncated"});
         refuses("a.mha", with(m, "4 3 2", size), {"found 24 bytes", "truncated"});
@@ -321,6 +327,9 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
         with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 8\nComment = "),
         {"truncated"});
     refuses("a.mha", with(m, "DimSize", "HeaderSize = 12\nDimSize"), {"HeaderSize"});
+}
+
+TEST_F(WrongImageHeaders, SizesThatDoNotMatchTheDataFile) {
     write_bytes(folder / "whole.raw", voxels());
     refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"),
             {"found 12", "expected 24"});
@@ -330,7 +339,10 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
             {"found 48", "expected 24", "wrong size"});
     refuses("a.nii", nifti() + "x", {"more bytes"});
     refuses("a.nii.gz", packed(nifti() + "x", true), {"more bytes"});
-    // Readers that differ in which of two counts must not be led apart.
+}
+
+// Readers that prefer different counts must not disagree.
+TEST_F(WrongImageHeaders, CountsThatContradictEachOther) {
     refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
     refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});
     refuses("a.mha", with(m, "ElementDataFile", "nothing to tell\nElementDataFile"),
@@ -340,10 +352,15 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
             with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"),
             {"at most 79"});
     refuses("a.mhd", with(meta(meta_place, "LIST"), "4 3 2", "4000 1000 900"), {"beside it"});
+}
+
+TEST_F(WrongImageHeaders, DamagedCompressedData) {
     std::string damaged = nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true);
     damaged[damaged.size() - 12] ^= 0x55;
     refuses("z.nrrd", damaged, {"damaged"});
-    // Not one grey image of three dimensions.
+}
+
+TEST_F(WrongImageHeaders, NotOneGreyImageOfThreeDimensions) {
     refuses(
         "a.mha",
         with(m, "ElementType", "ElementNumberOfChannels = 3\nElementType") + voxels() + voxels(),
@@ -365,7 +382,9 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.mha", "NDims = 30\nElementDataFile = LOCAL\n", {"NDims", "30"});
     refuses("a.igs.mha", with(m, "ElementType", "Seq_Frame0000_Timestamp = 1\nElementType"),
             {"sequence"});
-    // Places that cannot be known, or are none.
+}
+
+TEST_F(WrongImageHeaders, InvalidPositions) {
     refuses("a.nrrd", nrrd("") + "\n" + voxels(), {"no spacing"});
     refuses("a.nrrd", nrrd("spacings: 1 nan 1\n") + "\n" + voxels(), {"spacings"});
     refuses("a.mha", with(m, "ElementSpacing = 1 2 3\n", ""), {"no spacing"});
@@ -374,7 +393,9 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.nrrd", with(n, "(0,0,-3)", "(0.6,0.8,0)"), {"span space"});
     refuses("a.mha", with(m, "1 2 3", "1 0 3"), {"span space"});
     refuses("a.mha", with(m, "Offset = -10", "DistanceUnits = inch\nOffset = -10"), {"inch", "mm"});
-    // Encodings, types, names.
+}
+
+TEST_F(WrongImageHeaders, EncodingsTypesAndNames) {
     refuses("a.nrrd", with(n, "raw", "bzip2"), {"bzip2", "gzip"});
     refuses("a.nrrd", with(n, "uint8", "block\nblock size: 1"), {"a.nrrd"});
     refuses("a.nrrd", "PNG\n", {"expected NRRD"});
