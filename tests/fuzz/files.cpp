@@ -1,4 +1,4 @@
-// Every reader of files, each fed with changed good files.
+// Fuzz targets for all file readers, each with changed valid files.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -40,7 +40,7 @@ namespace fs = std::filesystem;
 using Reader = std::function<void(const fs::path&)>;
 using Writer = std::function<void(const fs::path&)>;
 
-/// A folder of this process's own.
+/// A folder of this process.
 const fs::path& folder() {
     static const struct Folder {
         fs::path path = fs::temp_directory_path() / ("livetet_fuzz_" + std::to_string(::getpid()));
@@ -64,7 +64,7 @@ Target target(std::string name, const std::string& ending, Reader read,
     return {std::move(name), run, std::move(seeds)};
 }
 
-/// Good files, as our own writers write them.
+/// Valid files, written by the program's writers.
 std::function<std::vector<Bytes>()> written(const std::string& ending, Writer write) {
     return [ending, write = std::move(write)] {
         const fs::path path = folder() / ("good" + ending);
@@ -187,7 +187,7 @@ const std::string script =
     "  - {tool: Stylus, on: tracker, tip_mm: [4, -2, 150], moves: [{at_s: 6, turn_deg: [30, 20, "
     "0]}]}\n";
 
-/// A header whose voxels lie in a file beside it.
+/// A header and the separate file with its voxels.
 std::function<std::vector<Bytes>()> header_of_voxels(std::string header) {
     return [header = std::move(header)] {
         write_text_file(folder() / "voxels.raw", std::string(24, '\1'));
@@ -199,7 +199,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text.replace(text.find(from), from.size(), to);
 }
 
-/// A tracked run of two frames, as the recorder leaves it.
+/// A tracked run of two frames, as the recorder writes it.
 void write_run(const fs::path& path) {
     const TetMesh cube = testing_meshes::cube();
     ResultWriter writer(path, cube, scene, Precision::single);
@@ -255,8 +255,8 @@ StudyRow small_row() {
     return row;
 }
 
-/// A study of two solves in a folder of its own, which `use` gets; of its files only those that
-/// `use` leaves.
+/// Calls `use` with a study of two solves in its own folder, which then only contains the files
+/// that `use` leaves.
 template <class Use>
 void with_study(const Use& use) {
     beside();
@@ -272,7 +272,7 @@ void with_study(const Use& use) {
     use(of, store);
 }
 
-/// A checkpoint and a frame of a run, which lie in the folder of its result's parts.
+/// A checkpoint and a frame of a run, in the folder of its result's parts.
 const CheckpointStore& checkpoints() {
     static const CheckpointStore store(folder() / "run.h5", "a run");
     return store;

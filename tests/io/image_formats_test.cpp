@@ -1,5 +1,5 @@
-// NRRD and MetaImage, by files whose headers are written here by hand, so that no writer shares a
-// reader's mistake.
+// Tests NRRD and MetaImage with hand-written headers, so that a writer cannot share a reader's
+// mistake.
 #include <zlib.h>
 
 #include <cstring>
@@ -14,14 +14,14 @@ namespace {
 
 using namespace testing_files;
 
-/// Voxel n of 4 x 3 x 2 holds n.
+/// An image of 4 x 3 x 2 voxels; voxel n has the value n.
 std::string voxels() {
     std::string bytes(24, '\0');
     std::iota(bytes.begin(), bytes.end(), '\0');
     return bytes;
 }
 
-/// zlib's format, or gzip's.
+/// Compresses in zlib's or gzip's format.
 std::string packed(std::string bytes, bool gzip) {
     z_stream stream{};
     EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, gzip ? 15 + 16 : 15, 8, Z_DEFAULT_STRATEGY),
@@ -94,7 +94,7 @@ Eigen::Vector3d mm(const LabelImage& image, double i, double j, double k) {
     return 1e3 * (image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>();
 }
 
-/// Worked out by hand from the steps above.
+/// Computed by hand from the steps above.
 void expect_known_points(const LabelImage& image) {
     ASSERT_EQ(image.size, (std::array<int, 3>{4, 3, 2}));
     EXPECT_LT((mm(image, 0, 0, 0) - Eigen::Vector3d(10, 20, 30)).norm(), 1e-5);
@@ -135,13 +135,12 @@ TEST(ImageFormats, OneImageInEveryFormatLiesAtTheSamePoints) {
         {"apart_z.mhd",
          meta(meta_place, "apart.zraw",
               "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n")},
-        // The j axis turned round by its direction, and back by its spacing.
+        // The direction flips the j axis and the spacing flips it back.
         {"negative.mha", meta("TransformMatrix = -0.6 -0.8 0 -0.8 0.6 0 0 0 -1\nOffset = -10 -20 "
                               "30\nElementSpacing = 1 "
                               "-2 3\n") +
                              raw},
-        // What AnatomicalOrientation says beside a TransformMatrix is not used, as in ITK and
-        // Slicer.
+        // AnatomicalOrientation beside a TransformMatrix is ignored, as in ITK and Slicer.
         {"oriented.mha", meta("AnatomicalOrientation = RAS\n" + meta_place) + raw},
         {"cm.mha",
          meta("DistanceUnits = cm\nTransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -1 -2 "
@@ -333,7 +332,7 @@ TEST_F(WrongImageHeaders, SizesThatDoNotMatchTheDataFile) {
     write_bytes(folder / "whole.raw", voxels());
     refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"),
             {"found 12", "expected 24"});
-    write_bytes(folder / "long.raw", voxels() + voxels());  // as of 16 bits
+    write_bytes(folder / "long.raw", voxels() + voxels());  // as if of 16 bits
     refuses("a.mhd", meta(meta_place, "long.raw"), {"found 48", "expected 24", "wrong size"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: long.raw\n",
             {"found 48", "expected 24", "wrong size"});
@@ -402,8 +401,7 @@ TEST_F(WrongImageHeaders, EncodingsTypesAndNames) {
     refuses("a.mha", "", {"does not end"});
     refuses("a.mhd", meta(meta_place, "none.raw"), {"none.raw", "not there"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: none.raw\n", {"none.raw", "not there"});
-    // A pattern for printf that takes more than the one number it is given (found by fuzzing: a
-    // crash).
+    // A printf pattern with other conversions than one integer (found by fuzzing: a crash).
     for (const char* pattern :
          {"s%ls.raw", "s%s.raw", "s%n.raw", "%d%d.raw", "s%9999d.raw", "s%"}) {
         refuses("a.mhd", meta(meta_place, std::string(pattern) + " 1 2 1"), {pattern, "%03d"});

@@ -18,8 +18,7 @@ using namespace testing_messages;
 using namespace testing_sockets;
 using State = OpenIgtLinkStatistics::State;
 
-/// Pauses short enough for a test, and no silence that could take the place of a sample that a test
-/// waits for.
+/// Short pauses, and no silence that could produce a sample that a test waits for.
 OpenIgtLinkSourceOptions quick() {
     OpenIgtLinkSourceOptions options;
     options.silence_after_s = 1000;

@@ -18,7 +18,7 @@ namespace {
 using End = ChildResult::End;
 
 TEST(ChildProcess, hands_back_its_result_and_what_it_printed) {
-    const std::vector<char> sent(3'000'000, 'x');  // more than a pipe would hold
+    const std::vector<char> sent(3'000'000, 'x');  // more than a pipe can buffer
     const ChildResult child = run_in_child(
         [&](int out) {
             std::printf("said on stdout\n");
@@ -48,7 +48,7 @@ TEST(ChildProcess, is_killed_at_the_time_limit_even_if_deaf_to_SIGTERM) {
     EXPECT_EQ(child.end, End::timed_out);
     EXPECT_GE(child.seconds, 0.3);
     EXPECT_LT(child.seconds, 5);
-    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // nobody left to wait for
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // no child is left
     EXPECT_EQ(errno, ECHILD);
 }
 

@@ -16,7 +16,7 @@ TrackedPose seen_at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
     return {Eigen::Matrix3d::Identity(), place, status};
 }
 
-/// A sensor whose image is the tracker's frame, followed every 20 ms.
+/// A sensor in an image frame equal to the tracker's, followed every 20 ms.
 struct Followed {
     SensorPatch patch{
         {.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
