@@ -115,7 +115,7 @@ File File::open_here(const std::filesystem::path& path) {
     return File(std::move(file), path.string());
 }
 
-File File::open(const std::filesystem::path& path, bool is_checked) {
+File File::open(const std::filesystem::path& path, Validation validation) {
     begin();
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
@@ -123,7 +123,7 @@ File File::open(const std::filesystem::path& path, bool is_checked) {
         open_here(path).go_through("", 0);
         return std::vector<char>();
     };
-    if (!is_checked) parse_in_child(path, "HDF5", look);
+    if (validation == Validation::now) parse_in_child(path, "HDF5", look);
     return open_here(path);
 }
 

@@ -42,6 +42,9 @@ struct Table {
     std::vector<T> values;
 };
 
+/// Whether a file is checked for damage when it is opened, or was checked before.
+enum class Validation { now, done };
+
 /// An HDF5 file with tables of numbers and texts in groups ("/levels/0/nodes"). Writing creates
 /// missing groups. T is double, float or std::int32_t. Every failure throws an Error that names the
 /// file and the table.
@@ -52,9 +55,10 @@ class File {
     /// same order with the same values, and writes its share of the rows.
     static File create(const std::filesystem::path& path, const std::string& shown,
                        MPI_Comm comm = MPI_COMM_SELF);
-    /// Opens a file for reading. HDF5 may crash on damaged files, so a child process first reads
-    /// all groups and tables (milliseconds), unless `check` has done that (`is_checked`).
-    static File open(const std::filesystem::path& path, bool is_checked = false);
+    /// Opens a file for reading. HDF5 may crash on damaged files, so by default a child process
+    /// first reads all groups and tables (milliseconds). Validation::done skips that for files that
+    /// passed `check`.
+    static File open(const std::filesystem::path& path, Validation validation = Validation::now);
     /// Checks many files in one child process. Throws Error naming the first damaged one.
     static void check(const std::vector<std::filesystem::path>& paths);
 
