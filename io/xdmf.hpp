@@ -6,6 +6,7 @@
 
 namespace livetet {
 
+/// Where the values of a field belong.
 enum class FieldPlace { node, tet };
 
 /// A field in an HDF5 table: `components` (1, 3 or 9) numbers of `bytes` bytes for each node or

@@ -43,6 +43,7 @@ class MeshingFailure : public Error {
     TriangleMesh surface;
 };
 
+/// A hierarchy and how its levels were made.
 struct HierarchyResult {
     MeshHierarchy hierarchy;
     std::vector<LevelReport> levels;  ///< one for each level

@@ -9,6 +9,7 @@ constexpr std::size_t header_size = 58;
 constexpr std::size_t device_name_size = 20;
 constexpr std::uint64_t max_body_size = std::uint64_t(256) << 20;
 
+/// A message header; `device` is cut to 20 bytes on the wire.
 struct Header {
     std::uint16_t version = 1;
     std::string type, device;

@@ -9,6 +9,7 @@
 
 namespace livetet {
 
+/// Options of an OpenIgtLinkServer.
 struct OpenIgtLinkServerOptions {
     /// Address to listen on; "0.0.0.0" or "::" is every network interface.
     std::string address = "127.0.0.1";
@@ -16,6 +17,7 @@ struct OpenIgtLinkServerOptions {
     std::size_t max_clients = 16;
 };
 
+/// Counters of an OpenIgtLinkServer.
 struct OpenIgtLinkServerStatistics {
     std::size_t clients = 0;        ///< current connections
     std::uint64_t connections = 0;  ///< all connections so far

@@ -11,6 +11,7 @@
 
 namespace livetet {
 
+/// Options of an OpenIgtLinkSource.
 struct OpenIgtLinkSourceOptions {
     /// Longest time that a sample waits for tools missing at its time stamp.
     double gather_s = 0.005;
@@ -42,6 +43,7 @@ struct OpenIgtLinkStatistics {
     double last_arrival_s = 0;            ///< arrival of the last message, steady clock; 0 for none
 };
 
+/// The state in words, for messages.
 std::string_view to_text(OpenIgtLinkStatistics::State state);
 
 /// Receives poses from a tracker server (such as PLUS) by OpenIGTLink on its own thread: TRANSFORM,

@@ -16,6 +16,7 @@ struct Distribution {
 /// (n - 1), counted from 0 (Hyndman and Fan 1996, definition 7).
 double percentile(std::span<const double> sorted, double p);
 
+/// Summarises `values`, in any order. O(n log n).
 Distribution distribution(std::vector<double> values);
 
 }  // namespace livetet

@@ -48,6 +48,7 @@ constexpr Check<T> at_least() {
     return {detail::limit_text<Limit>(true), [](const T& x) { return x >= Limit; }};
 }
 
+/// One value of an enumeration: its name in files and its meaning in the reference.
 template <class E>
 struct Choice {
     E value;

@@ -32,6 +32,7 @@ T yaml_value(const YAML::Node& node) {
     }
 }
 
+/// Name of a value's type for messages: "must be ...".
 template <class T>
 std::string_view type_text() {
     if constexpr (std::is_same_v<T, bool>)
@@ -258,6 +259,7 @@ class YamlWriter {
     YAML::Emitter& out_;
 };
 
+/// The table as YAML text, with all resolved values.
 template <class S>
 std::string to_yaml(S value) {
     YAML::Emitter out;
@@ -325,6 +327,7 @@ class ReferencePrinter {
     int indent_ = 0;
 };
 
+/// The reference of a table as text.
 template <class S>
 std::string reference_of() {
     S defaults{};

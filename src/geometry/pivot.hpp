@@ -10,6 +10,7 @@
 
 namespace livetet {
 
+/// Acceptance limits of a pivot calibration.
 struct PivotOptions {
     /// Poses whose distance from the pivot exceeds the median by more than this many robust
     /// standard deviations are rejected; none: keep all.
@@ -21,6 +22,7 @@ struct PivotOptions {
     double min_singular_ratio = 0.02;
 };
 
+/// Result of a pivot calibration, with its quality.
 struct PivotCalibration {
     RigidTransform<Tool, Tip> tool_from_tip;                     ///< translation only
     Eigen::Vector3d pivot_in_tracker = Eigen::Vector3d::Zero();  ///< metres

@@ -18,6 +18,7 @@ struct PointMoments {
            variance_to = 0;  ///< sum_i w_i |p_i - mean p|^2 and sum_i w_i |x_i - mean x|^2
 };
 
+/// Weight of point i; 1 if there are no weights.
 inline double weight_of(std::span<const double> weights, std::size_t i) {
     return weights.empty() ? 1.0 : weights[i];
 }
@@ -33,6 +34,7 @@ std::size_t used_points(std::span<const double> weights, std::size_t count);
 void check_points(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to,
                   std::span<const double> weights);
 
+/// The moments of valid points (see `check_points`). `weights` need not be normalised.
 PointMoments moments_of(std::span<const Eigen::Vector3d> from, std::span<const Eigen::Vector3d> to,
                         std::span<const double> weights);
 

@@ -10,6 +10,7 @@
 
 namespace livetet {
 
+/// Acceptance limits of a spin calibration.
 struct SpinOptions {
     std::size_t min_poses = 10;
     double min_turn_deg = 90;  ///< arc around the shaft that the poses must cover
@@ -17,6 +18,7 @@ struct SpinOptions {
         5;  ///< limit of the shaft's RMS tilt; beyond it the tool did not turn about its shaft
 };
 
+/// Result of a spin calibration, with its quality.
 struct SpinCalibration {
     /// Unit vector along the axis of rotation.
     Eigen::Vector3d shaft_in_tool = Eigen::Vector3d::Zero();

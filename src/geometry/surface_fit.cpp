@@ -99,6 +99,7 @@ class Fit {
         Eigen::SelfAdjointEigenSolver<Matrix6d> eigen;
     };
 
+    /// Matches the moved points with the surface and drops the farthest.
     Pairs pairs_at(const Motion& motion) const {
         struct Pair {
             Vector3d place, normal;
@@ -132,6 +133,8 @@ class Fit {
         return pairs;
     }
 
+    // Gauss-Newton system of the distances. A motion v = (turn about the centre times size, slide)
+    // changes distance i by c_i . v, c_i = (lever_i x n_i, n_i).
     Normal normal_equations(const Pairs& pairs) const {
         Normal normal;
         const auto count = static_cast<double>(count_);

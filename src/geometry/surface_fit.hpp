@@ -11,6 +11,7 @@
 
 namespace livetet {
 
+/// Options of `fit_to_surface`.
 struct SurfaceFitOptions {
     /// Share of the points, the farthest from the surface, that is left out of the fit; below 0.5.
     double trimmed_share = 0.1;
@@ -31,6 +32,7 @@ struct PointMotion {
     double constraint = 0;
 };
 
+/// Result of `fit_to_surface`. `points`: all points, `used`: those that were not left out.
 struct SurfaceFit {
     /// Moves the points from their start to where they fit.
     RigidTransform<ImageFrame, ImageFrame> image_from_start;

@@ -33,12 +33,14 @@ struct Axis {
     float weights[Taps];
 };
 
+/// Linear weights at voxel coordinate x.
 inline Axis<2> linear_axis(double x) {
     const double low = std::floor(x);
     const auto f = static_cast<float>(x - low);
     return {static_cast<int>(low), {1 - f, f}};
 }
 
+/// Keys' cubic convolution weights at voxel coordinate x.
 inline Axis<4> cubic_axis(double x) {
     const double low = std::floor(x);
     const auto f = static_cast<float>(x - low);
@@ -47,6 +49,7 @@ inline Axis<4> cubic_axis(double x) {
              f * (0.5F + f * (2 - 1.5F * f)), f * f * (-0.5F + 0.5F * f)}};
 }
 
+/// Separable interpolation: sum over the taps of all three axes of w_x w_y w_z times the voxel.
 template <int Taps, class T>
 float weighted_sum(const Image<T>& image, const Axis<Taps> (&axes)[3]) {
     std::size_t offset[3][Taps];

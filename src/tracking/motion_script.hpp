@@ -29,6 +29,7 @@ struct ScriptedBody {
 
 enum class ScriptFrame { organ, tracker };
 
+/// A scripted tool, with the intervals in which it is lost and the times at which a sample jumps.
 struct ScriptedTool : ScriptedBody {
     std::string tool = "Sensor";
     ScriptFrame on = ScriptFrame::organ;

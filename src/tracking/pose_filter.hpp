@@ -65,6 +65,7 @@ struct OutlierGateOptions {
     double max_held_s = 0.3;  ///< the same after this time since the last accepted pose
 };
 
+/// Verdict on a pose: accepted; rejected, so that the last accepted pose is held; or not usable.
 enum class GateVerdict { accepted, held, unusable };
 
 /// Rejects poses farther from the last accepted one than the speed limits allow and returns the

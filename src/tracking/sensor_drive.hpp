@@ -21,6 +21,7 @@ enum class DriveMotion { translation, rigid };
 /// - `released`: the patch is free.
 enum class DriveStatus { placing, following, returning, holding, releasing, released };
 
+/// Options of a SensorDrive. Times: how long a lost sensor's motion is held, then released.
 struct SensorDriveOptions {
     DriveMotion motion = DriveMotion::translation;
     double base_window_s = 0.5;  ///< averaging time of the base pose

@@ -31,6 +31,7 @@ enum class SensorTrouble {
 /// The trouble of a pose, given the verdict of the outlier gate.
 SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict);
 
+/// Options of a SensorPatch.
 struct SensorPatchOptions {
     SensorDriveOptions drive{};
     PoseFilterOptions filter{};

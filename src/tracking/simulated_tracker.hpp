@@ -72,6 +72,7 @@ RigidTransform<Tracker, ImageFrame> true_tracker_from_image(const SimulatedTrack
 /// Depth to which the deformation sensor is pressed, metres: trapezoids with smooth ramps after the
 /// rest.
 double true_press_depth(const SimulatedTrackerOptions& options, double time_s);
+/// Pose of the pressing sensor in the image.
 RigidTransform<ImageFrame, Sensor> true_image_from_sensor(const SimulatedTrackerOptions& options,
                                                           double time_s);
 /// Pose of the tool tilting about its tip, which rests in the pivot.
@@ -84,6 +85,7 @@ RigidTransform<Tracker, Tool> true_touching_tool(const SimulatedTrackerOptions& 
 
 /// Start of the time interval in which point `i` is touched: [begin, begin + dwell_s].
 double touch_begins_s(const SimulatedTrackerOptions& options, std::size_t i);
+/// Duration of `simulate_touching` for this many points, and of `simulate_press`.
 double touching_duration_s(const SimulatedTrackerOptions& options, std::size_t points);
 double press_duration_s(const SimulatedTrackerOptions& options);
 
