@@ -45,15 +45,15 @@ class PetscFailure : public std::runtime_error {
     PetscErrorCode code_;
 };
 
-/// The exception that a callback could not let pass through PETSc's C code; null where there is
-/// none.
+/// The exception that a callback caught because it must not pass through PETSc's C code; null if
+/// there is none.
 inline std::exception_ptr& kept_exception() {
     thread_local std::exception_ptr kept;
     return kept;
 }
 
-/// What a callback of PETSc does: runs work() and returns 0, or keeps what it throws and returns an
-/// error code. The LIVETET_PETSC around the call that PETSc called back from throws it on.
+/// Wraps the body of a PETSc callback: runs work() and returns 0, or stores its exception and
+/// returns an error code. The LIVETET_PETSC around the outer PETSc call rethrows it.
 template <class Work>
 PetscErrorCode in_callback(Work&& work) noexcept {
     try {
@@ -65,7 +65,7 @@ PetscErrorCode in_callback(Work&& work) noexcept {
     }
 }
 
-/// Throws the exception that a callback kept, else PetscFailure.
+/// Throws the stored exception of a callback, else PetscFailure.
 [[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call,
                                              const char* file, int line) {
     if (const auto kept = std::exchange(kept_exception(), nullptr)) std::rethrow_exception(kept);
