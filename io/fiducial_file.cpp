@@ -80,7 +80,7 @@ std::vector<NamedPoint> read_markups(const fs::path& path) {
         for (std::size_t i = 0; i < controls.size(); ++i) {
             const std::string number = fmt::format("{}: control point {}", file, i + 1);
             if (!controls[i].is_object())
-                fail("{}: is no object, expected a label and a position", number);
+                fail("{}: is not an object, expected a label and a position", number);
             if (text_of(controls[i], "positionStatus", "defined", number) != "defined") continue;
             NamedPoint point{text_of(controls[i], "label", std::to_string(i + 1), number), {}};
             const std::string where = fmt::format("{} ('{}')", number, point.name);
@@ -169,7 +169,7 @@ void write_fiducials(const fs::path& path, const std::vector<NamedPoint>& points
     for (const NamedPoint& point : points) {
         const Eigen::Vector3d& p = point.position;
         if (!p.allFinite())
-            fail("{}: point '{}' is not at a finite place", path.string(), point.name);
+            fail("{}: point '{}' has a coordinate that is not finite", path.string(), point.name);
         controls.push_back({{"id", std::to_string(controls.size() + 1)},
                             {"label", point.name},
                             {"description", ""},

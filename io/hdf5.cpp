@@ -111,7 +111,7 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
 
 File File::open_here(const std::filesystem::path& path) {
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", path.string());
+    if (file.id() < 0) fail("{}: is not an HDF5 file, or is truncated", path.string());
     return File(std::move(file), path.string());
 }
 
@@ -306,7 +306,7 @@ std::string File::read_text(const std::string& name) const {
     const std::size_t size = H5Tget_size(type.id());
     if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 ||
         size > (1u << 28) || H5Sget_simple_extent_npoints(space.id()) != 1)
-        fail("{}: {} is no text, expected one", shown_, name);
+        fail("{}: {} is not a text", shown_, name);
     if (!is_stored(data, 1)) fail("{}: the text {} is not in the file: truncated", shown_, name);
     std::string text(size, '\0');
     if (H5Dread(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0)

@@ -107,7 +107,7 @@ ImageGrid read_grid(const hdf5::File& file) {
     if (!image.ras_from_voxel.allFinite() || !(std::abs(volume) > 0) ||
         image.ras_from_voxel.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
         fail(
-            "{}: image/ras_from_voxel is no affine that spans space, expected voxels' places in "
+            "{}: image/ras_from_voxel is not an invertible affine, expected positions of voxels in "
             "metres",
             file.shown());
     return image;

@@ -71,9 +71,9 @@ Header read_header(const fs::path& path, bool nrrd) {
             const bool is_text = std::all_of(line.begin(), line.end(), [](unsigned char c) {
                 return std::isprint(c) || std::isspace(c);
             });
-            fail(
-                "{}: found {}, expected Name = value, as lines of MetaImage's header are", where,
-                is_text ? fmt::format("'{}'", trim(line.substr(0, 60))) : "bytes that are no text");
+            fail("{}: found {}, expected Name = value, as lines of MetaImage's header are", where,
+                 is_text ? fmt::format("'{}'", trim(line.substr(0, 60)))
+                         : "bytes that are not text");
         }
         // "key:=value" pairs of a NRRD are not its fields; they are stored as "=key".
         const bool pair = nrrd && line[sign + 1] == '=';

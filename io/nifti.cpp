@@ -150,7 +150,7 @@ Header read_header(GzReader& in, std::vector<char>& bytes, const std::string& wh
         header.swapped = swapped;
         return header;
     }
-    fail("{}: is no NIfTI file in one piece, expected its header to hold 'n+1' or 'n+2'", where);
+    fail("{}: is not a single-file NIfTI image, expected its header to hold 'n+1' or 'n+2'", where);
 }
 
 /// Rotation of the unit quaternion times the spacing; a negative pixdim[0] flips the third axis.

@@ -43,7 +43,8 @@ class PlyFile {
         left_ = text_;
         if (next_line() != Words{"ply"}) fail("{}:1: does not begin with ply", where_);
         for (Words words = next_line(); words != Words{"end_header"}; words = next_line())
-            if (!take_header_line(words)) fail("{}:{}: is no line of a PLY header", where_, line_);
+            if (!take_header_line(words))
+                fail("{}:{}: is not a line of a PLY header", where_, line_);
         if (format_ == "ascii") words_ = split_words(left_);
     }
 

@@ -198,7 +198,8 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
     std::map<std::array<double, 3>, std::int32_t> numbers;
     const auto number_of = [&](vtkIdType n) {
         const Vector3& x = polygons.points[n];
-        if (!x.allFinite()) fail("{}: point {} is not at a finite place", path.string(), n);
+        if (!x.allFinite())
+            fail("{}: point {} has a coordinate that is not finite", path.string(), n);
         const auto [place, added] =
             numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // adding 0.0 turns -0 into 0
                                 static_cast<std::int32_t>(surface.nodes.size()));

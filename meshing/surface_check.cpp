@@ -29,7 +29,8 @@ void check_indices(const TriangleMesh& surface) {
             if (n < 0 || n >= count)
                 fail("surface: triangle {} names node {}, expected 0 to {}", i, n, count - 1);
     for (std::int32_t n = 0; n < count; ++n)
-        if (!surface.nodes[n].allFinite()) fail("surface: node {} is not at a finite place", n);
+        if (!surface.nodes[n].allFinite())
+            fail("surface: node {} has a coordinate that is not finite", n);
 }
 
 /// A directed edge of a triangle.

@@ -97,7 +97,7 @@ Header decode_header(ByteView bytes) {
     if (header.version == 0) fail("{}: version 0, expected 1 to {}", in.what(), newest_version);
     if (header.type.empty() || std::any_of(header.type.begin(), header.type.end(),
                                            [](unsigned char c) { return c > 0x7e; }))
-        fail("{}: the type is no printable text", in.what());
+        fail("{}: the type is not printable text", in.what());
     // The device name may be in any encoding; an error in it concerns this message only.
     in.text(header.device, device_name_size);
     if (const auto end = header.device.find('\0'); end != std::string::npos)

@@ -194,7 +194,7 @@ std::string last_error_lines(const std::string& log) {
     std::string words;
     for (std::size_t i = from.size() > 3 ? from.size() - 3 : 0; i < from.size(); ++i)
         words += (words.empty() ? "" : "; ") + from[i];
-    return words.empty() ? "it said nothing" : words;
+    return words.empty() ? "it printed nothing" : words;
 }
 
 std::string describe_end(const ChildResult& child, double time_limit_s) {

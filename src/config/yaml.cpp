@@ -41,7 +41,7 @@ void YamlReader::check_all_known() const {
     std::vector<std::string> seen;
     for (const auto& entry : node_) {
         if (!entry.first.IsScalar())
-            fail("{}: a key is no word, expected a name ({})", prefix_, place(entry.first));
+            fail("{}: a key is not a scalar, expected a name ({})", prefix_, place(entry.first));
         const auto key = entry.first.as<std::string>();
         if (std::find(seen.begin(), seen.end(), key) != seen.end())
             fail("{}{} is given twice ({})", prefix_, key, place(entry.first));

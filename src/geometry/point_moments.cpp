@@ -51,14 +51,15 @@ std::size_t used_points(std::span<const double> weights, std::size_t count) {
 
 void check_points(Points from, Points to, std::span<const double> weights) {
     if (from.size() != to.size())
-        fail("registration: {} points to move and {} to move them to, expected as many",
+        fail("registration: {} points to move and {} to move them to, expected equal numbers",
              from.size(), to.size());
     if (!weights.empty() && weights.size() != from.size())
         fail("registration: {} weights for {} points, expected one each", weights.size(),
              from.size());
     for (std::size_t i = 0; i < from.size(); ++i) {
         if (!from[i].allFinite() || !to[i].allFinite())
-            fail("registration: point {} of {} is not at a finite place", i + 1, from.size());
+            fail("registration: point {} of {} has a coordinate that is not finite", i + 1,
+                 from.size());
         const double w = weight_of(weights, i);
         if (!std::isfinite(w) || w < 0)
             fail("registration: weight {} is {}, expected a finite number that is not negative",

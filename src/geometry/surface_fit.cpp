@@ -26,10 +26,10 @@ void check(std::span<const Vector3d> points, const TriangleMesh& surface,
         fail("surface registration: {} points, expected at least {}", points.size(), min_points);
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!points[i].allFinite())
-            fail("surface registration: point {} of {} is not at a finite place", i + 1,
+            fail("surface registration: point {} of {} has a coordinate that is not finite", i + 1,
                  points.size());
     if (surface.triangles.empty())
-        fail("surface registration: the surface has no triangle, expected some");
+        fail("surface registration: the surface has no triangle, expected at least one");
     if (!(options.trimmed_share >= 0 && options.trimmed_share < 0.5))
         fail(
             "surface registration: the share of points left out is {}, expected at least 0 and "

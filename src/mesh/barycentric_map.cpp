@@ -174,7 +174,8 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Ou
     map.weights.resize(points.size());
     map.distance.assign(points.size(), 0.0);
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (!points[i].allFinite()) fail("barycentric map: point {} is not at a finite place", i);
+        if (!points[i].allFinite())
+            fail("barycentric map: point {} has a coordinate that is not finite", i);
     ThreadTeam team(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
     constexpr std::size_t worth_a_thread = 10000;
     team.run_pieces(points.size(), worth_a_thread, [&](std::size_t begin, std::size_t end) {
