@@ -42,6 +42,7 @@ PointFit fit_points(Points from, Points to, Scaling scaling, std::span<const dou
     return complete(m, nearest_rotation(m.to_from_covariance), scaling, from, to, weights);
 }
 
+// The unit quaternion that maximises q^T N q gives the rotation that maximises tr(R^T H).
 PointFit fit_points_horn(Points from, Points to, Scaling scaling, std::span<const double> weights) {
     const PointMoments m = checked_moments(from, to, weights);
     const Matrix3d S = m.to_from_covariance.transpose();  // Horn's S_ab = sum p_a x_b

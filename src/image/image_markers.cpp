@@ -170,6 +170,9 @@ class BallFit {
         return {0.5 * std::erfc(-depth / std::sqrt(2.0)), density * normal};
     }
 
+    /// Gauss-Newton for the centre, with the optimal linear parameters for each centre (variable
+    /// projection). The uncertainty is the square root of the trace of the centre's covariance
+    /// sigma^2 (J^T J)^-1, with sigma^2 from the residual.
     ImageMarker refined(const Window& window, const Vector3& start) const {
         const auto count = static_cast<Eigen::Index>(window.place.size());
         Eigen::Matrix<double, Eigen::Dynamic, 8> J(count, 8);
