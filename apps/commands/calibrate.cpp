@@ -23,9 +23,9 @@ auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     expect_ending("--output", a.output, ".json");
     refuse_to_overwrite("--output", a.output, {a.source});
     const Recording recording = read_source(a.source, {{a.tool}, a.seconds, "calibrate"});
-    return naming(a.source, [&] {
+    return with_context(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
-        return naming(a.tool, [&] { return calibrate(poses); });
+        return with_context(a.tool, [&] { return calibrate(poses); });
     });
 }
 

@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
     // that.
     for (int stream = 0; stream < 3; ++stream)
         if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
-    remove_leftovers_at_signals();
+    remove_temporary_files_at_signals();
     std::signal(
         SIGXFSZ,
         SIG_IGN);  // a file over the user's limit is an error in writing, which has its line

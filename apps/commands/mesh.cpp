@@ -300,7 +300,8 @@ void run(MeshArguments& a) {
         }
         if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
-            a.options.finer_at = naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
+            a.options.finer_at =
+                with_context(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
@@ -365,13 +366,13 @@ void add_mesh_command(CLI::App& app) {
         ->check(CLI::PositiveNumber);
     command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
         ->capture_default_str()
-        ->check(CLI::Range(least_tets, most_tets));
+        ->check(CLI::Range(min_tets, max_tets));
     command
         ->add_option("--levels", a->source.levels,
                      "how many levels; 0: as many as bring the coarsest to about 150 tets; of a "
                      ".msh or .vtu its own alone")
         ->capture_default_str()
-        ->check(CLI::Range(0, most_levels));
+        ->check(CLI::Range(0, max_levels));
     command
         ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
                      "edge length of each level, finest first; instead of --tets and --levels")
@@ -390,8 +391,8 @@ void add_mesh_command(CLI::App& app) {
         ->add_option(
             "--budget-ms", a->budget_ms,
             "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
-        ->check(CLI::Range(1e3 * live_seconds_per_tet * least_tets,
-                           1e3 * live_seconds_per_tet * most_tets))
+        ->check(CLI::Range(1e3 * live_seconds_per_tet * min_tets,
+                           1e3 * live_seconds_per_tet * max_tets))
         ->excludes("--tets");
     command
         ->add_option("--refine-sphere", a->spheres,

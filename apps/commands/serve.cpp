@@ -27,7 +27,8 @@ void serve_file(const ServeArguments& a) {
                colons ? "[" + a.server.address + "]" : a.server.address, server.port(),
                fmt::join(played.recording.tools, ", "));
     std::fflush(stdout);
-    naming(a.source, [&] { serve(server, played, a.loop ? Repeat::until_stopped : Repeat::once); });
+    with_context(a.source,
+                 [&] { serve(server, played, a.loop ? Repeat::until_stopped : Repeat::once); });
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/live/tracker_source.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {

@@ -15,6 +15,7 @@
 #include "base/error.hpp"
 #include "base/interruptible.hpp"
 #include "base/progress.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
 
@@ -22,14 +23,12 @@ namespace livetet {
 
 namespace {
 
-constexpr std::string_view to_tracker = "ToTracker";
-
 /// Samples as they come, from the source's thread to the one that asks.
 class SampleLog {
   public:
     void keep(const StreamSample& sample) {
         const std::lock_guard lock(mutex_);
-        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        const bool came = std::ranges::any_of(sample.sample.poses, was_reported);
         if (!came && samples_.empty()) return;
         if (samples_.empty()) first_s_ = sample.arrived_s;
         samples_.push_back(sample.sample);
@@ -51,7 +50,7 @@ class SampleLog {
             const std::lock_guard lock(mutex_);
             samples = samples_;
         }
-        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come))
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, was_reported))
             samples.pop_back();
         for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
         return recording;
@@ -204,7 +203,7 @@ Recording part_of(Recording whole, const ListenOptions& options) {
 Heard listen(const std::string& source, const ListenOptions& options) {
     if (is_stream(source)) return listen_to_stream(source, options);
     Recording recording = read_stored(source).recording;
-    return {naming(source, [&] { return part_of(std::move(recording), options); })};
+    return {with_context(source, [&] { return part_of(std::move(recording), options); })};
 }
 
 Recording read_source(const std::string& source, const ListenOptions& options) {

@@ -213,10 +213,10 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "edge length of each level, the finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "about how many tetrahedra the finest level gets",
             Check<int>{"from 100 to 20000000",
-                       [](const int& n) { return n >= least_tets && n <= most_tets; }});
+                       [](const int& n) { return n >= min_tets && n <= max_tets; }});
     v.field("levels", m.levels, "",
             "how many levels; 0: as many as bring the coarsest to about 150 tets",
-            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= most_levels; }});
+            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
     v.field("refine", m.refine, "",
             "cut each tet of the finest level into eight, so many times over: sizes that no mesher "
             "should write; each a "

@@ -168,8 +168,8 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
 
 void ViewScript::run(ViewWindow& window, const Stage& stage) const {
     for (const Line& line : lines_) {
-        naming(fmt::format("{}:{}", source_, line.number),
-               [&] { commands[line.command].run(window, stage, {line.words}); });
+        with_context(fmt::format("{}:{}", source_, line.number),
+                     [&] { commands[line.command].run(window, stage, {line.words}); });
         window.draw();
         (void)window.process_events();
     }
