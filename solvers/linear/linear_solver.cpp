@@ -22,7 +22,8 @@ Formulation resolved_formulation(const ElasticModel& model) {
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
     if (fine().strain() != StrainModel::corotated) return;
-    const PhaseTimer timer(costs_.rotations);
+    static const PetscLogEvent event = log_event("LivetetRotations");
+    const PhaseTimer timer(costs_.rotations, event);
     fine().update_rotations(u, rotations);
 }
 
@@ -38,7 +39,8 @@ bool LinearSolver::assemble(const Configuration& at, double s, double m, Tangent
                             bool by_halves) {
     const bool is_linear = fine().strain() == StrainModel::linear;
     if (is_linear && kept_ == std::pair(s, m)) return false;
-    const PhaseTimer timer(costs_.matrix);
+    static const PetscLogEvent event = log_event("LivetetAssembly");
+    const PhaseTimer timer(costs_.matrix, event);
     kept_.reset();
     if (is_linear) kept_.emplace(s, m);
     is_new_ = true;
@@ -48,7 +50,8 @@ bool LinearSolver::assemble(const Configuration& at, double s, double m, Tangent
 void LinearSolver::set_up_preconditioner() {
     if (!is_new_) return;
     is_new_ = false;
-    const PhaseTimer timer(costs_.preconditioner);
+    static const PetscLogEvent event = log_event("LivetetSetUp");
+    const PhaseTimer timer(costs_.preconditioner, event);
     const HeapGrowth grown(costs_.preconditioner.times == 1 ? &costs_.preconditioner : nullptr);
     LIVETET_PETSC(KSPSetUp(preconditioned_krylov()));
 }

@@ -89,7 +89,8 @@ void ForceBalance::evaluate_frozen(bool with_prescribed) {
 }
 
 double ForceBalance::evaluate(bool with_prescribed) {
-    const PhaseTimer timer(cost_);
+    static const PetscLogEvent event = log_event("LivetetForces");
+    const PhaseTimer timer(cost_, event);
     const LevelAssembler& fine = level();
     if (time_.is_dynamic()) time_.find_velocity();
     if (fine.has_frozen_force()) {
