@@ -4,7 +4,7 @@
 
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
-#include "mechanics/strain_energy.hpp"
+#include "mechanics/materials/constitutive_model.hpp"
 
 // Bodies that start flat, turned inside out or at random, held at one face: do they come home?
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mechanics/strain_energy.hpp"
+#include "mechanics/materials/constitutive_model.hpp"
 #include "mechanics/tet_element.hpp"
 #include "mesh/tet_mesh.hpp"
 

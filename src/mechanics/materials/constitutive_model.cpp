@@ -1,4 +1,4 @@
-#include "mechanics/strain_energy.hpp"
+#include "mechanics/materials/constitutive_model.hpp"
 
 namespace livetet {
 
