@@ -9,6 +9,7 @@
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/materials/green.hpp"
 #include "mechanics/materials/linear.hpp"
+#include "mechanics/materials/mooney_rivlin.hpp"
 #include "mechanics/materials/neohookean.hpp"
 
 namespace livetet {
@@ -23,6 +24,7 @@ Models models_of_livetet() {
     models.push_back(std::make_unique<Corotated>());
     models.push_back(std::make_unique<Green>());
     models.push_back(std::make_unique<NeoHookean>());
+    models.push_back(std::make_unique<MooneyRivlin>());
     return models;
 }
 

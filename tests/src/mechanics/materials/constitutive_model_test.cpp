@@ -9,6 +9,7 @@
 #include <random>
 
 #include "mechanics/materials/corotated.hpp"
+#include "mechanics/materials/mooney_rivlin.hpp"
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
 
@@ -27,6 +28,11 @@ constexpr double mu = 1.3, lambda = 2.1;
 std::vector<std::unique_ptr<const ConstitutiveModel>> models() {
     std::vector<std::unique_ptr<const ConstitutiveModel>> all;
     for (const ConstitutiveModel* model : registered_materials()) all.push_back(model->clone());
+    for (const double share : {0.0, 0.5, 1.0}) {
+        MooneyRivlin rubber;
+        rubber.c01_share = share;
+        all.push_back(rubber.clone());
+    }
     return all;
 }
 
