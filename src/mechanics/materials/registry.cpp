@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/materials/green.hpp"
+#include "mechanics/materials/holzapfel_gasser_ogden.hpp"
 #include "mechanics/materials/linear.hpp"
 #include "mechanics/materials/mooney_rivlin.hpp"
 #include "mechanics/materials/neohookean.hpp"
@@ -25,6 +26,7 @@ Models models_of_livetet() {
     models.push_back(std::make_unique<Green>());
     models.push_back(std::make_unique<NeoHookean>());
     models.push_back(std::make_unique<MooneyRivlin>());
+    models.push_back(std::make_unique<HolzapfelGasserOgden>());
     return models;
 }
 

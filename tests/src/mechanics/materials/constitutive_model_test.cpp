@@ -9,6 +9,7 @@
 #include <random>
 
 #include "mechanics/materials/corotated.hpp"
+#include "mechanics/materials/holzapfel_gasser_ogden.hpp"
 #include "mechanics/materials/mooney_rivlin.hpp"
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
@@ -33,6 +34,13 @@ std::vector<std::unique_ptr<const ConstitutiveModel>> models() {
         rubber.c01_share = share;
         all.push_back(rubber.clone());
     }
+    HolzapfelGasserOgden tissue;
+    tissue.k1_Pa = 0.8;
+    tissue.fibre_1 = Vector3d(2, 1, -0.5);
+    all.push_back(tissue.clone());
+    tissue.dispersion = 0.15;
+    tissue.fibre_2 = Vector3d(0.3, -1, 0.4);
+    all.push_back(tissue.clone());
     return all;
 }
 
