@@ -85,7 +85,7 @@ int compare(const std::filesystem::path& folder) {
     for (const bool finite : {false, true})
         for (const bool quadratic : {false, true}) {
             Problem problem({box(size, {16, 4, 4})}, rubber,
-                            {finite ? StrainModel::green : StrainModel::linear, quadratic});
+                            {finite ? "green" : "linear", quadratic});
             problem.hold("x0", "xyz");
             const auto& end = problem.mesh().node_sets.at("x1");
             for (const std::int32_t n : end) problem.force(n, nodal_force(finite, end.size()));

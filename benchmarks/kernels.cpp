@@ -39,7 +39,7 @@ struct Level {
     ElementRotations rotations;
     explicit Level(MatrixLayout layout)
         : level(setting().mesh(), distribute_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
-                setting().materials, StrainModel::corotated, Formulation::displacement, layout),
+                setting().materials, "corotated", Formulation::displacement, layout),
           u(make_vector(level.share())),
           f(make_vector(level.share())),
           rotations(level.make_rotations()) {
@@ -126,7 +126,7 @@ template <SolverKind kind, CoarseOperator coarse>
 void frame(benchmark::State& state) {
     const Setting& s = setting();
     DeformableBody body(
-        {PETSC_COMM_SELF, s.hierarchy}, {s.materials, StrainModel::corotated},
+        {PETSC_COMM_SELF, s.hierarchy}, {s.materials, "corotated"},
         {.scheme = TimeScheme::newmark, .rayleigh_alpha = 10, .rayleigh_beta = 0.01},
         {.kind = kind, .coarse = coarse});
     Constraints constraints(s.mesh().nodes.size());

@@ -93,7 +93,7 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
                 {0, 0, sensors, 1, false}, 1);
     }
     Scene scene = accuracy_scene();
-    scene.strain = StrainModel::neohookean;
+    scene.strain = "neohookean";
     scene.track->linearisations = 2;
     {
         AccuracyModel material(scene, hierarchy, organ);

@@ -83,7 +83,7 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
             points.push_back({fmt::format("S{}", points.size()), p});
     solve_truth(
         with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
-        points, organ.truth, progress, {StrainModel::neohookean, rim_share, flat_radius});
+        points, organ.truth, progress, {"neohookean", rim_share, flat_radius});
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;

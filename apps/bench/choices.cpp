@@ -8,6 +8,7 @@
 #include "apps/scene/body_factory.hpp"
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
+#include "solvers/linear/live_support.hpp"
 
 namespace livetet {
 
@@ -16,11 +17,6 @@ namespace {
 constexpr double tightest = 1e-9;
 constexpr int finer_in_time = 4;
 
-constexpr std::array<std::pair<StrainModel, const char*>, 4> strains{
-    {{StrainModel::linear, "linear"},
-     {StrainModel::corotated, "corotated"},
-     {StrainModel::green, "Green"},
-     {StrainModel::neohookean, "neo-Hookean"}}};
 constexpr std::array<std::pair<TimeScheme, const char*>, 3> schemes{
     {{TimeScheme::implicit_euler, "Euler"},
      {TimeScheme::newmark, "Newmark"},
@@ -92,17 +88,18 @@ std::vector<SceneChoice> Choices::all() const {
             change(s);
         });
     };
-    for (const auto& [strain, name] : strains)
-        if (strain != scene_.strain)
-            with("strain model", name, [&](Scene& s) { s.strain = strain; });
+    for (const Choice<ModelChoice>& model : models_without_keys())
+        if (model.value != scene_.strain)
+            with("strain model", std::string(model.value->names().title),
+                 [&](Scene& s) { s.strain = model.value; });
     if (levels > 1)
         with("solver", "multigrid, Galerkin", [](Scene& s) {
             s.solver.kind = SolverKind::multigrid;
             s.solver.coarse = CoarseOperator::galerkin;
         });
-    const bool can_be_live =
-        scene_.strain == StrainModel::linear || scene_.strain == StrainModel::corotated;
-    if (levels > 1 && can_be_live)
+    Scene live = scene_;
+    live.formulation = Formulation::displacement;
+    if (why_not_live(elastic_model(live, true), hierarchy_).empty())
         with("solver", "live kernels", [](Scene& s) {
             s.solver.kind = SolverKind::live;
             s.formulation = Formulation::displacement;

@@ -31,8 +31,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
     constexpr double dt = 1.0 / 30;
     constexpr int steps = 30;
     const Material material{.young_Pa = 5000, .poisson = 0.45, .density_kg_per_m3 = 1000};
-    const ElasticModel model{std::span(&material, 1), StrainModel::corotated,
-                             Formulation::displacement};
+    const ElasticModel model{std::span(&material, 1), "corotated", Formulation::displacement};
     const TimeOptions time{
         .scheme = TimeScheme::implicit_euler, .rayleigh_alpha = 0.1, .rayleigh_beta = 0.1};
     const TetMesh& mesh = hierarchy.levels.front();

@@ -37,8 +37,10 @@ std::vector<Variant> variants_of(const Scene& scene) {
         set(everything);
         all.push_back({"with " + name, one});
     };
-    force("rotations", scene.strain == StrainModel::linear,
-          [](Scene& s) { s.strain = StrainModel::corotated; });
+    force("rotations", is_small_strain(scene.materials, scene.strain), [](Scene& s) {
+        s.strain = "corotated";
+        for (Material& m : s.materials) m.model = {};
+    });
     const bool could_be_mixed = std::all_of(scene.materials.begin(), scene.materials.end(),
                                             [](const Material& m) { return m.poisson > 0; });
     force("pressures",

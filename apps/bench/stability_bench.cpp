@@ -22,9 +22,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array strains{StrainModel::linear, StrainModel::corotated, StrainModel::green,
-                             StrainModel::neohookean};
-constexpr std::array strain_names{"linear", "corotated", "green", "neohookean"};
 constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
                              TimeScheme::newmark, TimeScheme::generalized_alpha};
 constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
@@ -34,14 +31,13 @@ constexpr std::array verdict_names{"pass", "fail", "refused"};
 std::vector<StabilityColumn> columns() {
     std::vector<StabilityColumn> all;
     for (const SteppedAs way : {SteppedAs::solve, SteppedAs::track})
-        for (const StrainModel strain : strains)
+        for (const ModelChoice& strain : ModelChoice::alternatives())
             for (const TimeScheme scheme : schemes) all.push_back({way, strain, scheme});
     return all;
 }
 
 std::string name_of(const StabilityColumn& c) {
-    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)],
-                       strain_names[static_cast<int>(c.strain)],
+    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)], c.strain.name(),
                        scheme_names[static_cast<int>(c.scheme)]);
 }
 
@@ -56,11 +52,11 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool pressed_by_euler =
         column.scheme == TimeScheme::implicit_euler && !tracked &&
         (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
-    if (column.strain == StrainModel::green && (moves || squeezed || thin || pressed_by_euler))
-        return "Green's strain: its energy falls in compression below 1/sqrt 3 of the length, "
+    if (!column.strain->resists_collapse() && (moves || squeezed || thin || pressed_by_euler))
+        return "its energy falls in compression (Green's: below 1/sqrt 3 of the length), "
                "which the press does to tets of the patch's size, and does not "
                "bring a tet back that is inside out; corotated and neohookean are for that";
-    if (moves && column.strain != StrainModel::linear)
+    if (moves && column.strain->kinematics() != Kinematics::small_strain)
         return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a "
                "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
@@ -68,16 +64,16 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
                "iterations do not converge in its budget";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
-        column.strain == StrainModel::corotated)
+        column.strain->kinematics() == Kinematics::corotated)
         return "a patch that jumps by the body's length or presses through its far wall turns tets "
                "inside out, where the nearest rotation switches: 50 "
                "linearisations are not always enough";
-    if (c.edge_ratio >= 100 && !tracked && column.strain == StrainModel::corotated)
+    if (c.edge_ratio >= 100 && !tracked && column.strain->kinematics() == Kinematics::corotated)
         return "tets a hundred times thinner than wide bend with what lies under them, and their "
                "rotations far more than that: 50 linearisations are not "
                "always enough";
     if ((c.motion == PatchMotion::turn || c.motion == PatchMotion::jump) &&
-        column.strain == StrainModel::neohookean)
+        column.strain->kinematics() == Kinematics::finite_strain)
         return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
                "which one linearisation a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
@@ -105,8 +101,7 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
         if (new_way || all[k].strain != all[k - 1].strain) {
             const std::size_t place =
                 std::max(models.size() + 1, letters.size() + 3) + (new_way && k > 0 ? 2 : 0);
-            models += std::string(place - models.size(), ' ') +
-                      strain_names[static_cast<int>(all[k].strain)];
+            models.append(place - models.size(), ' ').append(all[k].strain.name());
             letters.resize(place, ' ');
         }
         if (new_way)
@@ -157,8 +152,7 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityCo
             text += fmt::format(
                 "\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f}\n",
                 row.trial.group, row.trial.value, way_names[static_cast<int>(all[k].way)],
-                strain_names[static_cast<int>(all[k].strain)],
-                scheme_names[static_cast<int>(all[k].scheme)],
+                all[k].strain.name(), scheme_names[static_cast<int>(all[k].scheme)],
                 verdict_names[static_cast<int>(c.verdict)], c.reason,
                 c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps,
                 c.linearisations, c.energy_growth, c.left, c.late, c.seconds);
@@ -175,7 +169,7 @@ json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& a
                 {{"extreme", row.trial.group},
                  {"value", row.trial.value},
                  {"stepped_as", way_names[static_cast<int>(all[k].way)]},
-                 {"strain", strain_names[static_cast<int>(all[k].strain)]},
+                 {"strain", all[k].strain.name()},
                  {"scheme", scheme_names[static_cast<int>(all[k].scheme)]},
                  {"verdict", verdict_names[static_cast<int>(c.verdict)]},
                  {"reason", c.reason},
@@ -195,8 +189,7 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
           const std::vector<StabilityColumn>& all) {
     MatrixPicture picture{"Stability: what passes, what is refused, what fails", {}, {}, {}};
     for (const StabilityColumn& c : all)
-        picture.columns.push_back({way_names[static_cast<int>(c.way)],
-                                   strain_names[static_cast<int>(c.strain)],
+        picture.columns.push_back({way_names[static_cast<int>(c.way)], c.strain.name(),
                                    scheme_names[static_cast<int>(c.scheme)]});
     for (const Row& row : rows) {
         picture.rows.push_back(name_of(row.trial));

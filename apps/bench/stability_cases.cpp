@@ -163,7 +163,7 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
     return make_hierarchy(std::move(levels), "stability");
 }
 
-Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme,
+Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeScheme scheme,
                       const TetMesh& mesh) {
     Scene scene;
     scene.strain = strain;

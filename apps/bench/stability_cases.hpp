@@ -39,8 +39,9 @@ std::vector<StabilityCase> stability_cases();
 /// tets cannot be made as flat as asked.
 MeshHierarchy stability_mesh(const StabilityCase& c, int cells);
 
-/// Materials and fixed nodes of a case as a scene's, for one of the strain models and schemes.
-Scene stability_scene(const StabilityCase& c, StrainModel strain, TimeScheme scheme,
+/// Materials and fixed nodes of a case as a scene's, of one constitutive model, for one of the
+/// schemes.
+Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeScheme scheme,
                       const TetMesh& mesh);
 
 /// Nodes of the driven patch.

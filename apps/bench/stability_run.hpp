@@ -12,7 +12,7 @@ enum class SteppedAs { solve, track };
 
 struct StabilityColumn {
     SteppedAs way;
-    StrainModel strain;
+    ModelChoice strain;
     TimeScheme scheme;
 };
 

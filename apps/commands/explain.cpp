@@ -46,7 +46,10 @@ void explain(const std::filesystem::path& path) {
     const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 
-    for (const ExplainedPart& p : explain_parts(scene, tets, hierarchy.levels.size(), multigrid))
+    std::vector<ExplainedPart> parts =
+        explain_parts(scene, tets, hierarchy.levels.size(), multigrid);
+    if (scene.track) parts.push_back(explain_live(scene, hierarchy));
+    for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);
     explain_levels(hierarchy, multigrid);
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;

@@ -37,7 +37,7 @@ struct PressEffort {
 /// it. Implicit Euler's inertia carries it on to 1e-4, in about half the time; on three meshes
 /// where the static solve ended near 1e-4 the targets agreed within a micrometre. A neo-Hookean
 /// body needs Newton's line search on top.
-PressEffort effort_for(StrainModel strain) {
+PressEffort effort_for(const ConstitutiveModel& model) {
     const auto newton = [](int iterations) {
         return [=](DeformableBody& body, double dt) {
             return body.solve(
@@ -49,7 +49,7 @@ PressEffort effort_for(StrainModel strain) {
             return body.advance(dt, {.newton_iterations = iterations, .linear_tolerance = 1e-2});
         };
     };
-    if (strain == StrainModel::neohookean) return {5, newton(10), newton(5)};
+    if (model.kinematics() == Kinematics::finite_strain) return {5, newton(10), newton(5)};
     return {3, frame(2), frame(1)};
 }
 
@@ -136,7 +136,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
                 static_cast<double>(k) / truth.depths.size(),
                 fmt::format("{} tets, press {:.0f} mm", mesh.tets.size(), 1e3 * truth.depths[k]));
         const double imbalance =
-            press(body, pressed, fixed->second, truth, k, effort_for(model.strain));
+            press(body, pressed, fixed->second, truth, k, effort_for(*model.strain));
         worst = std::max(worst, imbalance);
         const std::vector<Vector3> u = sampler.sample(body.displacement());
         for (std::size_t i = 0; i < u.size(); ++i) truth.targets[i].displacement.push_back(u[i]);
@@ -144,9 +144,9 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
     truth.provenance = fmt::format(
         "{} equilibrium, E = {} Pa, nu = {}, {} {} tets, {} nodes, {} of them held, {} pressed, "
         "force out of balance at most {:.1e}",
-        model.strain == StrainModel::neohookean ? "neo-Hookean" : "corotated", material.young_Pa,
-        material.poisson, mesh.tets.size(), mesh.edge_nodes.empty() ? "P1" : "P2",
-        mesh.nodes.size(), fixed->second.size(), pressed.size(), worst);
+        model.strain->names().title, material.young_Pa, material.poisson, mesh.tets.size(),
+        mesh.edge_nodes.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(),
+        pressed.size(), worst);
     if (progress) progress(1, "done");
 }
 

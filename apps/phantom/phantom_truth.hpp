@@ -20,7 +20,7 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
 
 /// What is pressed, and by what.
 struct TruthModel {
-    StrainModel strain = StrainModel::corotated;
+    ModelChoice strain = "corotated";
     double rim_share =
         1;  ///< of the depth, that the patch's rim goes: below 1 for a disc with a rounded rim
     double flat_radius =

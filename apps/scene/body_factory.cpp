@@ -20,7 +20,7 @@
 #include "mechanics/rigid_motions.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/refine.hpp"
-#include "solvers/linear/single_precision_multigrid.hpp"
+#include "solvers/linear/live_support.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "tracking/simulated_tracker.hpp"
 #ifdef LIVETET_IMAGES
@@ -299,15 +299,8 @@ ElasticModel elastic_model(const Scene& scene, bool live) {
 
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live) {
     SolverOptions options = scene.solver;
-    const bool strain =
-        scene.strain == StrainModel::linear || scene.strain == StrainModel::corotated;
-    const bool levels =
-        hierarchy.levels.size() > 1 &&
-        hierarchy.levels.back().nodes.size() <= SinglePrecisionMultigrid::max_coarsest_nodes;
-    if (live && options.kind == SolverKind::automatic && levels && strain &&
-        scene.elements == Elements::p1 &&
-        elastic_model(scene, live).formulation == Formulation::displacement &&
-        contrast_of(scene.materials) <= SinglePrecisionMultigrid::max_contrast)
+    if (live && options.kind == SolverKind::automatic &&
+        why_not_live(elastic_model(scene, live), hierarchy).empty())
         options.kind = SolverKind::live;
     return options;
 }

@@ -5,6 +5,7 @@
 #include "apps/scene/body_factory.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "solvers/linear/live_support.hpp"
 
 namespace livetet {
 
@@ -28,24 +29,26 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
                                          bool multigrid) {
     const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
     Explanation e;
-    constexpr const char* strains[] = {"small strain", "corotated", "Green's strain",
-                                       "neo-Hookean"};
-    e.uses("elements", fmt::format("{} tetrahedra of {} nodes, {}", tets,
-                                   scene.elements == Elements::p2 ? 10 : 4,
-                                   strains[static_cast<int>(scene.strain)]));
+    e.uses("elements",
+           fmt::format("{} tetrahedra of {} nodes", tets, scene.elements == Elements::p2 ? 10 : 4));
+    for (const Material& m : scene.materials)
+        e.uses("material",
+               fmt::format("{}: {}, {} Pa, Poisson's ratio {}",
+                           m.region == 0 ? "all other regions" : fmt::format("region {}", m.region),
+                           model_of(m, scene.strain).names().title, m.young_Pa, m.poisson));
     if (resolved_formulation(elastic_model(scene, scene.track.has_value())) == Formulation::mixed)
         e.uses("pressures",
                "one at each corner, FGMRES around the preconditioner of the displacements");
     else
         e.leaves_out("pressures",
                      scene.track ? "`track`" : "formulation: displacement, or no poisson >= 0.49");
-    if (scene.strain != StrainModel::corotated)
-        e.leaves_out("rotations", "strain is not corotated");
+    if (!has_corotated(scene.materials, scene.strain))
+        e.leaves_out("rotations", "no material is corotated");
     else
         e.uses("rotations",
                fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
                            (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
-    if (scene.strain == StrainModel::linear)
+    if (is_small_strain(scene.materials, scene.strain))
         e.uses("one operator",
                "small strain: kept, with what it was factored to, while the step, constraints and "
                "springs are the same");
@@ -97,11 +100,16 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
         e.uses("result file", scene.output.file.string());
     else
         e.leaves_out("result file", "output.file: none");
-    if (scene.materials.size() > 1)
-        e.uses("materials", fmt::format("{}, by region", scene.materials.size()));
-    else
-        e.leaves_out("regions", "one material");
+    if (scene.materials.size() == 1) e.leaves_out("regions", "one material");
     return std::move(e.parts);
+}
+
+ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy) {
+    if (scene.solver.kind != SolverKind::automatic && scene.solver.kind != SolverKind::live)
+        return {false, "live solver", "solver.kind names another"};
+    const std::string reason = why_not_live(elastic_model(scene, true), hierarchy);
+    return {reason.empty(), "live solver",
+            reason.empty() ? "conjugate gradients around multigrid in single precision" : reason};
 }
 
 std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/scene/scene.hpp"
+#include "mesh/hierarchy.hpp"
 
 namespace livetet {
 
@@ -24,5 +25,9 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
 std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,
                                        std::size_t tets, std::size_t levels,
                                        const std::string& solver, bool tracked);
+
+/// Whether `track` solves a scene by the live solver, and if not, why. `hierarchy`: as the body
+/// takes it, with its quadratic level.
+ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy);
 
 }  // namespace livetet

@@ -147,7 +147,7 @@ struct Scene {
     MeshSource mesh;
     std::filesystem::path image;
     std::vector<Material> materials{Material{}};
-    StrainModel strain = StrainModel::corotated;
+    ModelChoice strain = "corotated";
     Elements elements = Elements::p1;
     Formulation formulation = Formulation::automatic;
     TimeOptions time;
@@ -408,14 +408,8 @@ void visit_fields(Visitor& v, Scene& s) {
             "the grey image of the organ, in the mesh's world: what `livetet view` and `livetet "
             "warp` deform; none: the image that was meshed");
     v.list("materials", s.materials, "what it is made of");
-    v.choice("strain", s.strain, "strain model of the elements",
-             {{StrainModel::corotated, "corotated", "small strain, any rotation"},
-              {StrainModel::linear, "linear", "small strain, small rotation: cheapest"},
-              {StrainModel::green, "green",
-               "Green's strain (St Venant-Kirchhoff): large rotation, tension; softens and "
-               "collapses in compression"},
-              {StrainModel::neohookean, "neohookean",
-               "rubber, tissue: large strain, through inversion too"}});
+    v.choice("strain", s.strain, "constitutive model of the materials that name none",
+             models_without_keys());
     v.choice("elements", s.elements, "tetrahedra of four nodes, or of ten on the same mesh",
              {{Elements::p1, "P1", "four nodes, linear displacement"},
               {Elements::p2, "P2",

@@ -23,10 +23,10 @@ struct Form {
 /// By displacements (where that locks, told but not judged) and with pressures.
 std::vector<Form> forms(double nu, std::vector<int> p1, std::vector<int> p2) {
     const double locks = nu < 0.4 ? 1 : 0;
-    return {{{StrainModel::linear, false}, p1, locks * 0.02, 0},
-            {{StrainModel::linear, true}, p2, locks * 0.015, locks * 2},
-            {{StrainModel::linear, false, Formulation::mixed}, p1, 0.02, 0},
-            {{StrainModel::linear, true, Formulation::mixed}, p2, 0.015, 2}};
+    return {{{"linear", false}, p1, locks * 0.02, 0},
+            {{"linear", true}, p2, locks * 0.015, locks * 2},
+            {{"linear", false, Formulation::mixed}, p1, 0.02, 0},
+            {{"linear", true, Formulation::mixed}, p2, 0.015, 2}};
 }
 
 template <class Mesh>
@@ -107,7 +107,7 @@ std::vector<Outcome> iterations() {
                                [](int n) {
                                    return box({1, 1, 1}, {n, n, n});
                                }),
-                        {1, nu, 1}, {StrainModel::linear, true, Formulation::mixed});
+                        {1, nu, 1}, {"linear", true, Formulation::mixed});
         problem.hold("z0", "xyz");
         problem.hold("z1", "xyz", {0.1, 0, -0.02});
         problem.apply();

@@ -46,8 +46,7 @@ void visit_quadrature(Visit&& visit) {
 }  // namespace
 
 std::string Discretisation::name() const {
-    constexpr const char* names[] = {"linear", "corotated", "green", "neohookean"};
-    return fmt::format("{} {}{}", names[static_cast<int>(strain)], quadratic ? "P2" : "P1",
+    return fmt::format("{} {}{}", strain.name(), quadratic ? "P2" : "P1",
                        formulation == Formulation::mixed ? " mixed" : "");
 }
 

@@ -13,10 +13,11 @@ namespace livetet::verification {
 
 /// How a case is discretised.
 struct Discretisation {
-    StrainModel strain = StrainModel::linear;
+    ModelChoice strain = "linear";
     bool quadratic = false;
     Formulation formulation = Formulation::displacement;
     std::string name() const;
+    bool is_linear() const { return strain->kinematics() == Kinematics::small_strain; }
 };
 
 inline Material material(const Isotropic& m) {

@@ -47,6 +47,7 @@ std::vector<Case> homogeneous_cases();  ///< patch tests, uniaxial, shear, bendi
 std::vector<Case>
 incompressible_cases();                ///< thick sphere and cylinder, Cook, iterations against nu
 std::vector<Case> structural_cases();  ///< LE10, elastica, Cook at finite strain, order study
+std::vector<Case> material_cases();    ///< Mooney-Rivlin, Holzapfel-Gasser-Ogden
 std::vector<Case> dynamic_cases();     ///< frequencies, time schemes, spin, energy
 std::vector<Case> recovery_cases();    ///< flat, everted and random starts
 

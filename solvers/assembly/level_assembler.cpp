@@ -35,24 +35,27 @@ class LocalForces {
 }  // namespace
 
 LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
-                               std::span<const Material> materials, StrainModel strain,
+                               std::span<const Material> materials, const ModelChoice& model,
                                Formulation formulation, std::optional<MatrixLayout> layout,
                                ThreadTeam& team, std::span<const double> volumes)
-    : share_(std::move(share)), strain_(strain), team_(team), constrained_(share_.nodes.size(), 0) {
+    : share_(std::move(share)), team_(team), constrained_(share_.nodes.size(), 0) {
     rest_.reserve(share_.nodes.size());
     for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
-    find_moduli(mesh, materials, volumes);
-    const bool rotates = strain == StrainModel::linear || strain == StrainModel::corotated;
+    find_moduli(mesh, materials, model, volumes);
     if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_, corner_count(mesh));
-    if (rotates && !is_mixed() && share_.edge_nodes.empty()) make_batches(layout.has_value());
+    if (is_batched()) make_batches(layout.has_value());
     if (layout) matrix_.emplace(share_, *layout);
 }
 
 void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
-                                 std::span<const double> volumes) {
-    for (const Material& m : materials)
-        moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3});
+                                 const ModelChoice& model, std::span<const double> volumes) {
+    for (const Material& m : materials) {
+        const ModelChoice& own = m.model ? m.model : model;
+        moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3, own});
+        is_linear_ = is_linear_ && own->kinematics() == Kinematics::small_strain;
+        rotates_ = rotates_ || own->kinematics() == Kinematics::corotated;
+    }
     for (const std::int32_t whole : share_.tet_ids) {
         const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[whole]);
         if (materials.size() > 1)
@@ -61,12 +64,18 @@ void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> 
     }
 }
 
+bool LevelAssembler::is_batched() const {
+    return !is_mixed() && share_.edge_nodes.empty() &&
+           std::all_of(moduli_.begin(), moduli_.end(), [&](const Moduli& m) {
+               return m.model->is_hooke_by_rotation() && m.model == moduli_.front().model;
+           });
+}
+
 void LevelAssembler::find_mass() {
     node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const double mass =
-                moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]].density * element(e).volume;
+            const double mass = moduli(e).density * element(e).volume;
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                     node_mass_[n] += mass * TetShape<decltype(count)::value>::mass_share(i);
@@ -83,7 +92,7 @@ double LevelAssembler::matrix_bytes() const {
 
 TetElement LevelAssembler::element(std::size_t e) const {
     const Tet& t = share_.tets[e];
-    const Moduli& m = moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
+    const Moduli& m = moduli(e);
     TetElement element =
         make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
     if (!volumes_.empty()) element.volume = volumes_[e];
@@ -138,14 +147,13 @@ void LevelAssembler::set_springs(std::span<const double> stiffness) {
 }
 
 ElementRotations LevelAssembler::make_rotations() const {
-    const bool rotates = strain_ == StrainModel::corotated;
     ElementRotations rotations;
     if (single_) {
-        rotations.single = single_->batches.make_rotations(rotates);
+        rotations.single = single_->batches.make_rotations(rotates_);
         rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     } else if (batches_) {
-        rotations.batches = batches_->make_rotations(rotates);
-    } else if (rotates) {
+        rotations.batches = batches_->make_rotations(rotates_);
+    } else if (rotates_) {
         const int points = share_.edge_nodes.empty() ? 1 : TetShape<10>::points;
         rotations.points.assign(share_.tets.size() * points, Eigen::Matrix3d::Identity());
     }
@@ -153,7 +161,7 @@ ElementRotations LevelAssembler::make_rotations() const {
 }
 
 void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const {
-    if (strain_ != StrainModel::corotated) return;
+    if (!rotates_) return;
     const LocalValues values(u);
     if (single_) {
         std::vector<float>& to = rotations.single_u;
@@ -174,6 +182,7 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
         constexpr int nodes = decltype(count)::value;
         using Shape = TetShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+            if (moduli(e).model->kinematics() != Kinematics::corotated) continue;
             const TetElement element = this->element(e);
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point)
@@ -185,7 +194,7 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
 }
 
 void LevelAssembler::update_single_rotations(ElementRotations& rotations) const {
-    if (strain_ != StrainModel::corotated) return;
+    if (!rotates_) return;
     team_.run_pieces(single_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
         livetet::update_rotations<float>(single_->batches, {begin, end}, rotations.single_u,
                                          rotations.single);
@@ -195,7 +204,7 @@ void LevelAssembler::update_single_rotations(ElementRotations& rotations) const 
 void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configuration& at) {
     BlockMatrix::Filling matrix(*matrix_);
     const BlockPattern& pattern = matrix_->pattern();
-    const bool held = strain_ == StrainModel::linear || tangent == Tangent::held_rotation;
+    const bool held = is_linear_ || tangent == Tangent::held_rotation;
     if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
         const LocalValues u(at.u);
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
@@ -208,10 +217,10 @@ void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configu
                                         tangent, s, pattern, matrix.blocks(part), part);
             });
     } else {
-        visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
-                             const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
-                             double p) {
-            visit_stiffness(energy, tangent, s * element.volume / shape.points, element.mu,
+        visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
+                             const TetElement& element, int, const auto& g,
+                             const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            visit_stiffness(model, tangent, s * element.volume / shape.points, element.mu,
                             is_mixed() ? 0 : element.lambda, p, H, R, g,
                             [&](int i, int j, const Eigen::Matrix3d& K) {
                                 const std::int32_t row = share_.node(e, i),
@@ -272,7 +281,7 @@ void LevelAssembler::frozen_force(Vec y, const ElementRotations& rotations, Vec 
     add_by_batches(rotations, y, f,
                    [&]<class Real>(const TetBatches<Real>& batches, BatchRange range,
                                    auto rotations, std::span<const Real> at, std::span<Real> to) {
-                       if (strain_ == StrainModel::linear)
+                       if (is_linear_)
                            livetet::add_stiffness_times<Real>(1, batches, range, rotations, at, to);
                        else
                            livetet::add_forces<Real>(batches, range, rotations, at, to);
@@ -286,15 +295,15 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
     }
     LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
-    visit_points(
-        at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
-                const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-            const double weight = element.volume / shape.points;
-            const auto nodal = (weight * decltype(energy)::stress(element.mu, p, H, R) * g).eval();
-            for (int i = 0; i < nodal.cols(); ++i)
-                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-        });
+    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
+                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
+                         const Eigen::Matrix3d& R, double p) {
+        const double weight = element.volume / shape.points;
+        const auto nodal = (weight * model.stress(element.mu, p, H, R) * g).eval();
+        for (int i = 0; i < nodal.cols(); ++i)
+            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+    });
 }
 
 void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v,
@@ -311,22 +320,21 @@ void LevelAssembler::add_stiffness_times(double factor, const Configuration& at,
     }
     const LocalValues direction(v);
     WriteArray forces(f);
-    visit_points(
-        at, [&](auto energy, auto shape, std::size_t e, const TetElement& element, int,
-                const auto& g, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-            using Energy = decltype(energy);
-            constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-            const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
-            Eigen::Matrix3d dP = Energy::shear_stress_increment(element.mu, p, H, R, dF);
-            if (!is_mixed()) {
-                const Eigen::Matrix3d N = Energy::volume_strain_gradient(H, R);
-                dP += element.lambda * N.cwiseProduct(dF).sum() * N;
-            }
-            const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
-            for (int i = 0; i < nodes; ++i)
-                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-        });
+    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
+                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
+                         const Eigen::Matrix3d& R, double p) {
+        constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
+        const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
+        Eigen::Matrix3d dP = model.shear_stress_increment(element.mu, p, H, R, dF);
+        if (!is_mixed()) {
+            const Eigen::Matrix3d N = model.volume_strain_gradient(H, R);
+            dP += element.lambda * N.cwiseProduct(dF).sum() * N;
+        }
+        const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
+        for (int i = 0; i < nodes; ++i)
+            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+    });
 }
 
 double LevelAssembler::force_at_unit_strain() const {

@@ -45,15 +45,20 @@ struct SinglePrecisionBatches {
 class LevelAssembler {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
-    /// does). `layout`: of the matrix; none: no matrix, but batches in single precision. `team`
-    /// works on the batches and must outlive this. `volumes`: of every tet of the mesh, m^3, where
-    /// they are not those of its shape (see carried_volumes).
+    /// does); those that name no model are of `model`. `layout`: of the matrix; none: no matrix,
+    /// but batches in single precision. `team` works on the batches and must outlive this.
+    /// `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
+    /// carried_volumes).
     LevelAssembler(const TetMesh& mesh, PartitionedMesh share, std::span<const Material> materials,
-                   StrainModel strain, Formulation formulation, std::optional<MatrixLayout> layout,
-                   ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
+                   const ModelChoice& model, Formulation formulation,
+                   std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone(),
+                   std::span<const double> volumes = {});
 
     const PartitionedMesh& share() const { return share_; }
-    StrainModel strain() const { return strain_; }
+    /// Whether all models are of small strain: forces and operators are linear in u.
+    bool is_linear() const { return is_linear_; }
+    /// Whether a model rotates with its elements: rotations are to be taken before all else.
+    bool rotates() const { return rotates_; }
     /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would
     /// take a quarter of all that a level keeps.
     TetElement element(std::size_t e) const;
@@ -87,7 +92,7 @@ class LevelAssembler {
     void update_rotations(Vec u, ElementRotations& rotations) const;
     /// The same from rotations.single_u; levels in single precision only.
     void update_single_rotations(ElementRotations& rotations) const;
-    /// The tets of a level without a matrix (P1, linear or corotated strain); else null.
+    /// The tets of a level without a matrix (see is_batched); else null.
     const SinglePrecisionBatches* single() const { return single_.get(); }
     const BatchParts& parts() const { return parts_; }
 
@@ -140,6 +145,7 @@ class LevelAssembler {
     struct Moduli {
         double lambda, mu;  ///< Pa
         double density;     ///< kg/m^3
+        ModelChoice model;
     };
     static double away_from_zero(double J) { return std::abs(J) > 1e-12 ? J : 1e-12; }
 
@@ -147,7 +153,12 @@ class LevelAssembler {
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
     void find_moduli(const TetMesh& mesh, std::span<const Material> materials,
-                     std::span<const double> volumes);
+                     const ModelChoice& model, std::span<const double> volumes);
+    const Moduli& moduli(std::size_t e) const {
+        return moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
+    }
+    /// Whether the kernels over batches compute this level: P1 by displacements, of one model.
+    bool is_batched() const;
     void make_batches(bool in_double);
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
@@ -179,35 +190,35 @@ class LevelAssembler {
         return u;
     }
     Eigen::Matrix3d rotation(const Configuration& at, std::size_t e, int point, int points) const {
-        if (strain_ != StrainModel::corotated) return Eigen::Matrix3d::Identity();
+        if (!rotates_) return Eigen::Matrix3d::Identity();
         const ElementRotations& r = *at.rotations;
         const std::size_t lane = lane_of_tet_.empty() ? e : lane_of_tet_[e];
         if (single_) return rotation_at<float>(r.single, lane);
         return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
-    template <class Energy, class Shape>
-    double pressure_at(const Energy&, const Shape&, std::size_t e, double lambda, int point,
-                       const double* pressures, const Eigen::Matrix3d& H,
+    template <class Shape>
+    double pressure_at(const ConstitutiveModel& model, const Shape&, std::size_t e, double lambda,
+                       int point, const double* pressures, const Eigen::Matrix3d& H,
                        const Eigen::Matrix3d& R) const {
-        if (!is_mixed()) return lambda * Energy::volume_strain(H, R);
+        if (!is_mixed()) return lambda * model.volume_strain(H, R);
         double p = 0;
         const Eigen::Vector4d L = Shape::coordinates(point);
         for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
         return p;
     }
-    /// visit(energy, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature
-    /// point of every local tet.
+    /// visit(model, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature point
+    /// of every local tet.
     template <class Visit>
     void visit_points(const Configuration& at, Visit&& visit) const;
 
     PartitionedMesh share_;
-    StrainModel strain_;
-    std::vector<Vector3> rest_;                ///< of each local node, m
-    std::vector<Moduli> moduli_;               ///< those that there are
+    std::vector<Vector3> rest_;   ///< of each local node, m
+    std::vector<Moduli> moduli_;  ///< those that there are
+    bool is_linear_ = true, rotates_ = false;
     std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
     std::vector<double> volumes_;  ///< of each tet, m^3, where they are not those of its shape
-    // P1, linear and corotated strain in the displacement form: kernels over batches of tets.
+    // Where is_batched.
     ThreadTeam& team_;
     BatchParts parts_;
     std::optional<TetBatches<double>> batches_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mechanics/materials/kinematics.hpp"
 #include "mechanics/tet_kernels.hpp"
 #include "solvers/assembly/level_assembler.hpp"
 
@@ -12,58 +13,54 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
     const LocalValues u(at.u);
     std::optional<LocalValues> pressures;
     if (is_mixed()) pressures.emplace(at.p);
-    with_energy(strain_, [&](auto energy) {
-        with_shape([&](auto count) {
-            using Energy = decltype(energy);
-            constexpr int nodes = decltype(count)::value;
-            using Shape = TetShape<nodes>;
-            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-                const TetElement element = this->element(e);
-                const Nodal<nodes> values = values_at<nodes>(e, u.data());
-                for (int point = 0; point < Shape::points; ++point) {
-                    const auto g = Shape::gradients(element, point);
-                    const Eigen::Matrix3d H = values * g.transpose();
-                    const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
-                    const double p = pressure_at(Energy{}, Shape{}, e, element.lambda, point,
-                                                 pressures ? pressures->data() : nullptr, H, R);
-                    visit(energy, Shape{}, e, element, point, g, H, R, p);
-                }
+    with_shape([&](auto count) {
+        constexpr int nodes = decltype(count)::value;
+        using Shape = TetShape<nodes>;
+        for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+            const TetElement element = this->element(e);
+            const ConstitutiveModel& model = *moduli(e).model;
+            const Nodal<nodes> values = values_at<nodes>(e, u.data());
+            for (int point = 0; point < Shape::points; ++point) {
+                const auto g = Shape::gradients(element, point);
+                const Eigen::Matrix3d H = values * g.transpose();
+                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
+                const double p = pressure_at(model, Shape{}, e, element.lambda, point,
+                                             pressures ? pressures->data() : nullptr, H, R);
+                visit(model, Shape{}, e, element, point, g, H, R, p);
             }
-        });
+        }
     });
 }
 
 template <class Visit>
 void LevelAssembler::visit_stress(const Configuration& at, Visit&& visit) const {
-    visit_points(
-        at, [&](auto energy, auto, std::size_t e, const TetElement& element, int point, const auto&,
-                const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-            using Energy = decltype(energy);
-            const Eigen::Matrix3d P = Energy::stress(element.mu, p, H, R);
-            // Cauchy's stress P F^T / J; a small strain knows no difference. Flat elements have
-            // none that is finite.
-            visit(e, point,
-                  strain_ == StrainModel::linear
-                      ? P
-                      : Eigen::Matrix3d(P * (Eigen::Matrix3d::Identity() + H).transpose() /
-                                        away_from_zero(1 + Energy::dilation(H))));
-        });
+    visit_points(at, [&](const ConstitutiveModel& model, auto, std::size_t e,
+                         const TetElement& element, int point, const auto&,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+        const Eigen::Matrix3d P = model.stress(element.mu, p, H, R);
+        // Cauchy's stress is P F^T / J; at small strain it is P. That of flat elements is not
+        // finite.
+        visit(e, point,
+              model.kinematics() == Kinematics::small_strain
+                  ? P
+                  : Eigen::Matrix3d(P * deformation_gradient(H).transpose() /
+                                    away_from_zero(1 + dilation_of(H))));
+    });
 }
 
 template <class Visit>
 void LevelAssembler::visit_fields(const Configuration& at, Visit&& visit) const {
     TetFields fields;
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement& element,
-                         int point, const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
-                         double p) {
-        using Energy = decltype(energy);
+    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
+                         const TetElement& element, int point, const auto&,
+                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
         constexpr int points = decltype(shape)::points;
         if (point == 0) fields = {};
         const double lambda = element.lambda;
         fields.volume_change +=
-            (strain_ == StrainModel::linear ? H.trace() : Energy::dilation(H)) / points;
+            (model.kinematics() == Kinematics::small_strain ? H.trace() : dilation_of(H)) / points;
         fields.strain_energy_J_per_m3 +=
-            (Energy::shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) /
+            (model.shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) /
             points;
         if (point + 1 == points) visit(e, fields);
     });
@@ -72,36 +69,35 @@ void LevelAssembler::visit_fields(const Configuration& at, Visit&& visit) const 
 template <class Visit>
 void LevelAssembler::visit_volume_ratio(const Configuration& at, Visit&& visit) const {
     double ratio = 0;
-    visit_points(at, [&](auto energy, auto shape, std::size_t e, const TetElement&, int point,
-                         const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d&, double) {
-        constexpr int points = decltype(shape)::points;
-        if (point == 0) ratio = 1;
-        ratio += decltype(energy)::dilation(H) / points;
-        if (point + 1 == points) visit(e, ratio);
-    });
+    visit_points(
+        at, [&](const ConstitutiveModel&, auto shape, std::size_t e, const TetElement&, int point,
+                const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d&, double) {
+            constexpr int points = decltype(shape)::points;
+            if (point == 0) ratio = 1;
+            ratio += dilation_of(H) / points;
+            if (point + 1 == points) visit(e, ratio);
+        });
 }
 
 template <class Visit>
 void LevelAssembler::visit_volume_strain(const Configuration& at, Visit&& visit) const {
     const LocalValues values(at.u);
-    with_energy(strain_, [&](auto energy) {
-        with_shape([&](auto count) {
-            using Energy = decltype(energy);
-            constexpr int nodes = decltype(count)::value;
-            using Shape = TetShape<nodes>;
-            for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-                const TetElement element = this->element(e);
-                const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
-                for (int point = 0; point < Shape::points; ++point) {
-                    const auto g = Shape::gradients(element, point);
-                    const Eigen::Matrix3d H = nodal * g.transpose();
-                    const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
-                    visit(e, Shape::coordinates(point), element.volume / Shape::points,
-                          Energy::volume_strain(H, R),
-                          Nodal<nodes>(Energy::volume_strain_gradient(H, R) * g));
-                }
+    with_shape([&](auto count) {
+        constexpr int nodes = decltype(count)::value;
+        using Shape = TetShape<nodes>;
+        for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+            const TetElement element = this->element(e);
+            const ConstitutiveModel& model = *moduli(e).model;
+            const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
+            for (int point = 0; point < Shape::points; ++point) {
+                const auto g = Shape::gradients(element, point);
+                const Eigen::Matrix3d H = nodal * g.transpose();
+                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
+                visit(e, Shape::coordinates(point), element.volume / Shape::points,
+                      model.volume_strain(H, R),
+                      Nodal<nodes>(model.volume_strain_gradient(H, R) * g));
             }
-        });
+        }
     });
 }
 

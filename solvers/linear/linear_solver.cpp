@@ -21,7 +21,7 @@ Formulation resolved_formulation(const ElasticModel& model) {
 }
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
-    if (fine().strain() != StrainModel::corotated) return;
+    if (!fine().rotates()) return;
     static const PetscLogEvent event = log_event("LivetetRotations");
     const PhaseTimer timer(costs_.rotations, event);
     fine().update_rotations(u, rotations);
@@ -37,7 +37,7 @@ bool LinearSolver::assemble_half(const Configuration& at, double s, double m, Ta
 
 bool LinearSolver::assemble(const Configuration& at, double s, double m, Tangent tangent,
                             bool by_halves) {
-    const bool is_linear = fine().strain() == StrainModel::linear;
+    const bool is_linear = fine().is_linear();
     if (is_linear && kept_ == std::pair(s, m)) return false;
     static const PetscLogEvent event = log_event("LivetetAssembly");
     const PhaseTimer timer(costs_.matrix, event);
@@ -111,8 +111,6 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
                     "several or another kind (automatic)");
             return std::make_unique<MultigridSolver>(mesh, model, options, role);
         case SolverKind::live:
-            if (role == DisplacementSolver::Role::preconditioner)
-                LiveSolver::refuse(mesh, model, "pressures");
             return std::make_unique<LiveSolver>(mesh, model, options, team);
         default:
             return std::make_unique<AlgebraicSolver>(mesh, model, kind, role);

@@ -46,7 +46,7 @@ struct SolverCosts {
 /// What a body is made of, as far as its linear solver is concerned.
 struct ElasticModel {
     std::span<const Material> materials;
-    StrainModel strain = StrainModel::corotated;
+    ModelChoice strain = "corotated";  ///< of the materials that name no model
     Formulation formulation = Formulation::automatic;
 };
 

@@ -1,5 +1,7 @@
 #include "solvers/linear/live_solver.hpp"
 
+#include "solvers/linear/live_support.hpp"
+
 namespace livetet {
 
 namespace {
@@ -16,10 +18,6 @@ PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work&& work) noexcep
     });
 }
 
-bool is_strain_taken(StrainModel strain) {
-    return strain == StrainModel::linear || strain == StrainModel::corotated;
-}
-
 int rank_count(MPI_Comm comm) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
@@ -28,27 +26,12 @@ int rank_count(MPI_Comm comm) {
 
 }  // namespace
 
-void LiveSolver::refuse(const DistributedHierarchy& mesh, const ElasticModel& model,
-                        const char* extra) {
-    fail(
-        "solver.kind = live is for one rank, P1, linear or corotated strain, by displacements; "
-        "found {} rank(s), {} nodes a tet{}{}{}",
-        rank_count(mesh.comm), mesh.hierarchy.levels.front().edge_nodes.empty() ? 4 : 10,
-        *extra ? ", " : "", extra, is_strain_taken(model.strain) ? "" : ", another strain");
-}
-
 LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                        const SolverOptions& options, ThreadTeam& team)
     : DisplacementSolver(mesh, Role::solver, team), constraints_(mesh.hierarchy) {
-    constexpr double max_contrast = SinglePrecisionMultigrid::max_contrast;
-    if (const double contrast = contrast_of(model.materials); contrast > max_contrast)
-        fail(
-            "solver.kind = live: found Young's moduli a factor of {:.3g} apart, expected at most "
-            "{:g} (kind: multigrid)",
-            contrast, max_contrast);
-    if (rank_count(mesh.comm) > 1 || !is_strain_taken(model.strain) ||
-        !mesh.hierarchy.levels.front().edge_nodes.empty())
-        refuse(mesh, model, "");
+    if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
+        !reason.empty())
+        fail("solver.kind = live: {}", reason);
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l) {

@@ -10,13 +10,9 @@ namespace livetet {
 /// all, on a team of threads of one rank: what `track` solves with where it can.
 class LiveSolver : public DisplacementSolver {
   public:
-    /// Throws Error where the mesh or the model is none that it takes.
+    /// Throws Error where it cannot take the mesh or the model (see why_not_live).
     LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                const SolverOptions& options, ThreadTeam& team);
-
-    /// Throws the Error that names what is not taken; `extra`: what else was found ("pressures").
-    [[noreturn]] static void refuse(const DistributedHierarchy& mesh, const ElasticModel& model,
-                                    const char* extra);
 
     SolverKind kind() const override { return SolverKind::live; }
     std::string preconditioner_name() const override;

@@ -153,9 +153,7 @@ bool MultigridSolver::renew(const Configuration& at, double s, double m, Tangent
         if (set_bounds()) {
             if (m == 0) return false;
         } else {  // an exact tangent far from rest is not positive, and says little
-            assemble_levels(at, s, 0,
-                            fine().strain() == StrainModel::corotated ? Tangent::held_rotation
-                                                                      : Tangent::positive);
+            assemble_levels(at, s, 0, Tangent::held_rotation);
             (void)set_bounds();
         }
     }

@@ -224,12 +224,6 @@ SinglePrecisionMultigrid::SinglePrecisionMultigrid(std::vector<LevelAssembler*> 
                                                    std::vector<const BarycentricMap*> maps,
                                                    int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
-    if (const std::size_t nodes = levels.back()->share().nodes.size();
-        levels.size() < 2 || nodes > max_coarsest_nodes)
-        fail(
-            "solver.kind = live: {} level(s), {} nodes in the coarsest; expected at least 2, the "
-            "coarsest of at most {} nodes",
-            levels.size(), nodes, max_coarsest_nodes);
     for (LevelAssembler* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         levels_[l + 1]->rotations = levels_[l + 1]->level.make_rotations();

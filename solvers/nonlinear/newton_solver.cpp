@@ -146,7 +146,7 @@ void NewtonSolver::solve(const SolveControls& controls, bool moves, StepReport& 
     const double imbalance = balance_.evaluate();
     balance_.keep_scale();
     report.forces_s += watch.lap();
-    const bool is_linear = solver_.fine().strain() == StrainModel::linear;
+    const bool is_linear = solver_.fine().is_linear();
     if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may go another way
     const bool predicts =
         moves || ((time_.is_dynamic() || is_linear) && imbalance > balance_.negligible());

@@ -4,9 +4,12 @@
 
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 /// A field table declares the keys of an options struct. It is one function, found by
 /// argument-dependent lookup,
@@ -21,6 +24,11 @@
 ///     choice(key, E& value, text, {{E::a, "name", "meaning"}, ...})
 ///     group(key, S& value, text)                         nested table
 ///     list(key, std::vector<S>& value, text)             list of tables
+///     variant(key, V& value, text)                       name that brings keys of its own
+///
+/// `choice` takes a container of Choice<E> too. The V of a variant is a value, possibly none, with
+/// V(name), explicit operator bool, name(), meaning(), visit_keys(FieldVisitor&) and a static
+/// alternatives() that returns one of each; its keys stand in the same table.
 namespace livetet {
 
 /// Condition on a value; `text` completes the sentence "must be ...".
@@ -55,5 +63,65 @@ struct Choice {
     std::string_view name;
     std::string_view meaning;
 };
+
+/// Any visitor's `field` behind one type: for keys that are known at run time only.
+class FieldVisitor {
+  public:
+    virtual ~FieldVisitor() = default;
+    virtual void field(std::string_view key, double& value, std::string_view unit,
+                       std::string_view text, Check<double> check = {}) = 0;
+    virtual void field(std::string_view key, Eigen::Vector3d& value, std::string_view unit,
+                       std::string_view text, Check<Eigen::Vector3d> check = {}) = 0;
+    virtual void field(std::string_view key, std::optional<Eigen::Vector3d>& value,
+                       std::string_view unit, std::string_view text,
+                       Check<Eigen::Vector3d> check = {}) = 0;
+};
+
+/// `Visitor` as a FieldVisitor.
+template <class Visitor>
+class ErasedVisitor final : public FieldVisitor {
+  public:
+    explicit ErasedVisitor(Visitor& visitor) : visitor_(visitor) {}
+    void field(std::string_view key, double& value, std::string_view unit, std::string_view text,
+               Check<double> check) override {
+        visitor_.field(key, value, unit, text, check);
+    }
+    void field(std::string_view key, Eigen::Vector3d& value, std::string_view unit,
+               std::string_view text, Check<Eigen::Vector3d> check) override {
+        visitor_.field(key, value, unit, text, check);
+    }
+    void field(std::string_view key, std::optional<Eigen::Vector3d>& value, std::string_view unit,
+               std::string_view text, Check<Eigen::Vector3d> check) override {
+        visitor_.field(key, value, unit, text, check);
+    }
+
+  private:
+    Visitor& visitor_;
+};
+
+/// visitor.field(...) for each key of a variant's value.
+template <class Visitor, class V>
+void visit_keys(Visitor& visitor, V& value) {
+    ErasedVisitor<Visitor> erased(visitor);
+    value.visit_keys(erased);
+}
+
+namespace detail {
+struct KeyCollector {
+    std::vector<std::string> keys;
+    template <class T, class C>
+    void field(std::string_view key, T&, std::string_view, std::string_view, C) {
+        keys.emplace_back(key);
+    }
+};
+}  // namespace detail
+
+/// The keys of a variant's value.
+template <class V>
+std::vector<std::string> keys_of(V& value) {
+    detail::KeyCollector collector;
+    visit_keys(collector, value);
+    return std::move(collector.keys);
+}
 
 }  // namespace livetet

@@ -47,6 +47,10 @@ void YamlReader::check_all_known() const {
             fail("{}{} is given twice ({})", prefix_, key, place(entry.first));
         seen.push_back(key);
         if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+        for (const KeyOfVariant& other : keys_of_others_)
+            if (other.key == key)
+                fail("{}{} belongs to {}, found {} ({})", prefix_, key, other.with, other.found,
+                     place(entry.first));
         if (const std::string nearest = nearest_name(key, known_); !nearest.empty())
             fail("unknown key {}{}, did you mean {}{}? ({})", prefix_, key, prefix_, nearest,
                  place(entry.first));

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -98,9 +100,8 @@ class YamlReader {
         field(key, given, unit, text, check);
         value = given;
     }
-    template <class E>
-    void choice(std::string_view key, E& value, std::string_view,
-                std::initializer_list<Choice<E>> choices) {
+    template <class E, class Choices = std::initializer_list<Choice<E>>>
+    void choice(std::string_view key, E& value, std::string_view, const Choices& choices) {
         const YAML::Node node = find(key);
         if (!node) return;
         const auto given = convert<std::string>(key, node);
@@ -134,6 +135,24 @@ class YamlReader {
         values.clear();
         for (std::size_t i = 0; i < node.size(); ++i)
             read(node[i], fmt::format("{}{}[{}].", prefix_, key, i), values.emplace_back());
+    }
+    template <class V>
+    void variant(std::string_view key, V& value, std::string_view) {
+        if (const YAML::Node node = find(key)) {
+            const auto given = convert<std::string>(key, node);
+            std::vector<std::string> names;
+            for (const V& a : V::alternatives()) names.emplace_back(a.name());
+            if (std::find(names.begin(), names.end(), given) == names.end())
+                fail("{}{} = {} must be one of {} ({})", prefix_, key, given,
+                     fmt::join(names, ", "), place(node));
+            value = V(given);
+        }
+        visit_keys(*this, value);
+        for (V& a : V::alternatives())
+            for (std::string& other : keys_of(a))
+                keys_of_others_.push_back(
+                    {std::move(other), fmt::format("{}: {}", key, a.name()),
+                     value ? fmt::format("{}: {}", key, value.name()) : fmt::format("no {}", key)});
     }
 
     /// After the visit: throws Error if a key is not in the table, suggesting the nearest one.
@@ -170,6 +189,10 @@ class YamlReader {
     std::string file_;
     std::string prefix_;
     std::vector<std::string> known_;
+    struct KeyOfVariant {
+        std::string key, with, found;  ///< "k2", "model: a", "model: b"
+    };
+    std::vector<KeyOfVariant> keys_of_others_;
 };
 
 /// Reads a table from a YAML node. Throws Error as YamlReader does.
@@ -211,9 +234,8 @@ class YamlWriter {
                std::string_view text, Check<T> = {}) {
         if (value) field(key, *value, unit, text);
     }
-    template <class E>
-    void choice(std::string_view key, const E& value, std::string_view,
-                std::initializer_list<Choice<E>> choices) {
+    template <class E, class Choices = std::initializer_list<Choice<E>>>
+    void choice(std::string_view key, const E& value, std::string_view, const Choices& choices) {
         for (const auto& c : choices)
             if (c.value == value)
                 out_ << YAML::Key << std::string(key) << YAML::Value << std::string(c.name);
@@ -235,6 +257,12 @@ class YamlWriter {
         out_ << YAML::BeginSeq;
         for (S& value : values) write(value);
         out_ << YAML::EndSeq;
+    }
+    template <class V>
+    void variant(std::string_view key, V& value, std::string_view) {
+        if (!value) return;
+        out_ << YAML::Key << std::string(key) << YAML::Value << std::string(value.name());
+        visit_keys(*this, value);
     }
     template <class S>
     void write(S& value) {
@@ -286,13 +314,23 @@ class ReferencePrinter {
                std::string_view text, Check<T> check = {}) {
         row(key, "(not given)", unit, text, check.text);
     }
-    template <class E>
+    template <class E, class Choices = std::initializer_list<Choice<E>>>
     void choice(std::string_view key, const E& value, std::string_view text,
-                std::initializer_list<Choice<E>> choices) {
+                const Choices& choices) {
         for (const auto& c : choices)
             if (c.value == value) row(key, std::string(c.name), "", text, "");
-        for (const auto& c : choices)
-            text_ += fmt::format("{:{}}{:<24}   {}: {}\n", "", indent_, "", c.name, c.meaning);
+        for (const auto& c : choices) meaning(c.name, c.meaning);
+    }
+    template <class V>
+    void variant(std::string_view key, V& value, std::string_view text) {
+        row(key, value ? std::string(value.name()) : "(not given)", "", text, "");
+        std::vector<V> alternatives = V::alternatives();
+        for (const V& a : alternatives) meaning(a.name(), a.meaning());
+        for (V& a : alternatives) {
+            if (keys_of(a).empty()) continue;
+            text_ += fmt::format("{:{}}# with {}: {}\n", "", indent_, key, a.name());
+            visit_keys(*this, a);
+        }
     }
     template <class S>
     void group(std::string_view key, S&, std::string_view text) {
@@ -321,6 +359,9 @@ class ReferencePrinter {
         indent_ -= 2;
     }
     void heading(std::string_view key, std::string_view text);
+    void meaning(std::string_view name, std::string_view text) {
+        text_ += fmt::format("{:{}}{:<24}   {}: {}\n", "", indent_, "", name, text);
+    }
     void row(std::string_view key, const std::string& value, std::string_view unit,
              std::string_view text, std::string_view check);
     std::string text_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
 #include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/tet_kernels.hpp"
@@ -475,11 +476,12 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 
 namespace {
 
-/// The blocks of one tet of a batch by StrainEnergy, whatever its state; F - I = `H`.
+const Corotated corotated{};
+
+/// The blocks of one tet of a batch by Corotated, whatever its state; F - I = `H`.
 void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation,
                   const Eigen::Matrix3d& H, Tangent tangent, double scale,
                   const BlockPattern& pattern, std::size_t e, std::span<double> values, int part) {
-    using Energy = StrainEnergy<StrainModel::corotated>;
     Eigen::Matrix<double, 3, 4> g;
     Eigen::Matrix3d R;
     for (int m = 0; m < 9; ++m) {
@@ -487,9 +489,9 @@ void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<doubl
         R(m % 3, m / 3) = rotation.R[m][lane];
     }
     g.col(0) = -g.col(1) - g.col(2) - g.col(3);
-    const double p = b.lambda[lane] * Energy::volume_strain(H, R);
+    const double p = b.lambda[lane] * corotated.volume_strain(H, R);
     const std::array<std::int32_t, 4> node = nodes_of_lane(b, lane);
-    visit_stiffness(Energy{}, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
+    visit_stiffness(corotated, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
                     [&](int i, int j, const Eigen::Matrix3d& K) {
                         if (node[i] < pattern.owned() && pattern.part_of(node[j]) == part)
                             Eigen::Map<Eigen::Matrix3d>(values.data() +
@@ -522,7 +524,7 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
                    zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
         // Its eigenvalues, sums of two stretches, are above `least` where its leading minors less
         // `least` are positive.
-        const Lane cut = all_lanes(least_turned_stretch), zero_below = 2 - p / mu;
+        const Lane cut = all_lanes(Corotated::min_turned_stretch), zero_below = 2 - p / mu;
         const Lane least =
             tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
         const Lane ax = xx - least, ay = yy - least, az = zz - least, minor = ax * ay - xy * xy;

@@ -130,7 +130,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 /// been taken, so with their own derivative: with S = R^T F, G = tr(S) I - S and p = lambda (tr(S)
 /// - 3), K_ij = V (2 mu (h_i . h_j) I + lambda h_i h_j^T + (p - 2 mu) [h_i]x^T (R G R^T)^-1 [h_j]x)
 /// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is
-/// all but singular, or K not positive as it is asked to be, go through StrainEnergy's
+/// all but singular, or K not positive as it is asked to be, go through Corotated's
 /// shear_tangent one by one.
 void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
                          std::span<const RotationBatch<double>> rotations,

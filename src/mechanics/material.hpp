@@ -5,33 +5,24 @@
 
 #include "base/error.hpp"
 #include "config/fields.hpp"
+#include "mechanics/materials/model_choice.hpp"
 
 namespace livetet {
-
-/// Which measure of strain the elements use; the energies stand in strain_energy.hpp. `linear`:
-/// small strain (Cauchy). `corotated`: small strain in a frame that turns with each element.
-/// `green`: Green's strain (St Venant-Kirchhoff). `neohookean`: rubber and tissue at large strain,
-/// finite through inversion.
-enum class StrainModel { linear, corotated, green, neohookean };
-
-/// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive
-/// semi-definite (corotated; the other models have none and take `positive`). `exact`: the second
-/// derivative of the energy. `positive`: the exact one with its negative eigenvalues, of each
-/// quadrature point, set to zero.
-enum class Tangent { held_rotation, exact, positive };
 
 /// How the volumetric part of the energy is discretised. `displacement`: from the displacement
 /// alone, which locks as Poisson's ratio nears 1/2. `mixed`: by a pressure of its own at the
 /// corners of the tets.
 enum class Formulation { automatic, displacement, mixed };
 
-/// An isotropic elastic material.
+/// An elastic material: Lame's moduli, by Young's modulus and Poisson's ratio, and the constitutive
+/// model that they are moduli of.
 struct Material {
     double young_Pa = 3000;
     double poisson = 0.45;
     double density_kg_per_m3 = 1060;
     int region =
         0;  ///< the mesh's region label it is for; 0: every region that no other material names
+    ModelChoice model{};  ///< none: the body's
 
     double lambda() const { return young_Pa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
     double mu() const { return young_Pa / (2 * (1 + poisson)); }
@@ -51,6 +42,25 @@ inline const Material& material_of(std::span<const Material> materials, int regi
             "0",
             region, region);
     return *otherwise;
+}
+
+/// The constitutive model of a material in a body whose own model is `body`.
+inline const ConstitutiveModel& model_of(const Material& material, const ModelChoice& body) {
+    return material.model ? *material.model : *body;
+}
+
+/// Whether some material of such a body rotates with its elements.
+inline bool has_corotated(std::span<const Material> materials, const ModelChoice& body) {
+    return std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
+        return model_of(m, body).kinematics() == Kinematics::corotated;
+    });
+}
+
+/// Whether all materials of such a body are of small strain.
+inline bool is_small_strain(std::span<const Material> materials, const ModelChoice& body) {
+    return std::all_of(materials.begin(), materials.end(), [&](const Material& m) {
+        return model_of(m, body).kinematics() == Kinematics::small_strain;
+    });
 }
 
 /// The largest of Young's moduli to the least.
@@ -73,6 +83,7 @@ void visit_fields(Visitor& v, Material& m) {
     v.field("region", m.region, "",
             "region label of the mesh this material is for; 0: all that no other material names",
             at_least<0, int>());
+    v.variant("model", m.model, "constitutive model of this material; not given: strain says");
 }
 
 }  // namespace livetet

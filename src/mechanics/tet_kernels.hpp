@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mechanics/strain_energy.hpp"
+#include "mechanics/materials/constitutive_model.hpp"
 #include "mechanics/tet_element.hpp"
 #include "mesh/tet_mesh.hpp"
 
@@ -67,13 +67,13 @@ inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
 /// The blocks of one quadrature point, visited as visit(i, j, K_ij): V times g_i . A . g_j, and
 /// lambda n_i n_j^T with n_i = (d theta / dF) g_i where `lambda` is not zero (displacement form: p
 /// = lambda theta). weight: V times the point's share, m^3; p in Pa; H = F - I.
-template <class Energy, class Gradients, class Visit>
-void visit_stiffness(const Energy&, Tangent tangent, double weight, double mu, double lambda,
-                     double p, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+template <class Gradients, class Visit>
+void visit_stiffness(const ConstitutiveModel& model, Tangent tangent, double weight, double mu,
+                     double lambda, double p, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
                      const Gradients& g, Visit&& visit) {
     constexpr int nodes = Gradients::ColsAtCompileTime;
-    const Gradients n = Energy::volume_strain_gradient(H, R) * g;
-    if (Energy::rotates && tangent == Tangent::held_rotation) {
+    const Gradients n = model.volume_strain_gradient(H, R) * g;
+    if (model.is_hooke_by_rotation() && tangent == Tangent::held_rotation) {
         for (int i = 0; i < nodes; ++i)
             for (int j = 0; j < nodes; ++j)
                 visit(i, j,
@@ -81,7 +81,7 @@ void visit_stiffness(const Energy&, Tangent tangent, double weight, double mu, d
                           (weight * lambda) * n.col(i) * n.col(j).transpose());
         return;
     }
-    const Matrix9 A = Energy::shear_tangent(mu, p, H, tangent);
+    const Matrix9 A = model.shear_tangent(mu, p, H, tangent);
     for (int j = 0; j < nodes; ++j) {
         const Eigen::Matrix<double, 9, 3> column =
             weight * (g(0, j) * A.template leftCols<3>() + g(1, j) * A.template middleCols<3>(3) +

@@ -101,7 +101,7 @@ TEST(StudyDesign, AListTakesThemTogetherAndAKeyThatTheSceneLeavesOutMayVary) {
         "  - {key: \"drive[0].stiffness_N_per_m\", values: [10, 20]}\n");
     const Study study = load_study(folder / "study.yaml");
     ASSERT_EQ(study.samples.size(), 2u);
-    EXPECT_EQ(study.scene(1).strain, StrainModel::green);
+    EXPECT_EQ(study.scene(1).strain, "green");
     EXPECT_EQ(study.scene(1).drive[0].stiffness_N_per_m, 20);
 }
 

@@ -37,7 +37,7 @@ int iterations(const TriangleMesh& surface, int tets, int levels, CoarseOperator
     const MeshHierarchy hierarchy = build_hierarchy(surface, meshing).hierarchy;
     const TetMesh& mesh = hierarchy.levels.front();
     const std::vector<Material> material{Material{}};
-    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {material, StrainModel::corotated}, {},
+    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {material, "corotated"}, {},
                         {.kind = SolverKind::multigrid, .coarse = coarse});
     Constraints constraints(mesh.nodes.size());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)

@@ -40,8 +40,7 @@ class LiveSolver : public testing::Test {
                                          const TimeOptions& time = {}) {
         auto b = std::make_unique<DeformableBody>(
             DistributedHierarchy{PETSC_COMM_WORLD, hierarchy},
-            ElasticModel{materials, StrainModel::corotated, Formulation::displacement}, time,
-            options);
+            ElasticModel{materials, "corotated", Formulation::displacement}, time, options);
         b->set_constraints(pressed(1));
         return b;
     }

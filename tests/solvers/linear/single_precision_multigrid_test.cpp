@@ -46,8 +46,8 @@ class SinglePrecisionMultigridTest : public testing::Test {
     }
     std::unique_ptr<LevelAssembler> make(const TetMesh& mesh, std::optional<MatrixLayout> layout) {
         return std::make_unique<LevelAssembler>(mesh, distribute_mesh(PETSC_COMM_SELF, mesh, {}),
-                                                materials, StrainModel::corotated,
-                                                Formulation::displacement, layout);
+                                                materials, "corotated", Formulation::displacement,
+                                                layout);
     }
     Eigen::VectorXd wave(double frequency) const {
         Eigen::VectorXd x(n);

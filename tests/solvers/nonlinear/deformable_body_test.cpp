@@ -34,7 +34,8 @@ struct Case {
     MeshHierarchy hierarchy;
     std::vector<std::vector<std::int32_t>> parts;
     DeformableBody body;
-    Case(int levels, StrainModel strain, const TimeOptions& time, const SolverOptions& options)
+    Case(int levels, const ModelChoice& strain, const TimeOptions& time,
+         const SolverOptions& options)
         : hierarchy(beam(levels)),
           parts(partitions(hierarchy)),
           body({PETSC_COMM_WORLD, hierarchy, parts}, {soft, strain}, time, options) {}
@@ -63,7 +64,7 @@ double largest_difference(const std::vector<Vector3>& a, const std::vector<Vecto
 }
 
 std::vector<Vector3> pressed_with(SolverOptions options, int levels, int* iterations = nullptr) {
-    Case c(levels, StrainModel::corotated, {}, options);
+    Case c(levels, "corotated", {}, options);
     c.body.set_constraints(pressed(c.mesh(), {0, 0.003, -0.012}));
     const StepReport report = c.body.solve(0, to_equilibrium);
     EXPECT_TRUE(report.converged) << report.imbalance;
@@ -72,7 +73,7 @@ std::vector<Vector3> pressed_with(SolverOptions options, int levels, int* iterat
 }
 
 TEST(DeformableBody, PatchTestALinearFieldOnTheBoundaryFillsTheInside) {
-    for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated}) {
+    for (const char* strain : {"linear", "corotated"}) {
         Case c(1, strain, {}, {.kind = SolverKind::direct});
         Eigen::Matrix3d A;
         A << 0.01, 0.02, 0, -0.01, 0.02, 0.01, 0, 0.01, -0.02;
@@ -95,7 +96,7 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     const MeshHierarchy hierarchy = beam(1);
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, StrainModel::linear}, {},
+    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"}, {},
                         {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
@@ -130,8 +131,7 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
     const auto parts = partitions(linear).front();
     for (const bool is_quadratic : {false, true})
         for (const MatrixLayout layout : {MatrixLayout::blocks, MatrixLayout::scalars})
-            for (const StrainModel strain : {StrainModel::linear, StrainModel::corotated,
-                                             StrainModel::green, StrainModel::neohookean}) {
+            for (const char* strain : {"linear", "corotated", "green", "neohookean"}) {
                 const TetMesh& mesh = (is_quadratic ? quadratic : linear).levels.front();
                 LevelAssembler level(mesh, distribute_mesh(PETSC_COMM_WORLD, mesh, parts), soft,
                                      strain, Formulation::displacement, layout);
@@ -174,12 +174,12 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                                     1.5 * (f[i] - b[i]) / (2 * h) +
                                         3.0 * level.node_mass()[i / 3] * values[i],
                                     2e-4)
-                            << i << " strain " << static_cast<int>(strain);
+                            << i << " strain " << strain;
                 }
                 // With the rotation held: what damping and moved constraints are made of.
                 update_ghosts(u.get());
                 level.update_rotations(u.get(), rotations);
-                if (strain != StrainModel::corotated) continue;
+                if (std::string_view(strain) != "corotated") continue;
                 level.assemble(2, 0, Tangent::held_rotation,
                                {.u = u.get(), .rotations = &rotations});
                 LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
@@ -225,7 +225,7 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
 TEST(DeformableBody, OneRankAndManyAgree) {
     const auto many = pressed_with({.kind = SolverKind::multigrid}, 3);
     const MeshHierarchy hierarchy = beam(3);
-    DeformableBody alone({PETSC_COMM_SELF, hierarchy}, {soft, StrainModel::corotated}, {},
+    DeformableBody alone({PETSC_COMM_SELF, hierarchy}, {soft, "corotated"}, {},
                          {.kind = SolverKind::multigrid});
     alone.set_constraints(pressed(hierarchy.levels.front(), {0, 0.003, -0.012}));
     ASSERT_TRUE(alone.solve(0, to_equilibrium).converged);
@@ -236,7 +236,7 @@ TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
     const std::vector<Material> silicone{
         {.young_Pa = 5000, .poisson = 0.499, .density_kg_per_m3 = 1000}};
     for (const bool quadratic : {false, true})
-        for (const StrainModel strain : {StrainModel::corotated, StrainModel::neohookean}) {
+        for (const char* strain : {"corotated", "neohookean"}) {
             MeshHierarchy hierarchy = beam(3);
             if (quadratic) hierarchy = with_quadratic_level(std::move(hierarchy));
             const auto parts = partitions(hierarchy);
@@ -256,7 +256,7 @@ TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
 }
 
 TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
-    Case c(3, StrainModel::corotated, {}, {.kind = SolverKind::multigrid});
+    Case c(3, "corotated", {}, {.kind = SolverKind::multigrid});
     for (const double depth : {0.01, 0.02, 0.03, 0.04, 0.05, 0.03, 0.0}) {
         c.body.set_constraints(pressed(c.mesh(), {0, 0, -depth}));
         (void)c.body.solve(0, to_equilibrium);
@@ -269,13 +269,13 @@ TEST(DeformableBody, ComesHomeAfterARimOfElementsWasInverted) {
 TEST(DeformableBody, NewConstraintsAndCoefficientsReachThePreconditioner) {
     // A stale block-Jacobi or factorisation would still converge, but slower: the count must be
     // that of a new body.
-    Case used(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
+    Case used(3, "corotated", {.scheme = TimeScheme::implicit_euler},
               {.kind = SolverKind::multigrid});
     used.body.set_constraints(pressed(used.mesh(), {0, 0, -1e-6}));
     (void)used.body.advance(1e-4, {.newton_iterations = 1, .linear_tolerance = 1e-8});
     const StepReport after =
         used.body.advance(1e3, {.newton_iterations = 1, .linear_tolerance = 1e-8});
-    Case fresh(3, StrainModel::corotated, {.scheme = TimeScheme::implicit_euler},
+    Case fresh(3, "corotated", {.scheme = TimeScheme::implicit_euler},
                {.kind = SolverKind::multigrid});
     fresh.body.set_constraints(pressed(fresh.mesh(), {0, 0, -1e-6}));
     const StepReport anew =
@@ -286,7 +286,7 @@ TEST(DeformableBody, NewConstraintsAndCoefficientsReachThePreconditioner) {
 
 TEST(DeformableBody, NewmarkKeepsTheEnergyOfASwingingBeamAndEulerLosesIt) {
     for (const TimeScheme scheme : {TimeScheme::newmark, TimeScheme::implicit_euler}) {
-        Case c(3, StrainModel::corotated, {.scheme = scheme}, {.kind = SolverKind::multigrid});
+        Case c(3, "corotated", {.scheme = scheme}, {.kind = SolverKind::multigrid});
         Constraints constraints(c.mesh().nodes.size());
         constraints.prescribe(nodes_where(c.mesh(), [](const Vector3& x) { return x.x() < 1e-9; }),
                               Vector3::Zero());
@@ -313,7 +313,7 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, test::beam_size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, StrainModel::linear},
+    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"},
                         {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
@@ -340,7 +340,7 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
 }
 
 TEST(DeformableBody, KeepsTheOldStateWhenASolveGoesWrong) {
-    Case c(3, StrainModel::corotated, {}, {.kind = SolverKind::multigrid});
+    Case c(3, "corotated", {}, {.kind = SolverKind::multigrid});
     Constraints constraints = pressed(c.mesh(), {0, 0, -0.01});
     constraints.values.back() = Vector3::Constant(std::nan(""));
     constraints.components.back() = 7;

@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
 #include "support/p1_kernels.hpp"
 
@@ -282,9 +283,9 @@ TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
 }
 
 /// Ordinary tets by lanes, those that are flat, inverted or (positive) pressed together one by one:
-/// all as StrainEnergy has them. Every block in one of two arrays, as on several ranks.
+/// all as Corotated has them. Every block in one of two arrays, as on several ranks.
 TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
-    using Energy = StrainEnergy<StrainModel::corotated>;
+    const Corotated corotated;
     for (const int count : counts) {
         Soup s;
         for (int e = 0; e < count; ++e)
@@ -309,8 +310,8 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
                 const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
                 const TetElement& t = s.elements[e];
                 visit_stiffness(
-                    Energy{}, tangent, 0.7 * t.volume, t.mu, t.lambda,
-                    t.lambda * Energy::volume_strain(H, R), H, R, t.gradients,
+                    corotated, tangent, 0.7 * t.volume, t.mu, t.lambda,
+                    t.lambda * corotated.volume_strain(H, R), H, R, t.gradients,
                     [&](int i, int j, const Matrix3d& K) {
                         const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
                         if (row >= pattern.owned()) return;

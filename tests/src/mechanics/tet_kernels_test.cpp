@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "mechanics/materials/corotated.hpp"
+
 namespace livetet {
 namespace {
 
@@ -64,19 +66,19 @@ TEST(TetShape, SharesOfMassAndForceSumToOne) {
 }
 
 TEST(VisitStiffness, HeldRotationBlocksAreTheDerivativeOfTheStressWithTheRotationHeld) {
-    using Energy = StrainEnergy<StrainModel::corotated>;
+    const Corotated corotated;
     std::mt19937 generator(3);
     std::normal_distribution<double> normal;
     const Matrix3d F =
         Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
     const Matrix3d R = rotation_of(F), H = F - Matrix3d::Identity();
     const auto g = element.gradients;
-    visit_stiffness(Energy{}, Tangent::held_rotation, element.volume, element.mu, element.lambda, 0,
-                    H, R, g, [&](int i, int j, const Matrix3d& K) {
+    visit_stiffness(corotated, Tangent::held_rotation, element.volume, element.mu, element.lambda,
+                    0, H, R, g, [&](int i, int j, const Matrix3d& K) {
                         for (int c = 0; c < 3; ++c) {
                             const Matrix3d dF = Vector3d::Unit(c) * g.col(j).transpose();
                             const Matrix3d dP =
-                                Energy::shear_stress_increment(element.mu, 0, H, R, dF) +
+                                corotated.shear_stress_increment(element.mu, 0, H, R, dF) +
                                 element.lambda * R.cwiseProduct(dF).sum() * R;
                             EXPECT_LT((element.volume * dP * g.col(i) - K.col(c)).norm(), 1e-12);
                         }

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "solvers/linear/linear_solver.hpp"
+
+namespace livetet {
+
+/// Why LiveSolver cannot take a body: "found ..., expected ...". Empty where it can. This is the
+/// one place that says which elements, materials, formulations and meshes are solved live.
+/// `hierarchy`: with its quadratic level where the body has ten-node tets.
+std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy, int ranks = 1);
+
+}  // namespace livetet

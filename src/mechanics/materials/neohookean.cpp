@@ -1,0 +1,50 @@
+#include "mechanics/materials/neohookean.hpp"
+
+#include "mechanics/materials/isotropic_tangent.hpp"
+#include "mechanics/materials/kinematics.hpp"
+
+namespace livetet {
+
+ConstitutiveModel::Names NeoHookean::names() const {
+    return {"neohookean", "neo-Hookean", "rubber, tissue: large strain, through inversion too"};
+}
+
+double NeoHookean::shear_energy(double mu, const Matrix3& H, const Matrix3&) const {
+    // |F|^2 - 3 - 2 (J - 1): the first orders cancel.
+    const double J1 = dilation_of(H);
+    const double rest =
+        H.squaredNorm() - (H.trace() * H.trace() - (H * H).trace()) - 2 * H.determinant();
+    return mu / 2 * (rest + J1 * J1);
+}
+
+Eigen::Matrix3d NeoHookean::shear_stress(double mu, const Matrix3& H, const Matrix3&) const {
+    // F - cof F + (J - 1) cof F, with cof F = (1 + tr H) I - H^T + cof H.
+    const Matrix3 first = H + H.transpose() - H.trace() * Matrix3::Identity() - cofactor_of(H);
+    return mu * (first + dilation_of(H) * cofactor_of(deformation_gradient(H)));
+}
+
+Eigen::Matrix3d NeoHookean::shear_stress_increment(double mu, double p, const Matrix3& H,
+                                                   const Matrix3&, const Matrix3& dF) const {
+    const Matrix3 F = deformation_gradient(H), N = cofactor_of(F);
+    return mu * (dF + N.cwiseProduct(dF).sum() * N) +
+           (mu * (dilation_of(H) - 1) + p) * cofactor_increment(F, dF);
+}
+
+Matrix9 NeoHookean::shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const {
+    const SignedSvd svd = signed_svd(deformation_gradient(H));
+    const Eigen::Vector3d& s = svd.sigma;
+    const double factor = mu * (s.prod() - 2) + p;  // of d^2 J / ds^2
+    const Eigen::Vector3d c(s[1] * s[2], s[2] * s[0], s[0] * s[1]);
+    PrincipalModes m;
+    m.stretch = mu * (Matrix3::Identity() + c * c.transpose());
+    for (int k = 0; k < 3; ++k) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        m.stretch(i, j) += factor * s[k];
+        m.stretch(j, i) += factor * s[k];
+        m.flip[k] = mu - factor * s[k];
+        m.twist[k] = mu + factor * s[k];
+    }
+    return isotropic_tangent(svd, m, tangent);
+}
+
+}  // namespace livetet

@@ -1,0 +1,53 @@
+#include "solvers/linear/live_support.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mesh/quadratic.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+MeshHierarchy block_of_levels(int levels) {
+    std::vector<TetMesh> meshes;
+    for (const std::array<int, 3> cells : {std::array{6, 4, 4}, std::array{3, 2, 2}})
+        if (static_cast<int>(meshes.size()) < levels)
+            meshes.push_back(test::block(cells, test::beam_size));
+    return make_hierarchy(std::move(meshes), "a block");
+}
+
+TEST(LiveSupport, SaysWhatTheLiveSolverDoesNotTake) {
+    const std::vector<Material> soft{{.young_Pa = 3000, .poisson = 0.4}};
+    const auto reason = [&](const ModelChoice& model, Formulation formulation, int levels = 2,
+                            int ranks = 1) {
+        return why_not_live({soft, model, formulation}, block_of_levels(levels), ranks);
+    };
+    using enum Formulation;
+    EXPECT_EQ(reason("corotated", automatic), "");
+    EXPECT_EQ(reason("linear", displacement), "");
+    EXPECT_EQ(reason("neohookean", displacement),
+              "found model neohookean, expected linear or corotated");
+    EXPECT_EQ(reason("corotated", mixed),
+              "found the mixed form, expected formulation: displacement");
+    EXPECT_EQ(reason("corotated", displacement, 2, 4), "found 4 ranks, expected one");
+    EXPECT_NE(reason("corotated", displacement, 1), "");
+    EXPECT_NE(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))), "");
+}
+
+TEST(LiveSupport, AsksTheModelOfEachRegion) {
+    const auto reason = [](const ModelChoice& own, double young_Pa) {
+        const std::vector<Material> two{{.young_Pa = 3000, .poisson = 0.4},
+                                        {.young_Pa = young_Pa, .region = 2, .model = own}};
+        return why_not_live({two, "corotated"}, block_of_levels(2));
+    };
+    EXPECT_EQ(reason({}, 9000), "");
+    EXPECT_EQ(reason("corotated", 9000), "");
+    EXPECT_EQ(reason("linear", 9000),
+              "found models corotated and linear, expected one for all regions");
+    EXPECT_EQ(reason("mooney_rivlin", 9000),
+              "found model mooney_rivlin, expected linear or corotated");
+    EXPECT_NE(reason({}, 3e9), "");
+}
+
+}  // namespace
+}  // namespace livetet
