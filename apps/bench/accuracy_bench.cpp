@@ -1,12 +1,13 @@
-#include "apps/bench/accuracy_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include "apps/bench/accuracy_result.hpp"
 #include "apps/bench/accuracy_run.hpp"
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -16,6 +17,14 @@
 namespace livetet {
 
 namespace {
+
+/// `livetet bench accuracy`.
+struct AccuracyArguments {
+    int seeds = 100;
+    int tets = 6000;         ///< of the model
+    int truth_tets = 14000;  ///< of the truth, P2
+    std::filesystem::path json, csv, figure;
+};
 
 constexpr TrackerKind trackers[] = {{1.4, 0.5},
                                     {0.5, 0.2}};  // by the makers of electromagnetic ones
@@ -122,8 +131,9 @@ int tell(const AccuracyVerdict& verdict) {
     return 1;
 }
 
-}  // namespace
-
+/// Error at targets inside the pressed phantom, rigid-only and deforming: by the tracker's noise,
+/// the depth of the press and the number of sensors, and what limits it. 0 where deforming is
+/// better in every cell, else 1.
 int bench_accuracy(const AccuracyArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)
@@ -174,6 +184,33 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         write_spread_picture(arguments.figure, charts);
     }
     return tell(judge(tables));
+}
+
+}  // namespace
+
+void add_accuracy_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "accuracy",
+        "Error at targets inside the pressed phantom, rigid against deforming registration, and "
+        "what limits it; exit status 1 if rigid is better in any cell");
+    auto a = std::make_shared<AccuracyArguments>();
+    command->add_option("--seeds", a->seeds, "runs of each cell")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    command->add_option("--tets", a->tets, "tets of the model")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
+    command->add_option("--truth-tets", a->truth_tets, "ten-node tets of the true organ")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
+    command->add_option("--json", a->json, "write the errors of every cell to this file");
+    command->add_option("--csv", a->csv, "write the errors of every run to this file");
+    add_figure_option(*command, "--figure", a->figure,
+                      "draw errors and their spread against the depth of the press to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure);
+        status = bench_accuracy(*a);
+    });
 }
 
 }  // namespace livetet

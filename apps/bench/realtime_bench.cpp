@@ -1,10 +1,11 @@
-#include "apps/bench/realtime_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <thread>
 
 #include "apps/bench/beam_mesh.hpp"
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/memory_bandwidth.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
@@ -13,6 +14,10 @@
 
 namespace livetet {
 
+namespace {
+
+/// Frame rates and errors of the live solver on the phantom and on a beam; 0 where all targets
+/// held, else 1.
 int bench_realtime(const RealtimeArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)
@@ -69,6 +74,36 @@ int bench_realtime(const RealtimeArguments& arguments) {
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
     if (!charts.empty()) write_work_precision_picture(arguments.figure, charts);
     return all ? 0 : 1;
+}
+
+}  // namespace
+
+void add_realtime_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "realtime",
+        "Frame rate of the live solver and distance of each frame from the converged one; exit "
+        "status 1 if a target is missed");
+    auto a = std::make_shared<RealtimeArguments>();
+    command->add_option("--size", a->sizes,
+                        "cases: P60, V68 (the phantom), beamA, beamB; default: all");
+    command
+        ->add_option("--frames", a->frames,
+                     "timed frames of each phantom case; 0: none, for --figure alone")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000000));
+    command
+        ->add_option("--threads", a->threads,
+                     "0: one a core, at most 4 and at most one for each 500 nodes")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 64));
+    command->add_option("--json", a->json, "write the figures of every case to this file");
+    add_figure_option(*command, "--figure", a->figure,
+                      "draw error against frame time for each method, on the mesh of the first "
+                      "phantom case, to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure);
+        status = bench_realtime(*a);
+    });
 }
 
 }  // namespace livetet

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "apps/bench/realtime_bench.hpp"
 #include "apps/bench/realtime_result.hpp"
 #include "apps/phantom/phantom_images.hpp"
 #include "apps/plots/pictures.hpp"
@@ -9,6 +8,14 @@
 #include "mesh/hierarchy.hpp"
 
 namespace livetet {
+
+/// `livetet bench realtime`.
+struct RealtimeArguments {
+    std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB"};
+    int frames = 1000;  ///< timed, of each phantom case
+    int threads = 0;    ///< as solver.threads
+    std::filesystem::path json, figure;
+};
 
 /// What is given to a frame that must end in time: two milliseconds less, which a machine now and
 /// then takes for itself, or a tenth where that is more.

@@ -1,10 +1,10 @@
-#include "apps/bench/savings_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/benchmarks.hpp"
 #include "apps/bench/solve_run.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "base/distribution.hpp"
@@ -18,6 +18,11 @@
 namespace livetet {
 
 namespace {
+
+struct SavingsArguments {
+    std::filesystem::path scene, json, folder;
+    int repeats = 5;
+};
 
 struct Variant {
     std::string name;
@@ -64,8 +69,9 @@ std::vector<Variant> variants_of(const Scene& scene) {
     return all;
 }
 
-}  // namespace
-
+/// What a scene saves by what it leaves out: as it is, against the same scene with one thing forced
+/// on that it does not need, and with all of them; times and memory, runs interleaved. Returns the
+/// exit status.
 int bench_savings(const SavingsArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);
@@ -122,6 +128,23 @@ int bench_savings(const SavingsArguments& a) {
         a.repeats);
     if (!a.json.empty()) write_text_file(a.json, list.dump(2) + "\n");
     return 0;
+}
+
+}  // namespace
+
+void add_savings_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "savings",
+        "What a scene saves by leaving out what it does not need: the scene as it is, and with "
+        "each such part forced on");
+    auto a = std::make_shared<SavingsArguments>();
+    command->add_option("scene", a->scene, "scene file (YAML)")->required();
+    command->add_option("--repeats", a->repeats, "rounds whose median time is reported")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100));
+    command->add_option("--folder", a->folder, "keep mesh, scenes, logs and results here");
+    command->add_option("--json", a->json, "write all figures to this file");
+    command->callback([a, &status] { status = bench_savings(*a); });
 }
 
 }  // namespace livetet

@@ -1,12 +1,13 @@
-#include "apps/bench/view_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/benchmarks.hpp"
 #include "apps/bench/distribution_table.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/phantom/phantom.hpp"
+#include "apps/plots/virtual_display.hpp"
 #include "apps/viewer/live.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -23,6 +24,15 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
+
+struct ViewBenchArguments {
+    double seconds = 6;   ///< of each stretch
+    int stretches = 5;    ///< with the window, and as many without
+    double rate_Hz = 40;  ///< of the tracker
+    double budget_ms = 10;
+    int tets = 60000;
+    std::filesystem::path json;
+};
 
 constexpr double pictures_asked = 25;  // a second
 constexpr double opening_s = 4;        // the sensor is placed, the window opens
@@ -72,8 +82,9 @@ class ByTurns : public FrameGuest {
     std::size_t pictures_ = 0;
 };
 
-}  // namespace
-
+/// The window beside a run on the phantom, off screen at 1280 x 800, drawing and not drawing by
+/// turns: pictures a second, what a picture takes, and frame times with and without. Prints a
+/// table; returns 0, or 1 where there are fewer than 25 pictures a second.
 int bench_view(const ViewBenchArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)
@@ -152,6 +163,38 @@ int bench_view(const ViewBenchArguments& arguments) {
                                                 .dump(2) +
                                             "\n");
     return held ? 0 : 1;
+}
+
+}  // namespace
+
+void add_view_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "view",
+        "Pictures a second of the window beside a run, and what it costs the simulation; exit "
+        "status 1 if the target is missed");
+    auto a = std::make_shared<ViewBenchArguments>();
+    command->add_option("--for", a->seconds, "duration of each stretch, s")
+        ->capture_default_str()
+        ->check(CLI::Range(1.0, 1000.0));
+    command
+        ->add_option("--stretches", a->stretches,
+                     "number of stretches with the window, and as many without")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--rate", a->rate_Hz, "tracker samples a second")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--budget", a->budget_ms, "time budget of a frame, ms")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--tets", a->tets, "tets of the phantom's finest mesh")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--json", a->json, "write the figures to this file");
+    command->callback([a, &status] {
+        need_display("bench view");
+        status = bench_view(*a);
+    });
 }
 
 }  // namespace livetet

@@ -52,13 +52,4 @@ struct WorkPrecision {
 WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats,
                               const std::string& only);
 
-struct WorkPrecisionArguments {
-    std::filesystem::path scene, csv, json, figure, memory_figure, folder;
-    int repeats = 3;
-    std::string only;
-};
-
-/// Table, files and words. Returns the exit status.
-int bench_workprecision(const WorkPrecisionArguments& arguments);
-
 }  // namespace livetet
