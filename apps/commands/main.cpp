@@ -120,33 +120,24 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
     return message;
 }
 
-}  // namespace
+constexpr int our_fault = 70;  // EX_SOFTWARE of sysexits.h
 
-int main(int argc, char** argv) {
-    using namespace livetet;
-    constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
-    ::setenv("HWLOC_COMPONENTS", "-gl",
-             0);  // Open MPI would ask each X server of the machine for graphics cards, and print
-                  // what those of others answer
-    // A closed standard stream's number would be the next file's, and what is printed would go into
-    // that.
+/// What has to be set before anything is printed, opened or started.
+void prepare_process() {
+    // Open MPI would ask each X server of the machine for graphics cards, and print what servers of
+    // other users answer.
+    ::setenv("HWLOC_COMPONENTS", "-gl", 0);
+    // The next file opened would get the number of a closed standard stream, and receive what is
+    // printed.
     for (int stream = 0; stream < 3; ++stream)
         if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
-    remove_leftovers_at_signals();
-    std::signal(
-        SIGXFSZ,
-        SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
-    CLI::App app{
-        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
-        "model that tracked\n"
-        "sensors move, each frame."};
-    app.set_version_flag("--version", LIVETET_VERSION);
-    app.require_subcommand(1);
-    app.footer(
-        "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 a benchmark "
-        "missed a target, 2 bad input, 3 not "
-        "converged, 70 our fault; 128 and its number where a signal ended it.");
-    ExitStatus status;
+    livetet::remove_leftovers_at_signals();
+    // A file over the user's limit becomes an error of the write, which has its own message.
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void add_commands(CLI::App& app, livetet::ExitStatus& status) {
+    using namespace livetet;
 #ifdef LIVETET_IMAGES
     add_phantom_command(app);
 #endif
@@ -168,24 +159,47 @@ int main(int argc, char** argv) {
     add_tune_command(app, status);
     add_bench_command(app, status);
     add_scene_command(app);
+}
+
+/// Parses the command line and runs the command. Throws what the command throws.
+void run_command(CLI::App& app, int argc, char** argv) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+    if (argc > 1 && argv[1][0] != '-' &&
+        std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+        const std::string nearest = livetet::nearest_name(argv[1], names);
+        livetet::fail("unknown command {}, {}", argv[1],
+                      nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
+                                      : fmt::format("did you mean {}?", nearest));
+    }
+    app.parse(argc, argv);
+    if (std::fflush(stdout) != 0)
+        throw std::system_error(errno, std::generic_category(), "standard output");
+    if (std::ferror(stdout) != 0)  // an earlier write of a library failed
+        livetet::fail(
+            "standard output: not all could be written; is the disk full, or its reader gone?");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace livetet;
+    prepare_process();
+    CLI::App app{
+        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
+        "model that tracked\n"
+        "sensors move, each frame."};
+    app.set_version_flag("--version", LIVETET_VERSION);
+    app.require_subcommand(1);
+    app.footer(
+        "Help of a command: livetet COMMAND --help. Exit status: 0 success, 1 a benchmark missed a "
+        "target, 2 bad input, 3 not converged, 70 internal error; 128 plus the signal's number if "
+        "a signal ended it.");
+    ExitStatus status;
+    add_commands(app, status);
     refuse_no_numbers(app);
     try {
-        std::vector<std::string> names;
-        for (const CLI::App* command : app.get_subcommands({}))
-            names.push_back(command->get_name());
-        if (argc > 1 && argv[1][0] != '-' &&
-            std::find(names.begin(), names.end(), argv[1]) == names.end()) {
-            const std::string nearest = nearest_name(argv[1], names);
-            fail("unknown command {}, {}", argv[1],
-                 nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
-                                 : fmt::format("did you mean {}?", nearest));
-        }
-        app.parse(argc, argv);
-        if (std::fflush(stdout) != 0)
-            throw std::system_error(errno, std::generic_category(), "standard output");
-        if (std::ferror(stdout) != 0)
-            fail(
-                "standard output: not all could be written; is the disk full, or its reader gone?");  // earlier, by a library
+        run_command(app, argc, argv);
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
@@ -194,8 +208,8 @@ int main(int argc, char** argv) {
                    : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
-    } catch (const std::system_error& e) {  // the machine has no more of something: files,
-                                            // processes, room where standard output goes
+    } catch (const std::system_error& e) {
+        // The machine has run out of something: files, processes, room for standard output.
         return give_up(e.what(), 2);
     } catch (const PetscFailure& e) {
         if (PetscSession::any_options() && e.may_be_an_option())

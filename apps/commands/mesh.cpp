@@ -323,19 +323,8 @@ void run(MeshArguments& a) {
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
 }
 
-}  // namespace
-
-void add_mesh_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes, with its quality");
-    auto a = std::make_shared<MeshArguments>();
-    command
-        ->add_option("input", a->source.file,
-                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
-                     ".vtk, .vtp, .off), mesh "
-                     "(.msh, .vtu, .h5), or a scene (.yaml)")
-        ->required();
-    command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
+/// Options that say the same as a key of a scene's mesh block.
+void add_source_options(CLI::App* command, MeshArguments* a) {
     command
         ->add_option("--labels", a->source.labels,
                      "labels of the body, together (default: all but 0)")
@@ -386,6 +375,10 @@ void add_mesh_command(CLI::App& app) {
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
+}
+
+/// Options that only this command has: where the mesh is finer, and what a level must satisfy.
+void add_meshing_options(CLI::App* command, MeshArguments* a) {
     command
         ->add_option(
             "--budget-ms", a->budget_ms,
@@ -412,6 +405,23 @@ void add_mesh_command(CLI::App& app) {
             "for each level: whatever remeshes or fills it is killed then, and the level given up")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes, with its quality");
+    auto a = std::make_shared<MeshArguments>();
+    command
+        ->add_option("input", a->source.file,
+                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
+                     ".vtk, .vtp, .off), mesh "
+                     "(.msh, .vtu, .h5), or a scene (.yaml)")
+        ->required();
+    command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
+    add_source_options(command, a.get());
+    add_meshing_options(command, a.get());
     command->add_flag("--again", a->again,
                       "mesh even where the output was made from the same input and options");
     command->add_option(

@@ -185,8 +185,49 @@ double default_empty(const AnyImage& values) {
     return grey ? *std::min_element(grey->values.begin(), grey->values.end()) : 0;
 }
 
+constexpr const char* interpolation_names[] = {"nearest neighbour", "linear", "cubic"};
+
+/// Warps the image and writes it; adds the figures to `json`.
+void warp_source(const WarpArguments& a, const Source& source, const ImageGrid& grid,
+                 const BodyMotion& motion, ThreadTeam& team, nlohmann::json& json) {
+    const double empty = a.empty.value_or(default_empty(source.values));
+    const bool labels = std::holds_alternative<LabelImage>(source.values);
+    if (labels && empty != std::floor(empty))
+        fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty,
+             source.file.string());
+    WarpCounts counts;
+    Stopwatch watch;
+    const AnyImage out = std::visit(
+        [&]<class T>(const Image<T>& image) -> AnyImage {
+            return warp_image(image, grid, motion, source.how, static_cast<T>(empty), team, counts);
+        },
+        source.values);
+    json["warp_s"] = watch.lap();
+    if (const auto* grey = std::get_if<GreyImage>(&out))
+        write_image(a.output, *grey, source.stored);
+    else
+        write_image(a.output, std::get<LabelImage>(out));
+    json["write_s"] = watch.lap();
+    const char* interpolation = interpolation_names[static_cast<int>(source.how)];
+    fmt::print("image        {}: {}, {}; empty is {:g}\n", source.file.string(),
+               labels ? "a label map" : "grey", interpolation, empty);
+    print_counts(counts, voxel_ml(grid));
+    fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n",
+               json["read_s"].get<double>(), json["warp_s"].get<double>(),
+               json["write_s"].get<double>(), a.output.string());
+    json.update({{"image", source.file.string()},
+                 {"label_map", labels},
+                 {"interpolation", interpolation},
+                 {"empty", empty},
+                 {"voxel_ml", voxel_ml(grid)},
+                 {"carried", counts.carried},
+                 {"left_empty", counts.left_empty},
+                 {"inverted", counts.inverted},
+                 {"beyond_image", counts.beyond_image}});
+}
+
 void run(const WarpArguments& a) {
-    // 1. what is asked
+    // 1. inputs
     check_outputs(a);
     Stopwatch watch;
     const ResultReader result(a.result);
@@ -207,7 +248,7 @@ void run(const WarpArguments& a) {
         grid = {like.size, like.ras_from_voxel};
     }
 
-    // 2. the motion
+    // 2. motion
     const double rind =
         a.rind_mm ? 1e-3 * *a.rind_mm : (source ? source->grid() : grid).spacing().maxCoeff();
     const BodyMotion motion = body_motion(result.mesh(), result.displacement(frame), rind);
@@ -222,44 +263,8 @@ void run(const WarpArguments& a) {
                         {"rind_mm", 1e3 * rind}};
     json["read_s"] = watch.lap();
 
-    // 3. image, fields; each is written whole or not at all
-    if (!a.output.empty()) {
-        const double empty = a.empty.value_or(default_empty(source->values));
-        const bool labels = std::holds_alternative<LabelImage>(source->values);
-        if (labels && empty != std::floor(empty))
-            fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty,
-                 source->file.string());
-        WarpCounts counts;
-        watch.lap();
-        const AnyImage out = std::visit(
-            [&]<class T>(const Image<T>& image) -> AnyImage {
-                return warp_image(image, grid, motion, source->how, static_cast<T>(empty), team,
-                                  counts);
-            },
-            source->values);
-        json["warp_s"] = watch.lap();
-        if (const auto* grey = std::get_if<GreyImage>(&out))
-            write_image(a.output, *grey, source->stored);
-        else
-            write_image(a.output, std::get<LabelImage>(out));
-        json["write_s"] = watch.lap();
-        constexpr const char* names[] = {"nearest neighbour", "linear", "cubic"};
-        fmt::print("image        {}: {}, {}; empty is {:g}\n", source->file.string(),
-                   labels ? "a label map" : "grey", names[static_cast<int>(source->how)], empty);
-        print_counts(counts, voxel_ml(grid));
-        fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n",
-                   json["read_s"].get<double>(), json["warp_s"].get<double>(),
-                   json["write_s"].get<double>(), a.output.string());
-        json.update({{"image", source->file.string()},
-                     {"label_map", labels},
-                     {"interpolation", names[static_cast<int>(source->how)]},
-                     {"empty", empty},
-                     {"voxel_ml", voxel_ml(grid)},
-                     {"carried", counts.carried},
-                     {"left_empty", counts.left_empty},
-                     {"inverted", counts.inverted},
-                     {"beyond_image", counts.beyond_image}});
-    }
+    // 3. image and fields, each written whole or not at all
+    if (!a.output.empty()) warp_source(a, *source, grid, motion, team, json);
     for (const auto& [path, direction] : {std::pair{a.inverse_field, FieldDirection::inverse},
                                           {a.forward_field, FieldDirection::forward}}) {
         if (path.empty()) continue;

@@ -332,94 +332,113 @@ std::string csv_of(const StudyTable& table) {
     return text;
 }
 
+/// What a study's file holds of all its solves but the displacements, one row a solve.
+struct StudyColumns {
+    std::vector<double> inputs, converged, seconds, work;
+    std::vector<std::vector<std::pair<std::string, double>>> outputs;
+    StudyTable table;
+
+    void add(const std::vector<std::string>& sample, const StudyRow& row) {
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        for (const std::string& value : sample)
+            inputs.push_back(parse_number(value).value_or(none));
+        converged.push_back(row.converged ? 1 : 0);
+        for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
+        for (const std::size_t n : {static_cast<std::size_t>(row.iterations),
+                                    static_cast<std::size_t>(row.linearisations), row.steps.size()})
+            work.push_back(static_cast<double>(n));
+        outputs.push_back(row.outputs);
+        table.values.push_back(sample);
+        table.failures.push_back(row.converged ? "" : row.failure);
+        table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
+        for (const auto& [name, value] : row.outputs)
+            if (std::find(table.outputs.begin(), table.outputs.end(), name) == table.outputs.end())
+                table.outputs.push_back(name);
+    }
+
+    /// Fills table.results: the outputs of each solve in the order of table.outputs, NaN where a
+    /// solve has none. Returns the same, row after row.
+    std::vector<double> finish() {
+        std::vector<double> results;
+        for (const auto& row : outputs) {
+            std::vector<double>& columns = table.results.emplace_back();
+            for (const std::string& name : table.outputs) {
+                const auto found = std::find_if(row.begin(), row.end(),
+                                                [&](const auto& o) { return o.first == name; });
+                columns.push_back(found != row.end() ? found->second
+                                                     : std::numeric_limits<double>::quiet_NaN());
+            }
+            results.insert(results.end(), columns.begin(), columns.end());
+        }
+        return results;
+    }
+};
+
+/// Copies histories and displacements, row by row. Returns the frames of the displacements.
+std::vector<XdmfFrame> write_rows(hdf5::File& file, const Study& study, const StudyStore& store,
+                                  StudyColumns& columns, const ProgressCallback& progress) {
+    std::vector<XdmfFrame> frames;
+    StoredMeshes meshes(file);
+    const std::size_t count = study.samples.size();
+    for (std::size_t k = 0; k < count; ++k) {
+        if (progress)
+            progress(static_cast<double>(k) / static_cast<double>(count),
+                     "writing " + study.options.output.filename().string());
+        const StudyRow row = store.row(k);
+        columns.add(study.samples[k], row);
+        need_room(file, history_values(row).size() * sizeof(double) +
+                            row.displacement.size() * sizeof(Vector3));
+        file.write<double>("histories/" + number_of(k), history_values(row),
+                           history_columns.size());
+        if (row.displacement.empty()) continue;
+        const std::string name = "displacement/" + number_of(k);
+        file.write<double>(name, flat(row.displacement), 3);
+        XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
+        frame.time = static_cast<double>(k);
+        frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
+    }
+    return frames;
+}
+
+void write_columns(hdf5::File& file, const Study& study, StudyColumns& columns) {
+    const StudyTable& table = columns.table;
+    need_room(file, (columns.inputs.size() + study.samples.size() * (table.outputs.size() + 20)) *
+                        2 * sizeof(double));
+    const std::vector<double> results = columns.finish();
+    file.write<double>("inputs", columns.inputs, table.inputs.size());
+    if (!table.outputs.empty()) file.write<double>("outputs", results, table.outputs.size());
+    file.write<double>("converged", columns.converged, 1);
+    file.write<double>("seconds", columns.seconds, 3);
+    file.write<double>("work", columns.work, 3);
+    file.write_text("texts/input_names", json(table.inputs).dump());
+    file.write_text("texts/output_names", json(table.outputs).dump());
+    file.write_text("texts/inputs", json(table.values).dump());
+    file.write_text("texts/failures", json(table.failures).dump());
+    file.write_text("texts/history_names", json(history_columns).dump());
+    file.write_text("texts/study", study.text);
+    file.write_text("texts/scene", study.scene_text);
+    file.write_text("texts/versions", versions());
+}
+
 }  // namespace
 
 void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress) {
     const fs::path& output = study.options.output;
-    const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
     store.check_rows();
-    hdf5::write_whole(
-        output, study_format, study_version,
-        study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
-            std::vector<XdmfFrame> frames;
-            StudyTable table;
-            StoredMeshes meshes(file);
-
-            // 1. row by row: what is large
-            std::vector<double> inputs, converged, seconds, work;
-            std::vector<std::vector<std::pair<std::string, double>>> outputs;
-            for (const VaryOptions& v : study.options.vary) table.inputs.push_back(v.key);
-            for (std::size_t k = 0; k < count; ++k) {
-                if (progress)
-                    progress(static_cast<double>(k) / static_cast<double>(count),
-                             "writing " + output.filename().string());
-                const StudyRow row = store.row(k);
-                for (const std::string& value : study.samples[k])
-                    inputs.push_back(
-                        parse_number(value).value_or(std::numeric_limits<double>::quiet_NaN()));
-                converged.push_back(row.converged ? 1 : 0);
-                for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
-                for (const std::size_t n :
-                     {static_cast<std::size_t>(row.iterations),
-                      static_cast<std::size_t>(row.linearisations), row.steps.size()})
-                    work.push_back(static_cast<double>(n));
-                outputs.push_back(row.outputs);
-                table.values.push_back(study.samples[k]);
-                table.failures.push_back(row.converged ? "" : row.failure);
-                table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
-                need_room(file, history_values(row).size() * sizeof(double) +
-                                    row.displacement.size() * sizeof(Vector3));
-                file.write<double>("histories/" + number_of(k), history_values(row),
-                                   history_columns.size());
-                for (const auto& [name, value] : row.outputs)
-                    if (std::find(table.outputs.begin(), table.outputs.end(), name) ==
-                        table.outputs.end())
-                        table.outputs.push_back(name);
-                if (row.displacement.empty()) continue;
-                const std::string name = "displacement/" + number_of(k);
-                file.write<double>(name, flat(row.displacement), 3);
-                XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
-                frame.time = static_cast<double>(k);
-                frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
-            }
-
-            // 2. the tables
-            need_room(file,
-                      (inputs.size() + count * (table.outputs.size() + 20)) * 2 * sizeof(double));
-            std::vector<double> results;
-            for (const auto& row : outputs) {
-                std::vector<double>& columns = table.results.emplace_back();
-                for (const std::string& name : table.outputs) {
-                    const auto found = std::find_if(row.begin(), row.end(),
-                                                    [&](const auto& o) { return o.first == name; });
-                    columns.push_back(found != row.end()
-                                          ? found->second
-                                          : std::numeric_limits<double>::quiet_NaN());
-                }
-                results.insert(results.end(), columns.begin(), columns.end());
-            }
-            file.write<double>("inputs", inputs, table.inputs.size());
-            if (!table.outputs.empty())
-                file.write<double>("outputs", results, table.outputs.size());
-            file.write<double>("converged", converged, 1);
-            file.write<double>("seconds", seconds, 3);
-            file.write<double>("work", work, 3);
-            file.write_text("texts/input_names", json(table.inputs).dump());
-            file.write_text("texts/output_names", json(table.outputs).dump());
-            file.write_text("texts/inputs", json(table.values).dump());
-            file.write_text("texts/failures", json(table.failures).dump());
-            file.write_text("texts/history_names", json(history_columns).dump());
-            file.write_text("texts/study", study.text);
-            file.write_text("texts/scene", study.scene_text);
-            file.write_text("texts/versions", versions());
-            file.write_text("fingerprint", fingerprint);
-            // Before the study's own: where that is, the study is complete.
-            fs::path beside = output;
-            write_text_file(beside.replace_extension(".csv"), csv_of(table));
-            write_text_file(beside.replace_extension(".xdmf"),
-                            xdmf_text(output.filename().string(), frames));
-        });
+    const std::size_t text_bytes = study.text.size() + study.scene_text.size() + fingerprint.size();
+    hdf5::write_whole(output, study_format, study_version, text_bytes, [&](hdf5::File& file) {
+        StudyColumns columns;
+        for (const VaryOptions& v : study.options.vary) columns.table.inputs.push_back(v.key);
+        const std::vector<XdmfFrame> frames = write_rows(file, study, store, columns, progress);
+        write_columns(file, study, columns);
+        file.write_text("fingerprint", fingerprint);
+        // Before the study's own file: once that exists, the study is complete.
+        fs::path beside = output;
+        write_text_file(beside.replace_extension(".csv"), csv_of(columns.table));
+        write_text_file(beside.replace_extension(".xdmf"),
+                        xdmf_text(output.filename().string(), frames));
+    });
 }
 
 StudyTable read_study(const fs::path& path) {
