@@ -17,7 +17,7 @@
 #include "apps/phantom/phantom.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "base/work_folder.hpp"
 #include "config/yaml.hpp"
 #include "io/openigtlink/parser.hpp"
@@ -152,9 +152,10 @@ void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& sc
         tracker.image_from_reference, true);
     Announcer announcer(body.mesh(), source, 0, scene.track->publish);
     FrameReader reader(announcer.port());
-    const Interruptible interruptible;
+    const StopSignals signals;
     const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
                          .seconds = arguments.seconds + settling_s,
+                         .stop = signals.token(),
                          .clock = SampleClock::arrival};
     run_frames(scene, source, model, &recorder, announcer, nullptr, plan, run.counts);
     std::this_thread::sleep_for(std::chrono::milliseconds(200));

@@ -11,7 +11,7 @@
 #include "apps/viewer/live.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "base/work_folder.hpp"
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
@@ -40,8 +40,8 @@ constexpr double opening_s = 4;        // the sensor is placed, the window opens
 /// Passes frames on to a window in every other stretch of time, and times all of them.
 class ByTurns : public FrameGuest {
   public:
-    ByTurns(LiveView& view, double stretch_s, int stretches)
-        : view_(view), stretch_s_(stretch_s), count_(2 * stretches) {}
+    ByTurns(LiveView& view, const StopSource& stop, double stretch_s, int stretches)
+        : view_(view), stop_(stop), stretch_s_(stretch_s), count_(2 * stretches) {}
 
     std::optional<HandPull> pull() override {
         began_s_ = steady_seconds();
@@ -63,7 +63,7 @@ class ByTurns : public FrameGuest {
             pictures_ = view_.pictures();
         }
         if (stretch > count_) {
-            stop_asked = true;
+            (void)stop_.request_stop();
             return;
         }
         if (with) view_.tell(frame, model, sample);
@@ -76,6 +76,7 @@ class ByTurns : public FrameGuest {
 
   private:
     LiveView& view_;
+    const StopSource stop_;
     double stretch_s_;
     int count_, stretch_ = 0;
     double first_s_ = 0, since_s_ = 0, began_s_ = 0;
@@ -109,8 +110,9 @@ int bench_view(const ViewBenchArguments& arguments) {
 
     const WorkFolder folder;
     FrameCounts counts;
-    LiveView view(std::move(shown), {.surface = Surface::off_screen});
-    ByTurns turns(view, arguments.seconds, arguments.stretches);
+    const StopSignals signals;
+    LiveView view(std::move(shown), signals.source(), {.surface = Surface::off_screen});
+    ByTurns turns(view, signals.source(), arguments.seconds, arguments.stretches);
     {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
@@ -121,10 +123,10 @@ int bench_view(const ViewBenchArguments& arguments) {
             scene, body, [&](const std::string& tool) { return source.index_of(tool); },
             tracker.image_from_reference, true);
         Announcer announcer(body.mesh(), source, 0, {});
-        const Interruptible interruptible;
-        run_frames(scene, source, model, &recorder, announcer, nullptr,
-                   {.budget_s = 1e-3 * arguments.budget_ms, .guest = &turns}, counts);
-        stop_asked = false;  // it was the benchmark that asked
+        run_frames(
+            scene, source, model, &recorder, announcer, nullptr,
+            {.budget_s = 1e-3 * arguments.budget_ms, .stop = signals.token(), .guest = &turns},
+            counts);
     }
     view.finish();
     if (turns.pictures_a_second.empty()) fail("bench view: no picture was drawn in {} s", whole_s);

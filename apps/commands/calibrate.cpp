@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/live/tracker_recorder.hpp"
+#include "apps/commands/read_until_signal.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "io/tip_file.hpp"
@@ -22,7 +22,11 @@ template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     expect_ending("--output", a.output, ".json");
     refuse_to_overwrite("--output", a.output, {a.source});
-    const Recording recording = read_source(a.source, {{a.tool}, a.seconds, "calibrate"});
+    ListenOptions options;
+    options.tools = {a.tool};
+    options.seconds = a.seconds;
+    options.title = "calibrate";
+    const Recording recording = read_until_signal(a.source, options);
     return naming(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
         return naming(a.tool, [&] { return calibrate(poses); });

@@ -9,7 +9,7 @@
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "io/sequence_file.hpp"
 #include "io/text.hpp"
 
@@ -41,9 +41,9 @@ void check(const RecordArguments& a) {
 
 void record(const RecordArguments& a) {
     check(a);
-    const Interruptible interruptible;  // until all is written
+    const StopSignals signals;  // until all is written
     const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
-    const Heard heard = listen(a.source, {a.tools, a.seconds, "record", save});
+    const Heard heard = listen(a.source, {a.tools, a.seconds, signals.token(), "record", save});
     write_sequence(a.output, heard.recording);
     const auto& samples = heard.recording.samples;
     const double interval_s = sample_interval(heard.recording);

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/read_until_signal.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/scene/outputs.hpp"
@@ -176,7 +177,7 @@ void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double mov
 void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     const TriangleMesh surface = read_organ_surface(a);
     SimilarityTransform<ImageFrame, Base>& t = r.image_from_base;
-    std::vector<Eigen::Vector3d> points = collect_surface_points(a);
+    std::vector<Eigen::Vector3d> points = collect_surface_points(a, read_until_signal);
     for (Eigen::Vector3d& p : points) p = t * p;
     const SurfaceFit fit = naming(a.surface.string(), [&] {
         return fit_to_surface(points, surface, {.left_out = a.surface_left_out});
@@ -213,7 +214,7 @@ void register_fiducials(const RegisterArguments& a) {
     refuse_to_overwrite("--output", a.output,
                         {a.tracker, a.image, a.tip, a.surface, a.surface_points});
     // 1. the fiducials, in one order
-    FiducialRegistration r = collect_fiducials(a);
+    FiducialRegistration r = collect_fiducials(a, read_until_signal);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
     if (a.any_order) find_the_order(a, r);
 

@@ -7,6 +7,7 @@
 #include "apps/live/tracker_server.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
+#include "base/stop_signals.hpp"
 
 namespace livetet {
 
@@ -27,7 +28,9 @@ void serve_file(const ServeArguments& a) {
                colons ? "[" + a.server.address + "]" : a.server.address, server.port(),
                fmt::join(played.recording.tools, ", "));
     std::fflush(stdout);
-    naming(a.source, [&] { serve(server, played, a.loop ? Repeat::until_stopped : Repeat::once); });
+    const StopSignals signals;
+    const Repeat repeat = a.loop ? Repeat::until_stopped : Repeat::once;
+    naming(a.source, [&] { serve(server, played, repeat, signals.token()); });
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "apps/report/report.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
@@ -160,8 +160,9 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
 
     // 3. frames
-    const Interruptible interruptible;  // until all is written
-    const std::unique_ptr<FrameGuest> guest = make_guest ? make_guest(scene, body.mesh()) : nullptr;
+    const StopSignals signals;  // until all is written
+    const std::unique_ptr<FrameGuest> guest =
+        make_guest ? make_guest(scene, body.mesh(), signals.source()) : nullptr;
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
@@ -170,7 +171,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
         run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer,
                    watch ? &*watch : nullptr,
-                   {budget_s, every_sample, arguments.seconds,
+                   {budget_s, every_sample, arguments.seconds, signals.token(),
                     open.is_live() ? SampleClock::arrival : SampleClock::own, guest.get()},
                    counts);
     } catch (

@@ -53,16 +53,18 @@ int view_scene(const ViewArguments& arguments, const std::vector<std::string>& p
             "recorded, and can be viewed then",
             arguments.input.string());
     const std::optional<ViewScript> script = read_script(arguments);
-    return run_track(arguments.track, petsc, [&](const Scene& scene, const TetMesh& mesh) {
-        ShownBody body = make_shown_body(mesh, scene, arguments.input, arguments.files);
-        tell_left_out(body);
-        return std::make_unique<LiveView>(
-            std::move(body),
-            LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
-                              {arguments.size[0], arguments.size[1]},
-                              script,
-                              arguments.screenshot});
-    });
+    return run_track(
+        arguments.track, petsc,
+        [&](const Scene& scene, const TetMesh& mesh, const StopSource& stop) {
+            ShownBody body = make_shown_body(mesh, scene, arguments.input, arguments.files);
+            tell_left_out(body);
+            return std::make_unique<LiveView>(
+                std::move(body), stop,
+                LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
+                                  {arguments.size[0], arguments.size[1]},
+                                  script,
+                                  arguments.screenshot});
+        });
 }
 
 int view_recording(const ViewArguments& arguments) {

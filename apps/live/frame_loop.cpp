@@ -5,7 +5,6 @@
 #include <thread>
 
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "tracking/poses.hpp"
@@ -69,7 +68,7 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
                 FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
     SampleCount count(plan.clock);
-    while (!stop_asked) {
+    while (!plan.stop.stop_requested()) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();

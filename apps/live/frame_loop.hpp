@@ -8,6 +8,7 @@
 #include "apps/live/replay.hpp"
 #include "apps/live/scene_watch.hpp"
 #include "apps/live/tracked_body.hpp"
+#include "base/stop_token.hpp"
 #include "tracking/source.hpp"
 
 namespace livetet {
@@ -34,6 +35,7 @@ struct FramePlan {
     std::optional<double> budget_s{};  ///< each frame is due so long after it began
     bool every_sample = false;
     double seconds = 0;  ///< from the first sample on; 0: to the source's end
+    StopToken stop{};    ///< ends the run
     SampleClock clock = SampleClock::own;
     FrameGuest* guest = nullptr;
 };
@@ -53,9 +55,9 @@ struct FrameCounts {
     double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch`
-/// says, which may be nullptr, as may the recorder; `counts` holds what was done even where an
-/// exception ends it.
+/// Frame after frame to the source's end, or until `plan.stop` asks for it. `scene` is changed as
+/// `watch` says, which may be nullptr, as may the recorder; `counts` holds what was done even where
+/// an exception ends it.
 void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
                 Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/tracker_recorder.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
 
@@ -29,7 +30,7 @@ struct RegisterArguments {
 /// The fiducials in the image and in the tracker's (and the reference sensor's) frame, with their
 /// weights; not registered yet. Throws Error where files cannot be read, fiducials are not as many,
 /// or the tip does not rest where it should.
-FiducialRegistration collect_fiducials(const RegisterArguments& a);
+FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceReader& read);
 
 /// Their places in the image, or in the frame that the registration is made in; their weights (none
 /// where all are 1).
@@ -42,7 +43,8 @@ void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& or
 
 /// Points touched on the organ's surface, in the frame that the registration is made in: of a list,
 /// or where the tip was in a recording or is in a stream.
-std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a);
+std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
+                                                    const SourceReader& read);
 
 /// The organ's surface in the image: of a mesh hierarchy (.h5) the boundary of its finest level,
 /// else a surface file.

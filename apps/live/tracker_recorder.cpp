@@ -13,7 +13,6 @@
 
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
 #include "base/progress.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
@@ -143,7 +142,7 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
     Rate rate;
     Saving saving(options);
     std::vector<std::string> others;
-    while (!stop_asked) {
+    while (!options.stop.stop_requested()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         if (options.tools.empty()) others = follow_all(source);
         const double seconds = steady_seconds() - log.first_s().value_or(began_s);
@@ -208,7 +207,6 @@ Heard listen(const std::string& source, const ListenOptions& options) {
 }
 
 Recording read_source(const std::string& source, const ListenOptions& options) {
-    const Interruptible interruptible;
     Heard heard = listen(source, options);
     if (!heard.never_came.empty())
         fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),

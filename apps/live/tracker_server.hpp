@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/stop_token.hpp"
 #include "io/openigtlink/message.hpp"
 #include "io/openigtlink/server.hpp"
 #include "tracking/motion_script.hpp"
@@ -16,8 +17,9 @@ enum class Repeat { once, until_stopped };
 
 /// Plays a recording as a tracker server would send it, from the moment the first client connects,
 /// at its own pace and with its delays; a sample's time stamp is the wall clock's when it would
-/// have been measured. Returns at the recording's end or on Ctrl-C, with a status line while it
-/// runs. Throws Error where the recording has no samples.
-void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat);
+/// have been measured. Returns at the recording's end or where `stop` asks for it, with a status
+/// line while it runs. Throws Error where the recording has no samples.
+void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat,
+           const StopToken& stop = {});
 
 }  // namespace livetet

@@ -8,7 +8,6 @@
 #include <cstdlib>
 
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -29,8 +28,8 @@ void give_way() {
 
 }  // namespace
 
-LiveView::LiveView(ShownBody body, Options options)
-    : body_(std::move(body)), options_(std::move(options)) {
+LiveView::LiveView(ShownBody body, const StopSource& stop, Options options)
+    : body_(std::move(body)), stop_(stop), options_(std::move(options)) {
     thread_ = std::thread([this] { run(); });
 }
 
@@ -70,7 +69,7 @@ void LiveView::run() {
         failure_ = error.what();
         Announcer::note(failure_);
     }
-    if (!run_over_) stop_asked = true;
+    if (!run_over_) (void)stop_.request_stop();
 }
 
 void LiveView::lead(ViewWindow& window) {
@@ -89,7 +88,8 @@ void LiveView::lead(ViewWindow& window) {
         return;
     }
     const bool has_user = options_.surface == Surface::on_screen;
-    while (advance(window) && !stop_asked && (has_user || !run_over_)) continue;
+    const StopToken stop = stop_.token();
+    while (advance(window) && !stop.stop_requested() && (has_user || !run_over_)) continue;
 }
 
 bool LiveView::advance(ViewWindow& window) {

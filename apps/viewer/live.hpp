@@ -23,7 +23,8 @@ class LiveView : public FrameGuest {
         std::optional<ViewScript> script{};  ///< at its end the window closes
         std::filesystem::path screenshot{};  ///< written at the end; empty: none
     };
-    LiveView(ShownBody body, Options options);
+    /// `stop`: of the run, which ends with the window.
+    LiveView(ShownBody body, const StopSource& stop, Options options);
     ~LiveView() override;
 
     std::optional<HandPull> pull() override;
@@ -52,6 +53,7 @@ class LiveView : public FrameGuest {
     ShownMoment moment_of(const Seen& seen) const;
 
     const ShownBody body_;
+    const StopSource stop_;
     const Options options_;
     Mailbox<Seen> frames_;
     Mailbox<std::optional<HandPull>> pulls_;
