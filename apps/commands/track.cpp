@@ -11,6 +11,7 @@
 #include "apps/report/report.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "base/stop_signals.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -190,7 +191,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     }
     if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
     if (arrivals.not_kept() > 0)
-        Announcer::note(fmt::format(
+        log_warning(fmt::format(
             "{} samples came faster than the disk could keep them: a replay may lack some",
             arrivals.not_kept()));
     if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
@@ -267,6 +268,7 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         if (arguments->scene.empty() && arguments->replay.empty())
             fail("track: expected a scene file (YAML), or --replay RESULT.h5");
         const std::vector<std::string> petsc = petsc_arguments(*command);
+        set_log_prefix("track");
         status.value =
             arguments->replay.empty() ? run_track(*arguments, petsc) : replay(*arguments, petsc);
     });

@@ -11,6 +11,7 @@
 #include "apps/viewer/player.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "io/text.hpp"
 
 namespace livetet {
@@ -37,12 +38,13 @@ struct ViewArguments {
 };
 
 void tell_left_out(const ShownBody& body) {
-    for (const std::string& line : body.left_out) fmt::print(stderr, "view: left out: {}\n", line);
+    for (const std::string& line : body.left_out) log_info("left out: " + line);
 }
 
 std::optional<ViewScript> read_script(const ViewArguments& arguments) {
     if (arguments.script.empty()) return {};
-    return ViewScript(read_text_file(arguments.script), arguments.script.string());
+    return ViewScript(read_text_file(arguments.script), arguments.script.string(),
+                      [](const std::string& line) { fmt::print("{}\n", line); });
 }
 
 /// A run with a window beside it.
@@ -172,6 +174,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
                 "--off-screen: nobody would see it, expected --script, --screenshot or --record "
                 "with it");
         arguments->track.scene = arguments->input;
+        set_log_prefix("view");
         if (!have_display()) do_without_screen(*arguments);
         status.value =
             arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "tracking/poses.hpp"
@@ -19,9 +20,9 @@ void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCoun
         model.change(std::move(change));
         scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
-        Announcer::note("the scene's changes are taken up");
+        log_info("the scene's changes are taken up");
     } catch (const Error& error) {
-        Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));
+        log_warning(fmt::format("{}; the scene stays as it was", error.what()));
     }
 }
 

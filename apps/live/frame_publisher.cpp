@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/live/tracker_source.hpp"
+#include "base/log.hpp"
 #include "io/openigtlink/border.hpp"
 #include "tracking/poses.hpp"
 
@@ -160,7 +161,8 @@ Announcer::Announcer(const TetMesh& mesh, const TrackerSource& source, std::size
         server_ = std::make_unique<OpenIgtLinkServer>(
             OpenIgtLinkServerOptions{publish->address, static_cast<std::uint16_t>(publish->port)});
         period_s_ = publish->rate_Hz > 0 ? 1 / publish->rate_Hz : 0;
-        note(fmt::format("OpenIGTLink server on {} port {}", publish->address, server_->port()));
+        log_info(
+            fmt::format("OpenIGTLink server on {} port {}", publish->address, server_->port()));
     }
     thread_ = std::thread([this] { run(); });
 }
@@ -169,11 +171,6 @@ Announcer::~Announcer() {
     mailbox_.outgoing().last = true;
     mailbox_.post();
     thread_.join();
-}
-
-void Announcer::note(const std::string& text) {
-    std::fputs(fmt::format("track: {}\n", text).c_str(),
-               stderr);  // fmt::print throws where the terminal is gone
 }
 
 void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene,

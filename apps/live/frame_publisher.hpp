@@ -62,8 +62,6 @@ class Announcer {
     void tell(const Frame& frame, const LiveModel& model, const Scene& scene,
               const StreamSample& sample, std::size_t frames, std::size_t missed);
     std::uint16_t port() const { return server_ ? server_->port() : 0; }
-    /// Something that the user should know, on a line of its own; from any thread.
-    static void note(const std::string& text);
 
   private:
     void run();

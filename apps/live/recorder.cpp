@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "apps/live/frame_publisher.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "geometry/matrix_rows.hpp"
 
 namespace livetet {
@@ -114,7 +114,7 @@ void Recorder::run() {
         } catch (const std::exception& error) {
             failure_ = error.what();
             failed_.store(true, std::memory_order_release);
-            Announcer::note(*failure_ + ": nothing is recorded from here on; tracking goes on");
+            log_warning(*failure_ + ": nothing is recorded from here on; tracking goes on");
         }
         if (kept->last) return;
         ring_.pop();

@@ -13,6 +13,7 @@
 
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "base/progress.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
@@ -122,7 +123,7 @@ class Saving {
         try {
             options_.save(log.recording(source.tools()));
         } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
-            std::fputs(fmt::format("{}; recording goes on\n", error.what()).c_str(), stderr);
+            log_warning(fmt::format("{}; recording goes on", error.what()));
         }
         due_s_ =
             steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));

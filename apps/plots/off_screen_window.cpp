@@ -1,6 +1,5 @@
 #include "apps/plots/off_screen_window.hpp"
 
-#include <spdlog/spdlog.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
@@ -10,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
@@ -20,7 +20,9 @@ class LogWindow : public vtkOutputWindow {
   public:
     static LogWindow* New();
     vtkTypeMacro(LogWindow, vtkOutputWindow);
-    void DisplayText(const char* text) override { spdlog::debug("VTK: {}", text ? text : ""); }
+    void DisplayText(const char* text) override {
+        log_debug(std::string("VTK: ") + (text ? text : ""));
+    }
 };
 vtkStandardNewMacro(LogWindow);
 

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "geometry/transform.hpp"
 #include "image/mask_selection.hpp"
@@ -130,7 +131,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
              source.file.string(),
              has_levels_to_make ? "coarser levels are meshed" : "an image or surface is meshed");
     const auto tell = [](HierarchyResult result) {
-        for (const std::string& note : result.notes) fmt::print("note         {}\n", note);
+        for (const std::string& note : result.notes) log_info("note         " + note);
         return std::move(result.hierarchy);
     };
     if (has_levels_to_make) {

@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -67,7 +68,7 @@ void LiveView::run() {
         if (!options_.screenshot.empty() && !abandoned_) window.write_png(options_.screenshot);
     } catch (const std::exception& error) {
         failure_ = error.what();
-        Announcer::note(failure_);
+        log_warning(failure_);
     }
     if (!run_over_) (void)stop_.request_stop();
 }

@@ -17,9 +17,10 @@ namespace livetet {
 
 namespace {
 
-/// The arguments of a command: n numbers, w words.
+/// The arguments of a command: n numbers, w words; and where it prints.
 struct Arguments {
     const std::vector<std::string>& words;
+    const ViewScript::Printer& print;
 
     double number(std::size_t i) const { return *parse_number(words[i]); }
     int whole(std::size_t i) const { return static_cast<int>(number(i)); }
@@ -116,7 +117,9 @@ const Command commands[] = {
     {"key", "w", "KEY", "a key of the window: space, Left, c, d ...",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.press_key(a.words[0]); }},
     {"tell", "", "", "prints what is shown, as a line of JSON",
-     [](ViewWindow& w, const Stage&, const Arguments&) { fmt::print("{}\n", w.state()); }},
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         if (a.print) a.print(w.state());
+     }},
     {"screenshot", "w", "FILE.png", "writes what is shown",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.write_png(a.words[0]); }},
 };
@@ -130,7 +133,8 @@ std::string ViewScript::reference() {
     return text;
 }
 
-ViewScript::ViewScript(const std::string& text, const std::string& source) : source_(source) {
+ViewScript::ViewScript(const std::string& text, const std::string& source, Printer print)
+    : source_(source), print_(std::move(print)) {
     std::istringstream in(text);
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
@@ -168,8 +172,9 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
 
 void ViewScript::run(ViewWindow& window, const Stage& stage) const {
     for (const Line& line : lines_) {
-        naming(fmt::format("{}:{}", source_, line.number),
-               [&] { commands[line.command].run(window, stage, {line.words}); });
+        naming(fmt::format("{}:{}", source_, line.number), [&] {
+            commands[line.command].run(window, stage, {line.words, print_});
+        });
         window.draw();
         (void)window.process_events();
     }

@@ -21,9 +21,12 @@ struct Stage {
 /// A scripted use of the window, checked as it is read.
 class ViewScript {
   public:
-    /// One command a line, `#` begins a comment. Throws Error, naming `source` and the line, for
-    /// what is no command or has other arguments than it takes.
-    ViewScript(const std::string& text, const std::string& source);
+    /// Receives a line of what `tell` prints.
+    using Printer = std::function<void(const std::string& line)>;
+
+    /// `text`: one command a line; `#` begins a comment. Throws Error, naming `source` and the
+    /// line, for an unknown command or wrong arguments.
+    ViewScript(const std::string& text, const std::string& source, Printer print = {});
 
     /// Does one command after the other; pictures are drawn at once. Throws Error, naming the line,
     /// where one cannot be done.
@@ -39,6 +42,7 @@ class ViewScript {
         std::vector<std::string> words;  ///< its arguments
     };
     std::string source_;
+    Printer print_;
     std::vector<Line> lines_;
 };
 

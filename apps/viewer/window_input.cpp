@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/window.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
@@ -229,7 +230,7 @@ void ViewWindow::press_key(const std::string& key) {
     if (key == "s") {
         const auto file = free_name();
         write_png(file);
-        fmt::print(stderr, "view: written {}\n", file.string());
+        log_info("written " + file.string());
     }
 }
 
