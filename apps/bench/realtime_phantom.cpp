@@ -246,6 +246,21 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     return result;
 }
 
+namespace {
+
+std::vector<FrameMethod> frame_methods(int threads) {
+    return {{"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
+            {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
+            {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
+            {"PCMG Galerkin",
+             {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
+             {1, 2, 3, 5}},
+            {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
+            {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
+}
+
+}  // namespace
+
 WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy& hierarchy,
                                    int threads, ProgressLine& progress) {
     const double rate = size.rate;
@@ -253,15 +268,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
                                          hierarchy.levels.front().tets.size(), rate),
                              "mean error of a frame, % of the largest displacement",
                              {}};
-    const std::vector<FrameMethod> methods = {
-        {"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
-        {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
-        {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
-        {"PCMG Galerkin",
-         {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
-         {1, 2, 3, 5}},
-        {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
-        {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
+    const std::vector<FrameMethod> methods = frame_methods(threads);
     const SimulatedTrackerOptions tracker = bench_tracker();
     const auto scene_for = [&](const SolverOptions& solver) {
         Scene scene = phantom_scene(0.45, TimeScheme::static_equilibrium, rate, threads);

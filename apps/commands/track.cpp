@@ -102,13 +102,21 @@ RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistrati
     return {image_from_base.rotation, image_from_base.translation};
 }
 
-}  // namespace
+/// What a run needs, read and checked before anything runs.
+struct TrackInputs {
+    explicit TrackInputs(const TrackArguments& arguments);
 
-int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
-              const GuestMaker& make_guest) {
-    // 1. what is asked: everything is read and checked before anything runs
-    std::error_code gone;  // load_scene says so
-    const auto written = std::filesystem::last_write_time(arguments.scene, gone);
+    std::filesystem::file_time_type written;  ///< when the scene file was
+    Scene scene;
+    bool every_sample = false;
+    std::optional<double> budget_s;
+    FiducialRegistration registration;
+    RigidTransform<ImageFrame, Reference> image_from_reference;
+    ArrivalLog arrivals;
+    OpenSource open;
+};
+
+Scene load_track_scene(const TrackArguments& arguments) {
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
         fail(
@@ -116,29 +124,88 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
             "lists its keys)",
             arguments.scene.string());
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
-    const std::optional<double> budget_s = seconds_of(scene.track->budget);
+    if (arguments.every_sample) scene.track->pace = Pace::every_sample;
+    take_publish(arguments.publish, scene.track->publish);
+    return scene;
+}
+
+/// The reference, the sensors, and the tools to show; each once.
+std::vector<std::string> tools_of(const TrackOptions& track) {
+    std::vector<std::string> tools{track.reference_tool};
+    for (const SensorOptions& sensor : track.sensors) tools.push_back(sensor.tool);
+    for (const ToolOptions& tool : track.tools)
+        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
+            tools.push_back(tool.tool);
+    return tools;
+}
+
+std::filesystem::file_time_type write_time_of(const std::filesystem::path& file) {
+    std::error_code gone;  // load_scene reports it
+    return std::filesystem::last_write_time(file, gone);
+}
+
+TrackInputs::TrackInputs(const TrackArguments& arguments)
+    : written(write_time_of(arguments.scene)),
+      scene(load_track_scene(arguments)),
+      every_sample(scene.track->pace == Pace::every_sample),
+      budget_s(seconds_of(scene.track->budget)) {
     if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
         fail(
             "track.budget = {}: solves of the mixed form cannot be cut short, expected "
             "formulation: displacement ({})",
             scene.track->budget, arguments.scene.string());
-    if (arguments.every_sample) scene.track->pace = Pace::every_sample;
-    take_publish(arguments.publish, scene.track->publish);
-    const FiducialRegistration registration = read_registration(scene.track->registration);
-    const auto image_from_reference = live_registration(registration, *scene.track);
-    std::vector<std::string> tools{scene.track->reference_tool};
-    for (const SensorOptions& sensor : scene.track->sensors) tools.push_back(sensor.tool);
-    for (const ToolOptions& tool : scene.track->tools)
-        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
-            tools.push_back(tool.tool);
-    const bool every_sample = scene.track->pace == Pace::every_sample;
-    ArrivalLog arrivals;
-    OpenSource open =
-        open_source(scene.track->source, tools,
+    registration = read_registration(scene.track->registration);
+    image_from_reference = live_registration(registration, *scene.track);
+    open =
+        open_source(scene.track->source, tools_of(*scene.track),
                     {every_sample ? 0 : scene.track->speed,
-                     [&](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+                     [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+}
 
-    // 2. mesh, body, model
+/// The end of a run that kept nothing. Returns the exit status.
+int finish_unrecorded(const Scene& scene, const FrameCounts& counts,
+                      const std::optional<std::string>& problem) {
+    if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
+    fmt::print(
+        "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
+        "(output.file: none)\n",
+        counts.frames, counts.missed, counts.not_converged);
+    if (problem) fail("{}", *problem);
+    return counts.not_converged == 0 ? 0 : 3;
+}
+
+/// Completes the result. `problem`: what ended the frames or their recording, if anything did.
+void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBody& body,
+                  FrameCounts& counts, const std::optional<std::string>& problem) {
+    const Scene& scene = inputs.scene;
+    if (inputs.arrivals.not_kept() > 0)
+        log_warning(fmt::format(
+            "{} samples came faster than the disk could keep them: a replay may lack some",
+            inputs.arrivals.not_kept()));
+    if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
+    const auto every = static_cast<std::size_t>(scene.output.every);
+    counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
+    if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
+    writer.write_text("run", describe_run(inputs.open, inputs.registration, body, counts,
+                                          inputs.budget_s, problem.value_or(""))
+                                 .dump(-1, ' ', false, json::error_handler_t::replace));
+    writer.write_text(
+        "replay",
+        describe_replay(inputs.image_from_reference, *inputs.open.source, body, counts).dump());
+    writer.close();
+}
+
+}  // namespace
+
+int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
+              const GuestMaker& make_guest) {
+    // 1. inputs
+    TrackInputs inputs(arguments);
+    Scene& scene = inputs.scene;
+    TrackerSource& source = *inputs.open.source;
+    const bool streams = inputs.open.is_live();
+
+    // 2. mesh, body, result
     PetscSession session("livetet", petsc);
     if (session.ranks() > 1)
         fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
@@ -148,17 +215,17 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
-    TrackerSource& source = *open.source;
     std::optional<ResultWriter> writer;
     std::optional<Recorder> recorder;
     if (scene.output.has_file()) {
         writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-        writer->write_text(
-            "tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
-        recorder.emplace(*writer, body.body->linear_solver().kind(), arrivals);
+        // Now, as a run that is killed cannot write it at its end.
+        writer->write_text("tools", json(source.tools()).dump());
+        recorder.emplace(*writer, body.body->linear_solver().kind(), inputs.arrivals);
     }
-    const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
-    LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
+    LiveModel model(
+        scene, body, [&](const std::string& tool) { return source.index_of(tool); },
+        inputs.image_from_reference, streams);
 
     // 3. frames
     const StopSignals signals;  // until all is written
@@ -167,43 +234,23 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
-        Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
+        Announcer announcer(body.mesh(), source, inputs.open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
-        if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
+        if (!inputs.every_sample)
+            watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
         run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer,
                    watch ? &*watch : nullptr,
-                   {budget_s, every_sample, arguments.seconds, signals.token(),
-                    open.is_live() ? SampleClock::arrival : SampleClock::own, guest.get()},
+                   {inputs.budget_s, inputs.every_sample, arguments.seconds, signals.token(),
+                    streams ? SampleClock::arrival : SampleClock::own, guest.get()},
                    counts);
-    } catch (
-        const std::exception& error) {  // what came until then is kept where it does not come again
-        if (!open.is_live() || counts.frames == 0) throw;
+    } catch (const std::exception& error) {
+        // Frames of a stream are kept: it does not come again.
+        if (!streams || counts.frames == 0) throw;
         problem = error.what();
     }
-    if (!recorder) {
-        if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
-        fmt::print(
-            "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
-            "(output.file: none)\n",
-            counts.frames, counts.missed, counts.not_converged);
-        if (problem) fail("{}", *problem);
-        return counts.not_converged == 0 ? 0 : 3;
-    }
+    if (!recorder) return finish_unrecorded(scene, counts, problem);
     if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
-    if (arrivals.not_kept() > 0)
-        log_warning(fmt::format(
-            "{} samples came faster than the disk could keep them: a replay may lack some",
-            arrivals.not_kept()));
-    if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
-    const auto every = static_cast<std::size_t>(scene.output.every);
-    counts.not_kept = (counts.frames + every - 1) / every - writer->frame_count();
-    if (problem && writer->frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer->write_text(
-        "run", describe_run(open, registration, body, counts, budget_s, problem.value_or(""))
-                   .dump(-1, ' ', false, json::error_handler_t::replace));
-    writer->write_text("replay",
-                       describe_replay(image_from_reference, source, body, counts).dump());
-    writer->close();
+    close_result(*writer, inputs, body, counts, problem);
 
     // 4. report
     if (guest) guest->finish();  // two threads must not draw

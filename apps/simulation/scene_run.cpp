@@ -71,15 +71,36 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     return history;
 }
 
+/// Chooses the lengths of adaptive steps so that the error of each, in m, is near `tolerance`.
+struct StepLengthControl {
+    double tolerance;
+    double order;        ///< of a step's error in its length
+    double least, most;  ///< lengths, s
+
+    /// Whether a step of this length must be repeated with a shorter one.
+    bool rejects(const StepReport& report, double step) const {
+        return (!report.converged || report.time_error > 1.5 * tolerance) && step > least;
+    }
+    /// The length of the next step or, after a rejected one, of the repetition.
+    double next(const StepReport& report, double step) const {
+        const double factor =
+            report.converged
+                ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
+                : 0.25;
+        if (rejects(report, step)) return std::max(least, step * std::clamp(factor, 0.1, 0.7));
+        return std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
+    }
+};
+
 RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                        const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     body.set_external_force(scene_forces(scene, scene_body.mesh()));
     body.set_springs(constraints.springs());
     const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
-    const double order =
-        scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
-    const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
+    const StepLengthControl control{tolerance,
+                                    scene.time.scheme == TimeScheme::implicit_euler ? 2.0 : 3.0,
+                                    scene.time.step_s / 1000, 100 * scene.time.step_s};
     RunPlace place = hooks.start;
     RunHistory history;
     history.failure = place.failure;
@@ -91,8 +112,8 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         // Without adaption, whole steps; with it, the last two share what is left.
         const double left = end - time;
         const double step = dt >= left * (1 - 1e-9) ? left
-                            : tolerance > 0         ? std::min(dt, std::max(left / 2, least))
-                                                    : dt;
+                            : tolerance > 0 ? std::min(dt, std::max(left / 2, control.least))
+                                            : dt;
         const auto move = [&](double share) {
             constraints.move_to_time(time + share * step);
             body.set_constraints(constraints.constraints());
@@ -115,17 +136,12 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {
-            const double factor =
-                report.converged
-                    ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
-                    : 0.25;
-            if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
+            dt = control.next(report, step);
+            if (control.rejects(report, step)) {
                 body.return_to_kept_state();
                 history.steps.back().kept = false;
-                dt = std::max(least, step * std::clamp(factor, 0.1, 0.7));
                 continue;
             }
-            dt = std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
         }
         history.converged = history.converged && report.converged;
         if (!report.converged && history.failure.empty())
