@@ -28,7 +28,7 @@ struct AccuracyArguments {
 
 constexpr TrackerKind trackers[] = {{1.4, 0.5},
                                     {0.5, 0.2}};  // by the makers of electromagnetic ones
-constexpr int most_sensors = 6;
+constexpr int max_sensors = 6;
 
 MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCallback& progress) {
     return mesh_phantom(images, {"", tets, 0, 0, 0}, progress);
@@ -60,13 +60,13 @@ AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
             squares += organ.truth.targets[i].displacement[d].squaredNorm();
         table.motion_mm.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
     }
-    for (int sensors = 1; sensors <= most_sensors; ++sensors)
+    for (int sensors = 1; sensors <= max_sensors; ++sensors)
         table.by_sensors.push_back(run_seeds(
             model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, seeds,
             [&](double fraction, std::string_view what) {
-                progress.update(from + (to - from) * (sensors - 1 + fraction) / most_sensors,
+                progress.update(from + (to - from) * (sensors - 1 + fraction) / max_sensors,
                                 fmt::format("{} mm, {} of {} sensors, {}", tracker.position_rms_mm,
-                                            sensors, most_sensors, what));
+                                            sensors, max_sensors, what));
             }));
     return table;
 }
@@ -84,20 +84,20 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     };
     const auto [position, rotation] = tables.front().tracker;
     for (const AccuracyTable& t : tables)
-        for (const int sensors : {1, most_sensors})
+        for (const int sensors : {1, max_sensors})
             limits.push_back({fmt::format("as above, tracker of {} mm", t.tracker.position_rms_mm),
                               sensors, t.by_sensors[sensors - 1]});
-    add(fmt::format("tracker of {} mm", position), model, {position, rotation, most_true_sensors},
+    add(fmt::format("tracker of {} mm", position), model, {position, rotation, max_true_sensors},
         some);
-    for (const int sensors : {1, most_sensors})
+    for (const int sensors : {1, max_sensors})
         add(fmt::format("tracker of {} mm, organ still: no lag", position), model,
             {position, rotation, sensors, 1, false}, some);
     add("no noise, organ moving: the filter's lag", model, {0, 0, 1}, some);
-    for (const int sensors : {1, most_sensors, most_true_sensors})
+    for (const int sensors : {1, max_sensors, max_true_sensors})
         add("no noise, organ still: model, mesh, sensors", model, {0, 0, sensors, 1, false}, 1);
     {
         AccuracyModel finer(accuracy_scene(), mesh_model(images, 60000, {}), organ);
-        for (const int sensors : {1, most_sensors})
+        for (const int sensors : {1, max_sensors})
             add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer,
                 {0, 0, sensors, 1, false}, 1);
     }
@@ -110,7 +110,7 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     }
     scene.elements = Elements::p2;
     AccuracyModel elements(scene, hierarchy, organ);
-    for (const int sensors : {1, most_sensors})
+    for (const int sensors : {1, max_sensors})
         add("... of the truth's material and elements", elements, {0, 0, sensors, 1, false}, 1);
     return limits;
 }

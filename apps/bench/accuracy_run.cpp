@@ -32,7 +32,7 @@ SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
 /// Seeds of the errors of one run: each tool has its own, so that one tool more changes nothing for
 /// the others.
 std::uint64_t seed_of(const AccuracyCase& c, int tool) {
-    return static_cast<std::uint64_t>(most_true_sensors + 2) * c.seed +
+    return static_cast<std::uint64_t>(max_true_sensors + 2) * c.seed +
            static_cast<std::uint64_t>(tool);
 }
 
@@ -164,7 +164,7 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     const std::vector<Vector3> still(body_.mesh().nodes.size(), Vector3::Zero());
     body_.body->set_displacement(still);
     body_.body->set_velocity(still);
-    LiveModel model(scene, body_, tool_finder(tools), registered(c));
+    TrackedBody model(scene, body_, tool_finder(tools), registered(c));
 
     // 2. the press, frame after frame
     const Truth& truth = organ_.truth;

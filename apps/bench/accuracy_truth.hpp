@@ -26,7 +26,7 @@ struct PressedOrgan {
 
 /// How many sensors have a place: the pressed one, five around it, ten farther out, none on the
 /// side that is held.
-constexpr int most_true_sensors = 16;
+constexpr int max_true_sensors = 16;
 
 /// Targets and sensors at each of the depths (m, rising, above 0), from P2 tets of a neo-Hookean
 /// material: the finest level gets about `tets`. Needs a PetscSession. Throws Error as solve_truth

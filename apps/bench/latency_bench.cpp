@@ -147,17 +147,17 @@ void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& sc
         arrivals.keep(sample);
     };
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Reference", "Sensor"}, options);
-    LiveModel model(
+    TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         tracker.image_from_reference, true);
-    Announcer announcer(body.mesh(), source, 0, scene.track->publish);
-    FrameReader reader(announcer.port());
+    FramePublisher publisher(body.mesh(), source, 0, scene.track->publish);
+    FrameReader reader(publisher.port());
     const StopSignals signals;
     const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
                          .seconds = arguments.seconds + settling_s,
                          .stop = signals.token(),
                          .clock = SampleClock::arrival};
-    run_frames(scene, source, model, &recorder, announcer, nullptr, plan, run.counts);
+    run_frames(scene, source, tracked, &recorder, publisher, nullptr, plan, run.counts);
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     run.seen = reader.finish();
 }

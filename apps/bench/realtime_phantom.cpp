@@ -137,7 +137,7 @@ class Follower {
   private:
     Scene scene_;
     SceneBody body_;
-    LiveModel model_;
+    TrackedBody model_;
     std::unique_ptr<DeformableBody> reference_;
 };
 

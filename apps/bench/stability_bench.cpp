@@ -61,7 +61,7 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
     const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||
                           c.motion == PatchMotion::through;
-    const bool thin = (c.least_dihedral_deg > 0 && c.least_dihedral_deg <= 1) || c.edge_ratio >= 10;
+    const bool thin = (c.min_dihedral_deg > 0 && c.min_dihedral_deg <= 1) || c.edge_ratio >= 10;
     const bool pressed_by_euler =
         column.scheme == TimeScheme::implicit_euler && !tracked &&
         (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);

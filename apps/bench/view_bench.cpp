@@ -8,7 +8,7 @@
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/plots/virtual_display.hpp"
-#include "apps/viewer/live.hpp"
+#include "apps/viewer/track_view.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/stop_signals.hpp"
@@ -38,16 +38,17 @@ constexpr double pictures_asked = 25;  // a second
 constexpr double opening_s = 4;        // the sensor is placed, the window opens
 
 /// Passes frames on to a window in every other stretch of time, and times all of them.
-class ByTurns : public FrameGuest {
+class ByTurns : public FrameObserver {
   public:
-    ByTurns(LiveView& view, const StopSource& stop, double stretch_s, int stretches)
+    ByTurns(TrackView& view, const StopSource& stop, double stretch_s, int stretches)
         : view_(view), stop_(stop), stretch_s_(stretch_s), count_(2 * stretches) {}
 
     std::optional<HandPull> pull() override {
         began_s_ = steady_seconds();
         return {};
     }
-    void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override {
+    void on_frame(const Frame& frame, const TrackedBody& tracked,
+                  const StreamSample& sample) override {
         const double now = steady_seconds();
         if (first_s_ == 0) first_s_ = now;
         const int stretch = now - first_s_ < opening_s
@@ -66,7 +67,7 @@ class ByTurns : public FrameGuest {
             (void)stop_.request_stop();
             return;
         }
-        if (with) view_.tell(frame, model, sample);
+        if (with) view_.on_frame(frame, tracked, sample);
         if (stretch == 0 || now - since_s_ < 0.5) return;  // what was under way ends
         (with ? with_ms : without_ms).push_back(1e3 * (now - began_s_));
         if (with) picture_ms.push_back(1e3 * view_.picture_s());
@@ -75,7 +76,7 @@ class ByTurns : public FrameGuest {
     std::vector<double> pictures_a_second, picture_ms, with_ms, without_ms;
 
   private:
-    LiveView& view_;
+    TrackView& view_;
     const StopSource stop_;
     double stretch_s_;
     int count_, stretch_ = 0;
@@ -111,7 +112,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     const WorkFolder folder;
     FrameCounts counts;
     const StopSignals signals;
-    LiveView view(std::move(shown), signals.source(), {.surface = Surface::off_screen});
+    TrackView view(std::move(shown), signals.source(), {.surface = Surface::off_screen});
     ByTurns turns(view, signals.source(), arguments.seconds, arguments.stretches);
     {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
@@ -119,13 +120,13 @@ int bench_view(const ViewBenchArguments& arguments) {
         Recorder recorder(writer, body.body->linear_solver().kind(), arrivals);
         Playback source(simulate_press(tracker),
                         {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
-        LiveModel model(
+        TrackedBody tracked(
             scene, body, [&](const std::string& tool) { return source.index_of(tool); },
             tracker.image_from_reference, true);
-        Announcer announcer(body.mesh(), source, 0, {});
+        FramePublisher publisher(body.mesh(), source, 0, {});
         run_frames(
-            scene, source, model, &recorder, announcer, nullptr,
-            {.budget_s = 1e-3 * arguments.budget_ms, .stop = signals.token(), .guest = &turns},
+            scene, source, tracked, &recorder, publisher, nullptr,
+            {.budget_s = 1e-3 * arguments.budget_ms, .stop = signals.token(), .observer = &turns},
             counts);
     }
     view.finish();

@@ -22,7 +22,7 @@ template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     expect_ending("--output", a.output, ".json");
     refuse_to_overwrite("--output", a.output, {a.source});
-    ListenOptions options;
+    RecordingOptions options;
     options.tools = {a.tool};
     options.seconds = a.seconds;
     options.title = "calibrate";

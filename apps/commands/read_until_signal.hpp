@@ -6,7 +6,7 @@
 namespace livetet {
 
 /// `read_source`, where Ctrl-C ends the reading instead of the program.
-inline Recording read_until_signal(const std::string& source, ListenOptions options) {
+inline Recording read_until_signal(const std::string& source, RecordingOptions options) {
     const StopSignals signals;
     options.stop = signals.token();
     return read_source(source, options);

@@ -43,21 +43,22 @@ void record(const RecordArguments& a) {
     check(a);
     const StopSignals signals;  // until all is written
     const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
-    const Heard heard = listen(a.source, {a.tools, a.seconds, signals.token(), "record", save});
-    write_sequence(a.output, heard.recording);
-    const auto& samples = heard.recording.samples;
-    const double interval_s = sample_interval(heard.recording);
+    const TrackerRecording received =
+        record_tracker(a.source, {a.tools, a.seconds, signals.token(), "record", save});
+    write_sequence(a.output, received.recording);
+    const auto& samples = received.recording.samples;
+    const double interval_s = sample_interval(received.recording);
     fmt::print("samples      {} in {:.1f} s{}\n", samples.size(),
                samples.back().time_s - samples.front().time_s,
                interval_s > 0 ? fmt::format(", {:.1f} Hz", 1 / interval_s) : "");
-    for (std::size_t i = 0; i < heard.recording.tools.size(); ++i) {
+    for (std::size_t i = 0; i < received.recording.tools.size(); ++i) {
         const auto seen = std::ranges::count_if(
             samples, [i](const TrackerSample& s) { return s.poses[i].status == PoseStatus::ok; });
-        fmt::print("{:<12} seen in {} of them\n", heard.recording.tools[i], seen);
+        fmt::print("{:<12} seen in {} of them\n", received.recording.tools[i], seen);
     }
-    if (!heard.left_out.empty())
+    if (!received.left_out.empty())
         fmt::print("left out     {}: expected names such as StylusToTracker\n",
-                   fmt::join(heard.left_out, ", "));
+                   fmt::join(received.left_out, ", "));
     fmt::print("written      {}\n", a.output.string());
 }
 

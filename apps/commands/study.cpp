@@ -180,7 +180,7 @@ void print_list(const Study& study) {
 }
 
 void print_summary(const StudyTable& table, const Study& study) {
-    constexpr std::size_t most_told = 5;
+    constexpr std::size_t max_told = 5;
     std::size_t failed = 0, width = 6;
     double seconds = 0;
     for (const std::string& failure : table.failures) failed += !failure.empty();
@@ -213,10 +213,10 @@ void print_summary(const StudyTable& table, const Study& study) {
             "tissue has; a finer mesh or a gentler load may help\n",
             inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
-    for (std::size_t k = 0, told = 0; k < table.failures.size() && told < most_told; ++k) {
+    for (std::size_t k = 0, told = 0; k < table.failures.size() && told < max_told; ++k) {
         if (table.failures[k].empty()) continue;
         fmt::print("  solve {}: {}\n", k, table.failures[k]);
-        if (++told == most_told && failed > most_told)
+        if (++told == max_told && failed > max_told)
             fmt::print("  ... the others are in the table\n");
     }
     std::filesystem::path csv = study.options.output;

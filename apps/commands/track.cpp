@@ -84,8 +84,8 @@ void take_publish(const std::string& text, std::optional<PublishOptions>& publis
 
 /// `registration` as the transform that the reference sensor carries. Throws Error where it is none
 /// for this scene.
-RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistration& registration,
-                                                        const TrackOptions& track) {
+RigidTransform<ImageFrame, Reference> rigid_registration(const FiducialRegistration& registration,
+                                                         const TrackOptions& track) {
     const auto& image_from_base = registration.image_from_base;
     if (std::abs(image_from_base.scale - 1) > 1e-9)
         fail(
@@ -155,7 +155,7 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
             "formulation: displacement ({})",
             scene.track->budget, arguments.scene.string());
     registration = read_registration(scene.track->registration);
-    image_from_reference = live_registration(registration, *scene.track);
+    image_from_reference = rigid_registration(registration, *scene.track);
     open =
         open_source(scene.track->source, tools_of(*scene.track),
                     {every_sample ? 0 : scene.track->speed,
@@ -198,12 +198,12 @@ void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBo
 }  // namespace
 
 int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
-              const GuestMaker& make_guest) {
+              const ObserverMaker& make_observer) {
     // 1. inputs
     TrackInputs inputs(arguments);
     Scene& scene = inputs.scene;
     TrackerSource& source = *inputs.open.source;
-    const bool streams = inputs.open.is_live();
+    const bool streams = inputs.open.is_streaming();
 
     // 2. mesh, body, result
     PetscSession session("livetet", petsc);
@@ -223,25 +223,25 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         writer->write_text("tools", json(source.tools()).dump());
         recorder.emplace(*writer, body.body->linear_solver().kind(), inputs.arrivals);
     }
-    LiveModel model(
+    TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, streams);
 
     // 3. frames
     const StopSignals signals;  // until all is written
-    const std::unique_ptr<FrameGuest> guest =
-        make_guest ? make_guest(scene, body.mesh(), signals.source()) : nullptr;
+    const std::unique_ptr<FrameObserver> observer =
+        make_observer ? make_observer(scene, body.mesh(), signals.source()) : nullptr;
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
-        Announcer announcer(body.mesh(), source, inputs.open.samples, scene.track->publish);
+        FramePublisher publisher(body.mesh(), source, inputs.open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
         if (!inputs.every_sample)
             watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
-        run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer,
+        run_frames(scene, source, tracked, recorder ? &*recorder : nullptr, publisher,
                    watch ? &*watch : nullptr,
                    {inputs.budget_s, inputs.every_sample, arguments.seconds, signals.token(),
-                    streams ? SampleClock::arrival : SampleClock::own, guest.get()},
+                    streams ? SampleClock::arrival : SampleClock::own, observer.get()},
                    counts);
     } catch (const std::exception& error) {
         // Frames of a stream are kept: it does not come again.
@@ -253,7 +253,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     close_result(*writer, inputs, body, counts, problem);
 
     // 4. report
-    if (guest) guest->finish();  // two threads must not draw
+    if (observer) observer->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
     session.tell_unused_options();
     if (problem)

@@ -7,8 +7,8 @@
 #include "apps/live/track_run.hpp"
 #include "apps/plots/virtual_display.hpp"
 #include "apps/scene/outputs.hpp"
-#include "apps/viewer/live.hpp"
 #include "apps/viewer/player.hpp"
+#include "apps/viewer/track_view.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -55,18 +55,19 @@ int view_scene(const ViewArguments& arguments, const std::vector<std::string>& p
             "recorded, and can be viewed then",
             arguments.input.string());
     const std::optional<ViewScript> script = read_script(arguments);
-    return run_track(
-        arguments.track, petsc,
-        [&](const Scene& scene, const TetMesh& mesh, const StopSource& stop) {
-            ShownBody body = make_shown_body(mesh, scene, arguments.input, arguments.files);
-            tell_left_out(body);
-            return std::make_unique<LiveView>(
-                std::move(body), stop,
-                LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
-                                  {arguments.size[0], arguments.size[1]},
-                                  script,
-                                  arguments.screenshot});
-        });
+    return run_track(arguments.track, petsc,
+                     [&](const Scene& scene, const TetMesh& mesh, const StopSource& stop) {
+                         ShownBody body =
+                             make_shown_body(mesh, scene, arguments.input, arguments.files);
+                         tell_left_out(body);
+                         return std::make_unique<TrackView>(
+                             std::move(body), stop,
+                             TrackView::Options{
+                                 arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
+                                 {arguments.size[0], arguments.size[1]},
+                                 script,
+                                 arguments.screenshot});
+                     });
 }
 
 int view_recording(const ViewArguments& arguments) {

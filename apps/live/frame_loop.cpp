@@ -14,10 +14,10 @@ namespace livetet {
 
 namespace {
 
-void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCounts& counts) {
+void take_changes(SceneChange& change, Scene& scene, TrackedBody& tracked, FrameCounts& counts) {
     try {
         Scene next = with_changes(scene, change.scene);
-        model.change(std::move(change));
+        tracked.change(std::move(change));
         scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
         log_info("the scene's changes are taken up");
@@ -64,8 +64,8 @@ class SampleCount {
 
 }  // namespace
 
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
-                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
+                FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts) {
     (void)source.take();  // what came before anyone kept it
     SampleCount count(plan.clock);
@@ -74,13 +74,13 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
         if (!sample) break;
         const auto start = Clock::now();
         if (SceneChange* change = watch ? watch->take() : nullptr)
-            take_changes(*change, scene, model, counts);
+            take_changes(*change, scene, tracked, counts);
         FrameLimits limits;
         if (plan.budget_s)
             limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                           std::chrono::duration<double>(*plan.budget_s));
-        if (plan.guest) model.pull(plan.guest->pull());
-        const Frame& frame = model.advance(sample->sample, limits);
+        if (plan.observer) tracked.pull(plan.observer->pull());
+        const Frame& frame = tracked.advance(sample->sample, limits);
         const double seconds = seconds_since(start);
         count.take(*sample, counts);
         if (recorder && counts.frames % scene.output.every == 0) {
@@ -93,8 +93,8 @@ void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder*
         }
         counts.not_converged += !frame.step.converged;
         ++counts.frames;
-        if (plan.guest) plan.guest->tell(frame, model, *sample);
-        announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
+        if (plan.observer) plan.observer->on_frame(frame, tracked, *sample);
+        publisher.publish(frame, tracked, scene, *sample, counts.frames, counts.missed);
         if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }
 }

@@ -19,12 +19,13 @@ enum class SampleClock { own, arrival };
 
 /// Whoever watches a run and has a hand in it. Called from the simulation's thread, so it must
 /// never wait.
-class FrameGuest {
+class FrameObserver {
   public:
-    virtual ~FrameGuest() = default;
+    virtual ~FrameObserver() = default;
     /// The marker pulled by hand, for the next frame.
     virtual std::optional<HandPull> pull() = 0;
-    virtual void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) = 0;
+    virtual void on_frame(const Frame& frame, const TrackedBody& tracked,
+                          const StreamSample& sample) = 0;
     /// After the last frame: may wait, for a user who goes on looking. Throws Error where watching
     /// failed.
     virtual void finish() {}
@@ -37,7 +38,7 @@ struct FramePlan {
     double seconds = 0;  ///< from the first sample on; 0: to the source's end
     StopToken stop{};    ///< ends the run
     SampleClock clock = SampleClock::own;
-    FrameGuest* guest = nullptr;
+    FrameObserver* observer = nullptr;
 };
 
 /// What a run of frames came to.
@@ -58,8 +59,8 @@ struct FrameCounts {
 /// Frame after frame to the source's end, or until `plan.stop` asks for it. `scene` is changed as
 /// `watch` says, which may be nullptr, as may the recorder; `counts` holds what was done even where
 /// an exception ends it.
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
-                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
+                FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts);
 
 }  // namespace livetet

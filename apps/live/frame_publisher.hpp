@@ -13,10 +13,10 @@
 namespace livetet {
 
 /// The newest frame as others are told of it.
-struct Announcement {
+struct PublishedFrame {
     FrameState frame;
     std::vector<Vector3> displacement;  ///< where it is published
-    std::vector<LiveModel::ShownTool> tools;
+    std::vector<TrackedBody::ShownTool> tools;
     std::vector<std::string> sensors;
     std::vector<PoseTimes> times;  ///< of the sample's poses
     std::uint64_t sample = 0;
@@ -32,7 +32,7 @@ struct Announcement {
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);
-    std::vector<igtl::Message> operator()(const Announcement& announcement, double time_s) const;
+    std::vector<igtl::Message> operator()(const PublishedFrame& frame, double time_s) const;
 
   private:
     std::string surface_;
@@ -44,23 +44,23 @@ class FrameMessages {
 /// One line of what is going on: Hz received, latency, age of each tool, what was missed, Newton
 /// and Krylov iterations, the estimated error, what sensors do; and, where a name asked for does
 /// not come, the names that do.
-std::string status_text(const Announcement& announcement, const SourceStatus& source,
-                        double received_Hz, double frames_Hz);
+std::string status_text(const PublishedFrame& frame, const SourceStatus& source, double received_Hz,
+                        double frames_Hz);
 
 /// Tells of frames from a thread of its own: the status line on the terminal, and OpenIGTLink. The
 /// newest frame alone matters: what comes while another is told of is passed over, and the
 /// simulation waits for nobody.
-class Announcer {
+class FramePublisher {
   public:
     /// `samples`: how many there will be, 0 where nobody knows. Throws Error where the port cannot
     /// be listened on.
-    Announcer(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
-              const std::optional<PublishOptions>& publish);
-    ~Announcer();
+    FramePublisher(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
+                   const std::optional<PublishOptions>& publish);
+    ~FramePublisher();
 
     /// From the simulation's thread.
-    void tell(const Frame& frame, const LiveModel& model, const Scene& scene,
-              const StreamSample& sample, std::size_t frames, std::size_t missed);
+    void publish(const Frame& frame, const TrackedBody& tracked, const Scene& scene,
+                 const StreamSample& sample, std::size_t frames, std::size_t missed);
     std::uint16_t port() const { return server_ ? server_->port() : 0; }
 
   private:
@@ -71,7 +71,7 @@ class Announcer {
     double period_s_ = 0;
     std::optional<FrameMessages> messages_;
     std::unique_ptr<OpenIgtLinkServer> server_;
-    Mailbox<Announcement> mailbox_;
+    Mailbox<PublishedFrame> mailbox_;
     std::thread thread_;
 };
 

@@ -31,7 +31,7 @@ std::uint64_t whole_number(double x, double most, const char* what, const std::s
     return static_cast<std::uint64_t>(x);
 }
 
-constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
+constexpr double max_samples = 9007199254740992;  // 2^53: what a double counts to
 
 std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k,
                                   const std::string& source) {
@@ -186,7 +186,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
     RecordedRun run;
     const std::vector<double> rows = reader.rows(arrival_table, arrival_columns);
     for (const double* row = rows.data(); row < rows.data() + rows.size(); row += arrival_columns) {
-        const std::uint64_t number = whole_number(row[0], most_samples, "sample", source);
+        const std::uint64_t number = whole_number(row[0], max_samples, "sample", source);
         if (run.samples.empty() || run.samples.back().number != number) {
             if (!run.samples.empty() && number < run.samples.back().number)
                 fail("{}: sample {} comes after sample {}, expected them in order", source, number,
@@ -211,7 +211,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
         frame.sample =
-            whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
+            whole_number(reader.values("sample", k, 1)[0], max_samples, "sample", source);
         frame.checksum = static_cast<std::uint32_t>(
             whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         if (has_pulls) frame.pull = read_pull(reader, k, source);

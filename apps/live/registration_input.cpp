@@ -68,7 +68,7 @@ Recording read_poses(const RegisterArguments& a, const SourceReader& read,
                      const std::string& source, const char* title) {
     std::vector<std::string> tools{a.tool};
     if (!a.reference.empty()) tools.push_back(a.reference);
-    ListenOptions options;
+    RecordingOptions options;
     options.tools = std::move(tools);
     options.seconds = is_stream(source) ? a.seconds : 0;
     options.title = title;

@@ -23,14 +23,15 @@ struct TrackArguments {
 /// Adds the options that say how a scene is followed.
 void add_track_options(CLI::App& command, TrackArguments& arguments);
 
-/// Makes who watches a run, once its mesh is there. `stop` is the run's: the guest may request it.
-using GuestMaker = std::function<std::unique_ptr<FrameGuest>(
+/// Makes who watches a run, once its mesh is there. `stop` is the run's: the observer may request
+/// it.
+using ObserverMaker = std::function<std::unique_ptr<FrameObserver>(
     const Scene& scene, const TetMesh& mesh, const StopSource& stop)>;
 
-/// Follows the tracker of a scene to its end, Ctrl-C, or until the guest requests a stop; writes
-/// result and report, then waits for the guest. `petsc`: options for it. Returns the exit status;
-/// throws Error.
+/// Follows the tracker of a scene to its end, Ctrl-C, or until the observer requests a stop; writes
+/// result and report, then waits for the observer. `petsc`: options for it. Returns the exit
+/// status; throws Error.
 int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
-              const GuestMaker& make_guest = {});
+              const ObserverMaker& make_observer = {});
 
 }  // namespace livetet

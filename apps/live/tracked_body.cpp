@@ -52,9 +52,9 @@ ToolFinder tool_finder(std::vector<std::string> tools) {
     };
 }
 
-LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
-                     const RigidTransform<ImageFrame, Reference>& image_from_reference,
-                     bool misplaced_waits)
+TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
+                         const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                         bool misplaced_waits)
     : scene_(scene),
       body_(body),
       find_tool_(std::move(find_tool)),
@@ -97,12 +97,12 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
     return patch;
 }
 
-LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
+TrackedBody::Sensor TrackedBody::new_sensor(const SensorOptions& options) const {
     return {options, find_tool_(options.tool), false, 0,
             SensorPatch(sensor_patch_options(scene_, options))};
 }
 
-void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
+void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     std::vector<ShownTool> shown{{scene_.track->reference_tool, false, reference_}};
     for (const SensorOptions& sensor : scene_.track->sensors)
         shown.push_back({sensor.tool, false, find_tool_(sensor.tool)});
@@ -115,7 +115,7 @@ void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
-void LiveModel::change(SceneChange&& change) {
+void TrackedBody::change(SceneChange&& change) {
     // 1. what can fail
     Scene next = scene_;
     next.fix = change.scene.fix;
@@ -159,7 +159,7 @@ void LiveModel::change(SceneChange&& change) {
 }
 
 /// Of nodes with components that are fixed and were not `before`.
-void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
+void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
     Settling settling;
     const Constraints& now = scene_constraints_->constraints();
     for (std::size_t n = 0; n < before.size(); ++n)
@@ -172,7 +172,7 @@ void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
     settling_ = std::move(settling);
 }
 
-void LiveModel::follow(const TrackerSample& sample) {
+void TrackedBody::follow(const TrackerSample& sample) {
     const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
     frame_.registration = registration_.update(
         sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
@@ -205,7 +205,7 @@ void LiveModel::follow(const TrackerSample& sample) {
     }
 }
 
-void LiveModel::place_patches() {
+void TrackedBody::place_patches() {
     for (Sensor& s : sensors_) {
         if (s.leaving || !s.patch.is_to_be_placed()) continue;
         const Vector3 place = s.patch.drive().base()->translation;
@@ -228,7 +228,7 @@ void LiveModel::place_patches() {
 }
 
 /// Which nodes are held hard: the scene's and those of the patches that are firmly held.
-void LiveModel::take_constraints() {
+void TrackedBody::take_constraints() {
     constraints_ = scene_constraints_->constraints();
     for (const std::int32_t n : driven_) driven_slot_[n] = -1;
     driven_.clear();
@@ -251,7 +251,7 @@ void LiveModel::take_constraints() {
     body_.body->set_constraints(constraints_);
 }
 
-void LiveModel::move_patches() {
+void TrackedBody::move_patches() {
     std::fill(driven_to_.begin(), driven_to_.end(), Vector3::Zero());
     for (const Sensor& s : sensors_) {
         if (!s.is_hard) continue;
@@ -263,7 +263,7 @@ void LiveModel::move_patches() {
 }
 
 /// Patches that are held by springs: soft sensors', and those that are let go or taken hold of.
-void LiveModel::pull_patches() {
+void TrackedBody::pull_patches() {
     const bool pull = std::any_of(sensors_.begin(), sensors_.end(),
                                   [](const Sensor& s) { return s.patch.spring_stiffness() > 0; });
     if (!pull && !pulled_) return;
@@ -290,7 +290,7 @@ void LiveModel::pull_patches() {
     body_.body->set_springs(springs_);
 }
 
-void LiveModel::settle() {
+void TrackedBody::settle() {
     if (!settling_) return;
     const double release_s = scene_.track->release_s;
     const double way =
@@ -303,7 +303,7 @@ void LiveModel::settle() {
     if (way >= 1) settling_.reset();
 }
 
-const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits) {
+const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits) {
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     follow(sample);

@@ -38,7 +38,7 @@ struct FrameState {
     SensorTrouble reference = SensorTrouble::lost;
     double press = 0;                          ///< the largest of the sensors', m
     std::vector<SensorState> sensors;          ///< as the scene lists them
-    std::vector<TrackedPose> image_from_tool;  ///< as `LiveModel::tools` lists them
+    std::vector<TrackedPose> image_from_tool;  ///< as `TrackedBody::tools` lists them
     std::optional<HandPull> pull{};
     StepReport step;
     double sensor_s = 0,
@@ -85,14 +85,14 @@ inline constexpr double farthest_from_organ = 0.02;
 /// From a tracker's sample to the deformed organ: registration by the reference sensor, the
 /// deformation sensors' patches, the constraints, one time step. Its times are the samples'; a
 /// clock decides only when to stop solving.
-class LiveModel {
+class TrackedBody {
   public:
     /// Throws Error where a tool of the scene is not found, or nothing holds the body when no
     /// sensor does. `misplaced_waits`: a sensor that is not on the organ when it is placed is
     /// placed again later, which the frame says; else `advance` throws Error.
-    LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
-              const RigidTransform<ImageFrame, Reference>& image_from_reference,
-              bool misplaced_waits = false);
+    TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
+                const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                bool misplaced_waits = false);
 
     /// One frame. After the first ones nothing is allocated, but where a patch is placed, let go or
     /// taken hold of.

@@ -2,7 +2,7 @@
 
 namespace livetet {
 
-void LiveModel::pull(const std::optional<HandPull>& pull) {
+void TrackedBody::pull(const std::optional<HandPull>& pull) {
     frame_.pull = pull;
     bool is_new = pull.has_value();
     for (Sensor& s : sensors_) {
@@ -23,7 +23,7 @@ void LiveModel::pull(const std::optional<HandPull>& pull) {
 }
 
 /// The image is the tracker here, and the reference rests in it.
-void LiveModel::follow_hand(Sensor& sensor) {
+void TrackedBody::follow_hand(Sensor& sensor) {
     const OutlierGate::Result rests{{.status = PoseStatus::ok}, GateVerdict::accepted};
     TrackedPose hand;
     if (!sensor.leaving) {

@@ -116,7 +116,7 @@ std::string status_text(const SourceStatus& status, std::size_t samples, double 
 /// What is kept in memory is saved in time: the program or the machine may not live until its end.
 class Saving {
   public:
-    explicit Saving(const ListenOptions& options) : options_(options) {}
+    explicit Saving(const RecordingOptions& options) : options_(options) {}
     void in_time(const TrackerSource& source, const SampleLog& log) {
         const double now_s = steady_seconds();
         if (!options_.save || now_s < due_s_ || log.size() == 0) return;
@@ -130,14 +130,14 @@ class Saving {
     }
 
   private:
-    const ListenOptions& options_;
+    const RecordingOptions& options_;
     double due_s_ = steady_seconds() + options_.save_every_s;
 };
 
 /// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is
 /// asked for; returns what is no tool.
 std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
-                                      const ListenOptions& options) {
+                                      const RecordingOptions& options) {
     const double began_s = steady_seconds();
     ProgressLine line(options.title);
     Rate rate;
@@ -170,21 +170,21 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
          names);
 }
 
-Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
+TrackerRecording record_stream(const std::string& name, const RecordingOptions& options) {
     SampleLog log;
     const OpenSource open =
         open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
-    Heard heard;
-    heard.left_out = wait_for_end(*open.source, log, options);
+    TrackerRecording received;
+    received.left_out = wait_for_end(*open.source, log, options);
     const SourceStatus status = open.source->status();
-    heard.recording = log.recording(open.source->tools());
-    if (heard.recording.samples.empty()) refuse_nothing(name, options.tools, status);
-    if (!options.tools.empty()) heard.never_came = status.never_came;
-    return heard;
+    received.recording = log.recording(open.source->tools());
+    if (received.recording.samples.empty()) refuse_nothing(name, options.tools, status);
+    if (!options.tools.empty()) received.never_came = status.never_came;
+    return received;
 }
 
 /// Of a file: the tools asked for, for so long.
-Recording part_of(Recording whole, const ListenOptions& options) {
+Recording part_of(Recording whole, const RecordingOptions& options) {
     std::vector<std::size_t> places;
     for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
     Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
@@ -201,18 +201,18 @@ Recording part_of(Recording whole, const ListenOptions& options) {
 
 }  // namespace
 
-Heard listen(const std::string& source, const ListenOptions& options) {
-    if (is_stream(source)) return listen_to_stream(source, options);
+TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options) {
+    if (is_stream(source)) return record_stream(source, options);
     Recording recording = read_stored(source).recording;
     return {naming(source, [&] { return part_of(std::move(recording), options); })};
 }
 
-Recording read_source(const std::string& source, const ListenOptions& options) {
-    Heard heard = listen(source, options);
-    if (!heard.never_came.empty())
-        fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),
+Recording read_source(const std::string& source, const RecordingOptions& options) {
+    TrackerRecording received = record_tracker(source, options);
+    if (!received.never_came.empty())
+        fail("{}: no {} came, expected each of {}", source, fmt::join(received.never_came, ", "),
              fmt::join(options.tools, ", "));
-    return std::move(heard.recording);
+    return std::move(received.recording);
 }
 
 }  // namespace livetet

@@ -9,7 +9,7 @@
 
 namespace livetet {
 
-struct ListenOptions {
+struct RecordingOptions {
     std::vector<std::string> tools{};  ///< none: every one that comes
     double seconds = 0;  ///< from the first pose on; 0: to the source's end, or until `stop`
     StopToken stop{};
@@ -20,7 +20,7 @@ struct ListenOptions {
 };
 
 /// What came.
-struct Heard {
+struct TrackerRecording {
     Recording recording;
     std::vector<std::string> never_came{};  ///< tools asked for
     std::vector<std::string>
@@ -31,13 +31,13 @@ struct Heard {
 /// `seconds` are over or `options.stop` asks for it; a file at once. A stream's recording
 /// begins with the first sample in which a tool comes and ends with the last. Throws Error where
 /// nothing came, saying why, and where a file has no tool of that name.
-Heard listen(const std::string& source, const ListenOptions& options);
+TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options);
 
 /// The same for those who need each tool asked for: throws Error where one never came.
-Recording read_source(const std::string& source, const ListenOptions& options);
+Recording read_source(const std::string& source, const RecordingOptions& options);
 
 /// `read_source`, by a caller that decides what stops it.
 using SourceReader =
-    std::function<Recording(const std::string& source, const ListenOptions& options)>;
+    std::function<Recording(const std::string& source, const RecordingOptions& options)>;
 
 }  // namespace livetet

@@ -21,7 +21,7 @@ struct OpenSource {
     std::size_t samples = 0;  ///< how many there will be; 0: nobody knows
     double interval_s = 0;    ///< typical time between them; 0: nobody knows
 
-    bool is_live() const { return samples == 0; }
+    bool is_streaming() const { return samples == 0; }
 };
 
 /// Whether a source is one that others send (openigtlink://host:port), else it is a file.

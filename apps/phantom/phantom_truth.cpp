@@ -75,7 +75,7 @@ std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
 double press(DeformableBody& body, std::span<const PressedNode> pressed,
              std::span<const std::int32_t> fixed, const Truth& truth, std::size_t k,
              const PressEffort& effort) {
-    constexpr int most_steps_at_rest = 120;
+    constexpr int max_steps_at_rest = 120;
     constexpr double moving_s = 0.05, resting_s = 0.1, tolerance = 1e-4;
     const double from = k > 0 ? truth.depths[k - 1] : 0, to = truth.depths[k];
     Constraints constraints(body.displacement().size());
@@ -88,7 +88,7 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed,
         (void)effort.moving(body, moving_s);
     }
     double imbalance = 1;
-    for (int i = 0; i < most_steps_at_rest; ++i) {
+    for (int i = 0; i < max_steps_at_rest; ++i) {
         (void)effort.resting(body, resting_s);
         imbalance = force_out_of_balance(body, constraints);
         if (imbalance <= tolerance) return imbalance;

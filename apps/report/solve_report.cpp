@@ -17,7 +17,7 @@ namespace {
 
 using ordered_json = nlohmann::ordered_json;
 
-constexpr std::size_t most_rows = 24;  // of a page's table of steps
+constexpr std::size_t max_rows = 24;  // of a page's table of steps
 
 double number(const ordered_json& x) {
     return x.is_null() ? std::nan("") : x.get<double>();
@@ -82,7 +82,7 @@ std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
 }
 
 /// One of so many of the kept steps is shown, the last, and all that did not converge.
-std::size_t shown_every(const SolvedRun& run) { return run.kept_steps().size() / most_rows + 1; }
+std::size_t shown_every(const SolvedRun& run) { return run.kept_steps().size() / max_rows + 1; }
 
 std::vector<const SolvedStep*> shown_steps(const SolvedRun& run) {
     const std::vector<const SolvedStep*> kept = run.kept_steps();

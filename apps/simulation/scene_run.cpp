@@ -12,7 +12,7 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
                        step.report.imbalance);
 }
 
-constexpr double least_part = 1.0 / 32;
+constexpr double min_part = 1.0 / 32;
 
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                       const RunHooks& hooks) {
@@ -193,7 +193,7 @@ double step_in_parts(
         }
         body.return_to_kept_state();
         part /= 2;
-        if (part < least_part) return reached;
+        if (part < min_part) return reached;
     }
     return 1;
 }

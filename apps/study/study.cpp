@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr std::size_t most_solves =
+constexpr std::size_t max_solves =
     100'000;  // each a file until the end, each scene checked before the first
 
 /// "a[2].b" into "a", "2", ".b": the pieces of a key, list places as numbers.
@@ -112,8 +112,8 @@ void check_vary(const VaryOptions& v, Design design, const std::string& where) {
     if (design == Design::latin_hypercube) return;
     if (v.count < 1)
         fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
-    if (static_cast<std::size_t>(v.count) > most_solves)
-        fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, most_solves);
+    if (static_cast<std::size_t>(v.count) > max_solves)
+        fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, max_solves);
 }
 
 std::vector<std::string> values_of(const VaryOptions& v) {
@@ -130,8 +130,8 @@ std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& va
     std::size_t count = 1;
     for (const VaryOptions& v : vary) {
         values.push_back(values_of(v));
-        if (count > most_solves / values.back().size())
-            fail("{}: more than {} solves", file, most_solves);
+        if (count > max_solves / values.back().size())
+            fail("{}: more than {} solves", file, max_solves);
         count *= values.back().size();
     }
     for (std::size_t k = 0; k < count; ++k) {
@@ -159,9 +159,9 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
 }
 
 std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const std::string& file) {
-    if (o.samples < 1 || static_cast<std::size_t>(o.samples) > most_solves)
+    if (o.samples < 1 || static_cast<std::size_t>(o.samples) > max_solves)
         fail("{}: samples = {}, expected from 1 to {} for design latin-hypercube", file, o.samples,
-             most_solves);
+             max_solves);
     std::vector<std::vector<std::string>> samples;
     for (const auto& point : latin_hypercube(static_cast<std::size_t>(o.samples), o.vary.size(),
                                              static_cast<std::uint64_t>(o.seed))) {

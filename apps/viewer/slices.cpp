@@ -17,7 +17,7 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_pixels = 320;     // along a side of a slice
+constexpr int max_pixels = 320;      // along a side of a slice
 constexpr double near_plane = 0.01;  // m: what lies this near to a slice is drawn in it
 
 /// Directions on the screen, in RAS, of slices across x, y and z.
@@ -56,7 +56,7 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
                  height = std::abs(axes.up.dot(box.sizes()));
     const double finest =
         ImageGrid{body.image->size, body.image->ras_from_voxel}.spacing().minCoeff();
-    spacing_ = std::max(finest, std::max(width, height) / (most_pixels - 1));
+    spacing_ = std::max(finest, std::max(width, height) / (max_pixels - 1));
     plane_.right = spacing_ * axes.right;
     plane_.up = spacing_ * axes.up;
     plane_.width = static_cast<int>(width / spacing_) + 1;

@@ -1,4 +1,4 @@
-#include "apps/viewer/live.hpp"
+#include "apps/viewer/track_view.hpp"
 
 #include <pthread.h>
 #include <sched.h>
@@ -29,37 +29,37 @@ void give_way() {
 
 }  // namespace
 
-LiveView::LiveView(ShownBody body, const StopSource& stop, Options options)
+TrackView::TrackView(ShownBody body, const StopSource& stop, Options options)
     : body_(std::move(body)), stop_(stop), options_(std::move(options)) {
     thread_ = std::thread([this] { run(); });
 }
 
-LiveView::~LiveView() {
+TrackView::~TrackView() {
     abandoned_ = true;
     if (thread_.joinable()) thread_.join();
 }
 
-std::optional<HandPull> LiveView::pull() {
+std::optional<HandPull> TrackView::pull() {
     if (pulls_.take()) pull_ = pulls_.incoming();
     return pull_;
 }
 
-void LiveView::tell(const Frame& frame, const LiveModel& model, const StreamSample&) {
+void TrackView::on_frame(const Frame& frame, const TrackedBody& tracked, const StreamSample&) {
     Seen& seen = frames_.outgoing();
     seen.frame = frame;
     seen.displacement = frame.displacement;
-    seen.tools = model.tools();
-    seen.driven = model.driven();
+    seen.tools = tracked.tools();
+    seen.driven = tracked.driven();
     frames_.post();
 }
 
-void LiveView::finish() {
+void TrackView::finish() {
     run_over_ = true;
     thread_.join();
     if (!failure_.empty()) fail("{}", failure_);
 }
 
-void LiveView::run() {
+void TrackView::run() {
     give_way();
     try {
         ViewWindow window(body_, options_.surface, options_.size);
@@ -73,7 +73,7 @@ void LiveView::run() {
     if (!run_over_) (void)stop_.request_stop();
 }
 
-void LiveView::lead(ViewWindow& window) {
+void TrackView::lead(ViewWindow& window) {
     window.handlers.pull = [this](const std::optional<HandPull>& pull) {
         pulls_.outgoing() = pull;
         pulls_.post();
@@ -93,7 +93,7 @@ void LiveView::lead(ViewWindow& window) {
     while (advance(window) && !stop.stop_requested() && (has_user || !run_over_)) continue;
 }
 
-bool LiveView::advance(ViewWindow& window) {
+bool TrackView::advance(ViewWindow& window) {
     const double start_s = steady_seconds();
     const bool is_open = window.process_events();
     if (frames_.take()) {
@@ -123,7 +123,7 @@ bool LiveView::advance(ViewWindow& window) {
     return is_open && !abandoned_;
 }
 
-ShownMoment LiveView::moment_of(const Seen& seen) const {
+ShownMoment TrackView::moment_of(const Seen& seen) const {
     ShownMoment moment;
     moment.time_s = seen.frame.time_s;
     moment.displacement = seen.displacement;

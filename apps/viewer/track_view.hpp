@@ -15,7 +15,7 @@ namespace livetet {
 
 /// A window beside a run, on a thread of its own that gives way to the simulation's: it draws the
 /// newest frame and passes over those that come meanwhile. Closing it ends the run, as Ctrl-C does.
-class LiveView : public FrameGuest {
+class TrackView : public FrameObserver {
   public:
     struct Options {
         Surface surface = Surface::on_screen;
@@ -24,11 +24,12 @@ class LiveView : public FrameGuest {
         std::filesystem::path screenshot{};  ///< written at the end; empty: none
     };
     /// `stop`: of the run, which ends with the window.
-    LiveView(ShownBody body, const StopSource& stop, Options options);
-    ~LiveView() override;
+    TrackView(ShownBody body, const StopSource& stop, Options options);
+    ~TrackView() override;
 
     std::optional<HandPull> pull() override;
-    void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) override;
+    void on_frame(const Frame& frame, const TrackedBody& tracked,
+                  const StreamSample& sample) override;
     /// Waits until the user closes the window, or the script has ended; off screen without one, for
     /// nothing.
     void finish() override;
@@ -42,7 +43,7 @@ class LiveView : public FrameGuest {
     struct Seen {
         FrameState frame;
         std::vector<Vector3> displacement;
-        std::vector<LiveModel::ShownTool> tools;
+        std::vector<TrackedBody::ShownTool> tools;
         std::vector<std::int32_t> driven;
     };
     void run();
