@@ -26,7 +26,7 @@ void take_changes(SceneChange& change, Scene& scene, TrackedBody& tracked, Frame
     }
 }
 
-/// Numbers and times of the samples that are taken, one after the other.
+/// Counts samples, and measures the time between those that are used.
 class SampleCount {
   public:
     explicit SampleCount(SampleClock clock) : clock_(clock) {}
@@ -67,7 +67,7 @@ class SampleCount {
 void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
                 FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts) {
-    (void)source.take();  // what came before anyone kept it
+    (void)source.take();  // discards a sample from before the run
     SampleCount count(plan.clock);
     while (!plan.stop.stop_requested()) {
         const StreamSample* sample = source.next();
@@ -86,7 +86,7 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         if (recorder && counts.frames % scene.output.every == 0) {
             bool kept = recorder->keep(frame, *sample, seconds);
             while (!kept && plan.every_sample &&
-                   !recorder->failed()) {  // nothing is real time: wait for the disk
+                   !recorder->failed()) {  // not in real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder->keep(frame, *sample, seconds);
             }

@@ -31,7 +31,7 @@ const char* text_of(SensorTrouble trouble) {
     return trouble_names[static_cast<std::size_t>(trouble)];
 }
 
-/// " (stale)"; nothing where all is well.
+/// " (stale)"; empty if there is no trouble.
 std::string because(SensorTrouble trouble) {
     return trouble == SensorTrouble::none ? "" : fmt::format(" ({})", text_of(trouble));
 }
@@ -46,7 +46,7 @@ std::string registration_text(const FrameState& frame) {
     return fmt::format("registration {}{}", text_of(frame.registration), because(frame.reference));
 }
 
-/// What each sensor does, and why where it does not follow: "Sensor holding (out of volume)".
+/// State of each sensor, with the reason if it does not follow: "Sensor holding (out of volume)".
 std::vector<std::string> sensor_texts(const PublishedFrame& a) {
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < a.sensors.size() && i < a.frame.sensors.size(); ++i) {
@@ -196,7 +196,7 @@ void FramePublisher::run() {
     Rate received, computed;
     for (;;) {
         const auto seen =
-            mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+            mailbox_.posted();  // read before `take`: a frame posted after this ends the wait
         if (!mailbox_.take()) {
             mailbox_.wait_beyond(seen);
             continue;

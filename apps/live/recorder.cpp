@@ -16,22 +16,22 @@ namespace {
 
 constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 
-/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x
-/// 4 matrix by rows.
+/// Columns of a received pose: number and time of its sample, arrival time, index of the tool,
+/// status, 3 x 4 matrix by rows.
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
 
 /// A frame's HandPull: number (0: none), base, to.
 constexpr const char* pull_values = "pull";
 
-/// A number of a file that stands for a whole one up to `most`.
+/// A whole number from 0 to `most`, read as a double. Throws Error for any other value.
 std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
     if (!(x >= 0 && x <= most && x == std::floor(x)))
         fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, most);
     return static_cast<std::uint64_t>(x);
 }
 
-constexpr double max_samples = 9007199254740992;  // 2^53: what a double counts to
+constexpr double max_samples = 9007199254740992;  // 2^53: a double represents all smaller integers
 
 std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k,
                                   const std::string& source) {
@@ -159,12 +159,14 @@ void Recorder::write(const KeptFrame& kept) {
     value("imbalance", f.step.imbalance);
     value("residual", f.step.linear_residual);
     if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
-    value("cut_short", f.step.cut_short && f.step.converged);  // else it failed, budget or not
+    value("cut_short",
+          f.step.cut_short &&
+              f.step.converged);  // a frame that did not converge failed, with or without a budget
     value("press_mm", 1e3 * f.press);
     value("registration_status", static_cast<double>(f.registration));
     value("converged", f.step.converged);
-    // How many sensors are placing, following, returning, holding, releasing, released; and what a
-    // replay needs.
+    // Number of sensors in each state: placing, following, returning, holding, releasing, released.
+    // A replay needs them, too.
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
     writer_.append_values("sensors", sensors);

@@ -63,7 +63,7 @@ DwellOptions dwell_options(const RegisterArguments& a) {
     return options;
 }
 
-/// The poses of the tool and the reference sensor, recorded or as they come.
+/// The poses of the tool and the reference sensor, from a recording or a stream.
 Recording read_poses(const RegisterArguments& a, const SourceReader& read,
                      const std::string& source, const char* title) {
     std::vector<std::string> tools{a.tool};

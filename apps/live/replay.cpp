@@ -21,7 +21,7 @@ using nlohmann::json;
 
 constexpr int max_threads = 1024;
 
-/// What a run left of itself that a replay needs, checked.
+/// The checked data of a run that a replay starts from.
 struct Origin {
     Scene scene;
     int threads = 0;

@@ -34,7 +34,7 @@ void SceneWatch::watch(const std::stop_token& stop) {
     std::mutex mutex;
     std::unique_lock lock(mutex);
     std::condition_variable_any sleep;
-    std::error_code gone;  // between an editor's removing a file and its writing it anew
+    std::error_code gone;  // while an editor removes the file and writes it anew
     std::string text = to_yaml(scene_);
     while (!sleep.wait_for(lock, stop, look_every, [&] { return stop.stop_requested(); })) {
         const auto now = std::filesystem::last_write_time(path_, gone);

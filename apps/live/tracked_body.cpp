@@ -13,7 +13,7 @@ namespace livetet {
 
 namespace {
 
-/// A step in time is at most so long: after a silence the body goes on from where it was.
+/// Longest time step: after a gap in the samples the body goes on from its state.
 constexpr double longest_frame_s = 0.5;
 
 PoseFilterOptions filter_options(const TrackOptions& track) {
@@ -73,7 +73,7 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
-    // Not a number until the reference sensor was first seen.
+    // NaN until the reference sensor is seen for the first time.
     frame_.tracker_from_image.rotation.setConstant(std::nan(""));
     frame_.tracker_from_image.translation.setConstant(std::nan(""));
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
@@ -116,7 +116,7 @@ void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
 }
 
 void TrackedBody::change(SceneChange&& change) {
-    // 1. what can fail
+    // 1. may throw
     Scene next = scene_;
     next.fix = change.scene.fix;
     next.track->sensors = change.scene.track->sensors;
@@ -132,7 +132,7 @@ void TrackedBody::change(SceneChange&& change) {
     }
     for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
 
-    // 2. what cannot
+    // 2. does not throw
     scene_ = std::move(next);
     for (const SensorOptions& options : scene_.track->sensors) {
         const auto kept = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
@@ -150,15 +150,16 @@ void TrackedBody::change(SceneChange&& change) {
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
         if (settling_)
-            for (const std::int32_t n : settling_->nodes) before[n] = 0;  // they are not there yet
+            for (const std::int32_t n : settling_->nodes)
+                before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(std::move(change.constraints));
         begin_settling(before);
-        pulled_ = true;  // springs are made anew
+        pulled_ = true;  // springs are rebuilt
     }
     take_constraints();
 }
 
-/// Of nodes with components that are fixed and were not `before`.
+/// Starts leading nodes to rest that have fixed components now and had not `before`.
 void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
     Settling settling;
     const Constraints& now = scene_constraints_->constraints();
@@ -227,7 +228,7 @@ void TrackedBody::place_patches() {
     }
 }
 
-/// Which nodes are held hard: the scene's and those of the patches that are firmly held.
+/// Prescribed nodes: those of the scene, and the patches that are not held by springs.
 void TrackedBody::take_constraints() {
     constraints_ = scene_constraints_->constraints();
     for (const std::int32_t n : driven_) driven_slot_[n] = -1;
@@ -262,7 +263,7 @@ void TrackedBody::move_patches() {
     body_.body->move_constraints(driven_, driven_to_);
 }
 
-/// Patches that are held by springs: soft sensors', and those that are let go or taken hold of.
+/// Patches held by springs: those of soft sensors, and those being released or taken up again.
 void TrackedBody::pull_patches() {
     const bool pull = std::any_of(sensors_.begin(), sensors_.end(),
                                   [](const Sensor& s) { return s.patch.spring_stiffness() > 0; });
@@ -280,7 +281,7 @@ void TrackedBody::pull_patches() {
                             static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
         if (each == 0) continue;
         for (std::size_t k = 0; k < s.patch.nodes().size();
-             ++k) {  // together they pull to their mean
+             ++k) {  // overlapping patches pull to their mean
             double& stiffness = springs_.stiffness[s.patch.nodes()[k]];
             Vector3& target = springs_.target[s.patch.nodes()[k]];
             stiffness += each;

@@ -22,7 +22,7 @@ void TrackedBody::pull(const std::optional<HandPull>& pull) {
     sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }
 
-/// The image is the tracker here, and the reference rests in it.
+/// A hand-pulled marker is a sensor whose tracker frame is the image, with the reference at rest.
 void TrackedBody::follow_hand(Sensor& sensor) {
     const OutlierGate::Result rests{{.status = PoseStatus::ok}, GateVerdict::accepted};
     TrackedPose hand;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::string_view to_tracker = "ToTracker";
 
-/// Samples as they come, from the source's thread to the one that asks.
+/// Collects samples of the source's thread.
 class SampleLog {
   public:
     void keep(const StreamSample& sample) {
@@ -38,12 +38,13 @@ class SampleLog {
         const std::lock_guard lock(mutex_);
         return samples_.size();
     }
-    /// When the first came, steady clock.
+    /// Arrival of the first sample, steady clock.
     std::optional<double> first_s() const {
         const std::lock_guard lock(mutex_);
         return samples_.empty() ? std::nullopt : std::optional(first_s_);
     }
-    /// All of them so far, each with a pose for each of `tools`, to the last in which one came.
+    /// All samples so far, up to the last in which a tool came, each with a pose for each of
+    /// `tools`.
     Recording recording(std::vector<std::string> tools) const {
         Recording recording{std::move(tools), {}};
         auto& samples = recording.samples;
@@ -63,7 +64,7 @@ class SampleLog {
     double first_s_ = 0;
 };
 
-/// Whether the name is that of a transform, `StylusToReference`, and not of a tool.
+/// Whether this names a transform, such as `StylusToReference`, and not a tool.
 bool is_transform(std::string_view name) {
     for (std::size_t i = name.find("To", 1); i != std::string_view::npos;
          i = name.find("To", i + 1))
@@ -71,7 +72,7 @@ bool is_transform(std::string_view name) {
     return false;
 }
 
-/// The tool that a name on the wire stands for: Stylus for StylusToTracker (PLUS) and for Stylus.
+/// The tool of a name on the wire: Stylus for StylusToTracker (PLUS) and for Stylus.
 std::optional<std::string> tool_of(std::string_view name) {
     if (name.ends_with(to_tracker))
         name.remove_suffix(to_tracker.size());
@@ -80,7 +81,7 @@ std::optional<std::string> tool_of(std::string_view name) {
     return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
 }
 
-/// Whether the source tells this tool from all others.
+/// Requests this tool from the source. False if its name cannot be told from that of another.
 bool is_followed(TrackerSource& source, const std::string& tool) {
     try {
         (void)source.index_of(tool);
@@ -90,7 +91,7 @@ bool is_followed(TrackerSource& source, const std::string& tool) {
     }
 }
 
-/// Follows what has come since the last time; returns what is no tool.
+/// Requests all tools that have come since the last call. Returns the names that are no tools.
 std::vector<std::string> follow_all(TrackerSource& source) {
     std::vector<std::string> others;
     for (const auto& [name, count] : source.status().names) {
@@ -113,7 +114,7 @@ std::string status_text(const SourceStatus& status, std::size_t samples, double 
     return text;
 }
 
-/// What is kept in memory is saved in time: the program or the machine may not live until its end.
+/// Saves the recording from time to time, in case the program or the machine fails.
 class Saving {
   public:
     explicit Saving(const RecordingOptions& options) : options_(options) {}
@@ -122,7 +123,8 @@ class Saving {
         if (!options_.save || now_s < due_s_ || log.size() == 0) return;
         try {
             options_.save(log.recording(source.tools()));
-        } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
+        } catch (const Error& error) {  // recording goes on; if the disk stays full, the last save
+                                        // reports it
             log_warning(fmt::format("{}; recording goes on", error.what()));
         }
         due_s_ =
@@ -134,8 +136,8 @@ class Saving {
     double due_s_ = steady_seconds() + options_.save_every_s;
 };
 
-/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is
-/// asked for; returns what is no tool.
+/// Waits until the requested time is over or a stop is requested. Requests tools as they come if
+/// none were asked for. Returns the names that are no tools.
 std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
                                       const RecordingOptions& options) {
     const double began_s = steady_seconds();
@@ -183,7 +185,7 @@ TrackerRecording record_stream(const std::string& name, const RecordingOptions& 
     return received;
 }
 
-/// Of a file: the tools asked for, for so long.
+/// The requested tools and length of a recording read from a file.
 Recording part_of(Recording whole, const RecordingOptions& options) {
     std::vector<std::size_t> places;
     for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));

@@ -20,7 +20,7 @@ void wait(double seconds, const StopToken& stop) {
     while (!stop.stop_requested() && steady_seconds() < end_s) std::this_thread::sleep_for(pause);
 }
 
-/// Once from beginning to end, or until `stop`; `round` is counted from 1.
+/// Plays once from beginning to end, or until `stop`. `round` counts from 1.
 void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line, int round,
           const StopToken& stop) {
     const double began_s = utc_seconds(), first_s = played.recording.samples.front().time_s;
@@ -31,7 +31,7 @@ void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLin
              const double time_s = began_s + s.sample.time_s - first_s;
              server.publish(sample_messages(played.recording.tools, s.sample, time_s));
          }});
-    (void)playback.next();  // begins
+    (void)playback.next();  // starts the playback
     for (std::uint64_t sent = 0; !stop.stop_requested() && sent < samples;
          std::this_thread::sleep_for(pause)) {
         sent = playback.status().samples;
@@ -72,7 +72,7 @@ void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat rep
         std::this_thread::sleep_for(pause);
     for (int round = 1; !stop.stop_requested(); ++round) {
         play(server, played, line, round, stop);
-        if (repeat == Repeat::once) return wait(0.2, stop);  // the last sample is still sent
+        if (repeat == Repeat::once) return wait(0.2, stop);  // so that the last sample is sent
         wait(interval_s, stop);
     }
 }

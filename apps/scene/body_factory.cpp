@@ -199,8 +199,7 @@ void SceneConstraints::move(Driven& d, double share) {
     for (const std::int32_t n : d.nodes) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
         d.values.push_back(value);
-        if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their
-                          // mean
+        if (d.stiffness)  // the springs of overlapping soft sets pull together, to their mean
             springs_.target[n] +=
                 *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
         else
@@ -248,8 +247,8 @@ void SceneConstraints::move_to_share(double share) {
 
 namespace {
 
-/// The triangles that a load acts on: those of the group where it names one, else those of the
-/// surface whose corners are all selected.
+/// The triangles that a load acts on: those of its group or, without a group, the boundary
+/// triangles whose corners are all selected.
 std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load,
                                        std::span<const std::int32_t> nodes) {
     if (load.group)
@@ -365,7 +364,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
             fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
     }
-    // Here, where every rank has the whole mesh: none alone may find a tet without.
+    // Checked here, where every rank has the whole mesh, so that all ranks throw together.
     const std::vector<std::int32_t>& regions = hierarchy.levels.front().regions;
     for (const int region :
          regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end()))
@@ -382,7 +381,8 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     scene_body.partition_s = seconds_since(start);
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
-        MeshHierarchy& h = scene_body.hierarchy;  // the coarser levels are not solved on
+        MeshHierarchy& h =
+            scene_body.hierarchy;  // the coarser levels are only used to partition the mesh
         h.levels.resize(1);
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
@@ -391,10 +391,10 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
                                          elastic_model(scene, live), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
-    used.parents.clear();  // which had their say in who gets what
+    used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
-            used.levels[l] = {};  // the body has its share of them
+            used.levels[l] = {};  // the body has its own part of them
     return scene_body;
 }
 

@@ -60,7 +60,7 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
 
 namespace {
 
-/// What a scene reads, it does not write.
+/// Throws Error if the scene writes a file that it reads, or a file twice.
 void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
     std::set<std::filesystem::path> read = read_files(scene);
     read.insert(file);

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The mesh block that a hierarchy was made by, as its provenance tells.
+/// The mesh block that a hierarchy was made from, by its provenance.
 MeshSource source_of_hierarchy(const fs::path& path) {
     const auto told =
         nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
