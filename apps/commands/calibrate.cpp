@@ -17,7 +17,7 @@ struct CalibrateArguments {
     double seconds = 0;
 };
 
-/// What `calibrate` makes of the tool's poses; what it finds wrong names the source and the tool.
+/// Result of `calibrate` for the tool's poses. Its errors name the source and the tool.
 template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     expect_ending("--output", a.output, ".json");
@@ -91,12 +91,12 @@ CLI::App* add(CLI::App* command, const std::shared_ptr<CalibrateArguments>& a, c
                      "server: the tool is "
                      "then followed until Ctrl-C or --for")
         ->required();
-    added->add_option("--for", a->seconds, "take so many seconds, from the first pose on")
+    added->add_option("--for", a->seconds, "recording time in seconds, from the first pose")
         ->check(CLI::PositiveNumber);
-    added->add_option("--tool", a->tool, "the tool: Stylus for StylusToTracker")
+    added->add_option("--tool", a->tool, "name of the tool: Stylus for StylusToTracker")
         ->capture_default_str();
     added->add_option("-o,--output", a->output,
-                      "write what is known of the tip to this file (.json) for `livetet register`");
+                      "write the tip to this file (.json) for `livetet register`");
     return added;
 }
 
@@ -114,9 +114,9 @@ void add_calibrate_command(CLI::App& app) {
                            "The direction of a tool's shaft, from the tool turning about its own "
                            "shaft, recorded or as it is tracked; "
                            "the tip's Z axis will point along it, away from the sensor");
-    turned->add_option(
-        "--tip", a->tip,
-        "the tool's tip, of `livetet calibrate pivot -o`: tells the shaft's ends apart");
+    turned->add_option("--tip", a->tip,
+                       "the tool's tip, from `livetet calibrate pivot -o`: decides which end of "
+                       "the shaft is which");
     turned->callback([a] { spin(*a); });
 }
 

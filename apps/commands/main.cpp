@@ -21,8 +21,8 @@
 
 namespace {
 
-/// One line on stderr and the exit status. Under mpirun all ranks go down together; where rank 0
-/// fails too, it is the one that speaks.
+/// Prints an error line and returns the exit status. Under mpirun all ranks are aborted; if rank 0
+/// fails, too, it prints the line.
 int give_up(const std::string& message, int status) {
     int initialised = 0, finalised = 0, rank = 0, ranks = 1;
     MPI_Initialized(&initialised);
@@ -31,21 +31,21 @@ int give_up(const std::string& message, int status) {
     if (running) {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-    } else {  // what Open MPI's, MPICH's and Slurm's launchers tell
+    } else {  // set by the launchers of Open MPI, MPICH and Slurm
         for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"})
             if (const char* told = std::getenv(name)) rank = std::atoi(told);
         if (rank > 0) return status;
     }
-    if (rank > 0) ::sleep(3);  // on a busy machine the first takes its time to end the others
+    if (rank > 0) ::sleep(3);  // on a busy machine rank 0 takes time to abort the others
     std::fputs(fmt::format("livetet: {}\n", message).c_str(),
-               stderr);  // fmt::print throws where it cannot
+               stderr);  // fmt::print would throw if stderr is closed
     std::fflush(stderr);
     if (running && ranks > 1) MPI_Abort(MPI_COMM_WORLD, status);
     return status;
 }
 
-/// What lies before, between and behind the marks in a text; nothing where they are not all there
-/// in this order.
+/// The parts of a text before, between and after the marks. Empty unless all marks occur in this
+/// order.
 std::vector<std::string> around(std::string_view text,
                                 std::initializer_list<std::string_view> marks) {
     std::vector<std::string> parts;
@@ -59,8 +59,8 @@ std::vector<std::string> around(std::string_view text,
     return parts;
 }
 
-/// Every number that a command takes is to be one: comparisons with "nan" all fail, and so no range
-/// refuses it.
+/// Makes every option of type FLOAT refuse NaN, which passes range checks as all comparisons with
+/// it fail.
 void refuse_no_numbers(CLI::App& app) {
     for (CLI::Option* option : app.get_options())
         if (option->get_type_name().find("FLOAT") != std::string::npos)
@@ -74,7 +74,7 @@ void refuse_no_numbers(CLI::App& app) {
     for (CLI::App* command : app.get_subcommands({})) refuse_no_numbers(*command);
 }
 
-/// What the parser has to say of a value, in our words: what, found, expected.
+/// Rewrites an error of the parser as: option, found, expected.
 std::string told(const CLI::ParseError& e, const CLI::App& app) {
     const std::string message = e.what();
     const auto type_of = [&](const std::string& name) {
@@ -86,14 +86,14 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
     const auto whole = [](const std::string& type) {
         return type.substr(0, type.find(':')).find("INT") != type.npos;
     };
-    const auto short_form = [](const std::string& number) {  // of 1.000000
+    const auto short_form = [](const std::string& number) {  // 1 for 1.000000
         if (number.find('.') == number.npos) return number;
         const std::string kept = number.substr(0, number.find_last_not_of('0') + 1);
         return kept.substr(0, kept.find_last_not_of('.') + 1);
     };
     if (const auto part = around(message, {": Value ", " not in range ", " to "}); !part.empty()) {
         const std::string type = type_of(part[0]);
-        const bool endless = part[3].size() > 40;  // a number's largest, digit by digit
+        const bool endless = part[3].size() > 40;  // the limit is the largest double
         std::string expected =
             type.find("NONNEGATIVE") == type.npos ? "a positive number" : "0 or a positive number";
         if (!endless)
@@ -102,7 +102,7 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
         return fmt::format("{}: found {}, expected {}", part[0], part[1], expected);
     }
     if (const auto part = around(message, {": Check ", " value in {", "} OR {"});
-        !part.empty()) {  // names and what they stand for
+        !part.empty()) {  // an enumeration of names
         std::string names;
         for (std::size_t at = 0; at < part[2].size();
              at = std::min(part[2].find(',', at), part[2].size() - 1) + 1)

@@ -24,7 +24,7 @@ struct RecordArguments {
     double seconds = 0;
 };
 
-/// What could not be written later is refused before anything is recorded.
+/// Refuses invalid outputs and tools before anything is recorded.
 void check(const RecordArguments& a) {
     if (ending(a.output) != ".mha")
         fail("--output {}: expected a name that ends in .igs.mha, a PLUS sequence",
@@ -67,20 +67,18 @@ void record(const RecordArguments& a) {
 void add_record_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "record",
-        "Records what a tracker sends into a PLUS sequence. Ctrl-C ends it, and what came is kept");
+        "Records a tracker into a PLUS sequence. Ctrl-C ends it, and everything received is kept");
     auto a = std::make_shared<RecordArguments>();
     command
         ->add_option("source", a->source,
                      "openigtlink://host:port of a tracker server such as PLUS; or a recording or "
-                     "a simulated tracker's "
-                     "script (.yaml), which is taken at once")
+                     "the script of a simulated tracker (.yaml), which is read at once")
         ->required();
     command->add_option("-o,--output", a->output, "the recording (.igs.mha)")->required();
-    command->add_option("--tool", a->tools,
-                        "a tool to record, Stylus for StylusToTracker; may be repeated (default: "
-                        "every one that comes)");
-    command
-        ->add_option("--for", a->seconds, "stop after so many seconds, counted from the first pose")
+    command->add_option(
+        "--tool", a->tools,
+        "a tool to record, Stylus for StylusToTracker; may be repeated (default: all that come)");
+    command->add_option("--for", a->seconds, "stop after this time in seconds from the first pose")
         ->check(CLI::PositiveNumber);
     command->callback([a] { record(*a); });
 }

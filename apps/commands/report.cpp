@@ -30,14 +30,14 @@ struct ReportArguments {
     bool no_pictures = false;
 };
 
-/// A report of either kind of run, in all of its forms.
+/// A report of a tracked or solved run in all its formats.
 struct Told {
     std::vector<std::string> verdicts;
     std::string text, json;
     std::function<std::string(std::span<const PagePicture>, const std::string& no_pictures)> page;
     std::function<void(const fs::path& folder)> draw;
     std::vector<std::pair<const char*, const char*>>
-        pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
+        pictures;  ///< files that `draw` may write, in reading order, with captions
 };
 
 Told tell_tracked(const ReportArguments& arguments, std::shared_ptr<const ResultReader> reader) {
@@ -97,7 +97,8 @@ Told tell(const ReportArguments& arguments) {
     return tell_tracked(arguments, std::move(result));
 }
 
-/// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
+/// Draws the pictures. Returns why there are none, if there are none: the report is complete
+/// without.
 std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder,
                                         [[maybe_unused]] const Told& told) {
 #ifdef LIVETET_IMAGES
@@ -124,7 +125,7 @@ bool is_page(const fs::path& output) {
 }
 
 void write_page(const ReportArguments& arguments, const Told& told) {
-    PendingFile page(arguments.folder);  // before pictures are drawn
+    PendingFile page(arguments.folder);  // throws before pictures are drawn if it cannot be written
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
     std::vector<PagePicture> pictures;
@@ -144,7 +145,8 @@ void write_page(const ReportArguments& arguments, const Told& told) {
                pictures.size());
 }
 
-/// All files or none: each is complete beside its place before the first is moved there.
+/// Writes all files or none: each is complete under another name before the first is moved into
+/// place.
 void write_texts(const ReportArguments& arguments, const Told& told) {
     PendingFile text_file(arguments.folder / "report.txt"),
         json_file(arguments.folder / "report.json");
@@ -166,7 +168,7 @@ void run(ReportArguments arguments) {
             "'{}'",
             arguments.folder.string(), end);
     refuse_to_overwrite("--json", arguments.json, {arguments.result, arguments.truth});
-    // 1. the run, and what it is measured by
+    // 1. the run and its references
     const Told told = tell(arguments);
     if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
 
@@ -195,20 +197,18 @@ void report_result(const std::filesystem::path& result, const std::filesystem::p
 
 void add_report_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "report",
-        "Says what a run was worth: errors, frame times or steps, what was left out, pictures");
+        "report", "Reports on a run: errors, frame times or steps, what was left out, pictures");
     auto arguments = std::make_shared<ReportArguments>();
-    command
-        ->add_option("result", arguments->result, "what livetet track or livetet solve wrote (.h5)")
+    command->add_option("result", arguments->result, "result of livetet track or solve (.h5)")
         ->required();
     command->add_option("--truth", arguments->truth,
                         "a phantom's truth (.json): errors at its hidden targets");
     command
         ->add_option(
             "-o,--output", arguments->folder,
-            "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
+            "folder for report.txt, report.json and pictures; or one page with all of it (.html)")
         ->default_str("report, beside the result");
-    command->add_option("--json", arguments->json, "write the JSON to this file too");
+    command->add_option("--json", arguments->json, "also write the JSON to this file");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
     command->callback([arguments] { run(*arguments); });
 }

@@ -36,24 +36,25 @@ void serve_file(const ServeArguments& a) {
 }  // namespace
 
 void add_serve_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("serve",
-                                           "Plays a recording or a simulated tracker as a tracker "
-                                           "server (OpenIGTLink), to try things without one");
+    CLI::App* command =
+        app.add_subcommand("serve",
+                           "Acts as a tracker server (OpenIGTLink) that plays a recording or a "
+                           "simulated tracker, for trials without hardware");
     auto a = std::make_shared<ServeArguments>();
     command
         ->add_option("source", a->source,
                      "a recording (PLUS sequence), or a simulated tracker's script (.yaml; livetet "
                      "scene --script)")
         ->required();
-    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")
+    command->add_option("--port", a->server.port, "TCP port; 0: any free port")
         ->capture_default_str()
         ->check(CLI::Range(0, 65535));
     command
         ->add_option(
             "--address", a->server.address,
-            "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in")
+            "address to listen on: 127.0.0.1 for this machine only, 0.0.0.0 for all its networks")
         ->capture_default_str();
-    command->add_flag("--loop", a->loop, "begin again at its end, until Ctrl-C");
+    command->add_flag("--loop", a->loop, "repeat until Ctrl-C");
     command->callback([a] { serve_file(*a); });
 }
 

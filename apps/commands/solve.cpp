@@ -41,7 +41,7 @@ double largest_norm(const std::vector<Vector3>& values) {
     return largest;
 }
 
-/// Where displacements at the scene's probe points are read off.
+/// Samples displacements at the scene's probe points.
 struct Probes {
     std::vector<NamedPoint> points;
     PointSampler sampler;
@@ -57,7 +57,7 @@ struct Probes {
     }
 };
 
-/// The fields that the scene asks for. Collective.
+/// The fields that the scene requests. Collective.
 std::vector<ResultFrame::Field> fields_of(const Scene& scene, DeformableBody& body) {
     const auto& asked = scene.output.fields;
     const auto wanted = [&](const std::string& name) {
@@ -106,7 +106,7 @@ json history_json(const RunHistory& history) {
     return steps;
 }
 
-/// The first rank's text, on every rank. Collective.
+/// Returns the text of rank 0 on every rank. Collective.
 std::string same_on_all(std::string text) {
     auto size = static_cast<std::int64_t>(text.size());
     MPI_Bcast(&size, 1, MPI_INT64_T, 0, PETSC_COMM_WORLD);
@@ -141,7 +141,7 @@ void check_files(const SolveArguments& arguments, const Scene& scene, bool first
 
 bool is_dynamic(const Scene& scene) { return scene.time.scheme != TimeScheme::static_equilibrium; }
 
-/// Whether the run leaves what it takes to restart it. Throws Error where it cannot, but should.
+/// Whether the run writes checkpoints. Throws Error if it should but cannot.
 bool keeps_checkpoints(const SolveArguments& arguments, const Scene& scene) {
     const bool keeps =
         is_dynamic(scene) && (scene.output.checkpoint_every > 0 || arguments.restart);
@@ -152,7 +152,7 @@ bool keeps_checkpoints(const SolveArguments& arguments, const Scene& scene) {
     return keeps;
 }
 
-/// What a run that is restarted must have in common with its first part. Collective.
+/// What a restarted run must have in common with its first part. Collective.
 std::string run_identity(const Scene& scene, bool keeps, bool first) {
     Scene of_results = scene;
     of_results.output.checkpoint_every = 0;  // may change at a restart
@@ -421,12 +421,12 @@ void add_solve_command(CLI::App& app, ExitStatus& status) {
         "scene.");
     auto arguments = std::make_shared<SolveArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
-    command->add_option("--json", arguments->json, "write the figures to this file too");
-    command->add_flag(
-        "--profile", arguments->profile,
-        "what each part took, and what was left out (`livetet explain` says so before)");
+    command->add_option("--json", arguments->json, "also write the figures to this file");
+    command->add_flag("--profile", arguments->profile,
+                      "print memory and time of each part, and what was left out (`livetet "
+                      "explain` predicts it)");
     command->add_flag("--restart", arguments->restart,
-                      "go on from the last checkpoint of a run that was ended "
+                      "continue from the last checkpoint of an interrupted run "
                       "(output.checkpoint_every), on any number of ranks");
     command->allow_extras();
     command->callback([command, arguments, &status] {

@@ -51,7 +51,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"version", LIVETET_VERSION}};
 }
 
-/// What replay_run reads.
+/// The data that replay_run needs.
 json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference,
                      const TrackerSource& source, const SceneBody& body,
                      const FrameCounts& counts) {
@@ -82,8 +82,8 @@ void take_publish(const std::string& text, std::optional<PublishOptions>& publis
     publish->port = std::stoi(port);
 }
 
-/// `registration` as the transform that the reference sensor carries. Throws Error where it is none
-/// for this scene.
+/// `registration` as a transform from the reference sensor. Throws Error if it does not fit this
+/// scene.
 RigidTransform<ImageFrame, Reference> rigid_registration(const FiducialRegistration& registration,
                                                          const TrackOptions& track) {
     const auto& image_from_base = registration.image_from_base;
@@ -106,7 +106,7 @@ RigidTransform<ImageFrame, Reference> rigid_registration(const FiducialRegistrat
 struct TrackInputs {
     explicit TrackInputs(const TrackArguments& arguments);
 
-    std::filesystem::file_time_type written;  ///< when the scene file was
+    std::filesystem::file_time_type written;  ///< of the scene file
     Scene scene;
     bool every_sample = false;
     std::optional<double> budget_s;
@@ -283,14 +283,13 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
 void add_track_options(CLI::App& command, TrackArguments& arguments) {
     command.add_option("--publish", arguments.publish,
                        "serve the deformed surface, tools and status by OpenIGTLink on this port, "
-                       "or ADDRESS:PORT; this "
-                       "machine alone can connect unless an address is named");
-    command.add_option("--for", arguments.seconds, "stop after so many seconds")
+                       "or ADDRESS:PORT; only this machine can connect unless an address is given");
+    command.add_option("--for", arguments.seconds, "stop after this time in seconds")
         ->check(CLI::PositiveNumber);
     command.add_flag(
         "--every-sample", arguments.every_sample,
-        "every sample of the recording, however long it takes, instead of its own pace");
-    command.add_option("--json", arguments.json, "write the report to this file too");
+        "compute every sample of the recording, however long it takes, instead of its own pace");
+    command.add_option("--json", arguments.json, "also write the report to this file");
 }
 
 void add_track_command(CLI::App& app, ExitStatus& status) {
@@ -306,8 +305,8 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         command->add_option("scene", arguments->scene, "scene file (YAML) with a track section");
     command
         ->add_option("--replay", arguments->replay,
-                     "compute a recorded run (.h5) again from what came in, and compare each frame "
-                     "to the bit")
+                     "recompute a recorded run (.h5) from its received samples, and compare each "
+                     "frame bit by bit")
         ->excludes(scene);
     add_track_options(*command, *arguments);
     command->allow_extras();
