@@ -22,7 +22,7 @@ constexpr const char* format_name = "livetet phantom truth 1";
 constexpr const char* interpolation_rule =
     "piecewise linear in depth, from 0 at depth 0; constant beyond the deepest of press.depths_mm";
 
-// A piece of the document that knows its place, for messages.
+// A part of the document with its path, for messages.
 struct Entry {
     const json& value;
     std::string file, key;

@@ -18,7 +18,7 @@ constexpr const char* frame_format = "livetet frame";
 constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
-/// hdf5::write_whole, for a run that can go on.
+/// hdf5::write_whole, with a hint on restarting in its errors.
 void write_part(const fs::path& path, const char* format, std::size_t bytes,
                 const std::function<void(hdf5::File&)>& fill) {
     try {
@@ -31,7 +31,7 @@ void write_part(const fs::path& path, const char* format, std::size_t bytes,
     }
 }
 
-/// What a JSON text in a file says; an Error where it is none.
+/// Reads a JSON text of a file. Throws Error if it is invalid.
 template <class Read>
 auto read_about(const hdf5::File& file, Read&& read) {
     try {

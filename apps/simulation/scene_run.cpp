@@ -24,7 +24,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         body.set_springs(constraints.springs());
         body.set_external_force(force, share);
     };
-    double kept = 0;  // the load of the last frame; the body at rest is none
+    double kept = 0;  // load of the last frame; the body at rest is no frame
     std::size_t frames = 0;
     const auto keep = [&](double share) {
         if (hooks.keep) hooks.keep(frames++, share);
@@ -74,8 +74,8 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
 /// Chooses the lengths of adaptive steps so that the error of each, in m, is near `tolerance`.
 struct StepLengthControl {
     double tolerance;
-    double order;        ///< of a step's error in its length
-    double least, most;  ///< lengths, s
+    double order;        ///< order of a step's error in its length
+    double least, most;  ///< limits of the length, s
 
     /// Whether a step of this length must be repeated with a shorter one.
     bool rejects(const StepReport& report, double step) const {
@@ -109,7 +109,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     double& dt = place.step_s;
     if (dt == 0) dt = scene.time.step_s;
     while (time < end * (1 - 1e-9)) {
-        // Without adaption, whole steps; with it, the last two share what is left.
+        // Fixed steps keep their length; the last two adaptive ones share what is left.
         const double left = end - time;
         const double step = dt >= left * (1 - 1e-9) ? left
                             : tolerance > 0 ? std::min(dt, std::max(left / 2, control.least))
@@ -132,7 +132,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         if (reached < 1) {
             move(1);
             take(1, 1 - reached, body.solve((1 - reached) * step, solve_controls(scene)));
-            history.steps.back().kept = true;  // whatever it came to
+            history.steps.back().kept = true;  // even if not converged
         }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {

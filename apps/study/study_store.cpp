@@ -33,7 +33,7 @@ constexpr const char* fingerprint_file = "study.yaml";
 
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
 
-/// The study, and the files that its solves read, as they are now.
+/// The study and the present contents of the files that its solves read.
 std::string whole_fingerprint(const Study& study) {
     return study.fingerprint() + "---\n" + stamps_of(study.files);
 }
@@ -56,10 +56,10 @@ StudyStore::Lock::Lock(const fs::path& file)
         ::close(std::exchange(descriptor_, -1));
         if (reason != EWOULDBLOCK)
             fail(
-                "{}: cannot be locked ({}); a study wants a file system with flock, Lustre one "
-                "that is mounted with it",
+                "{}: cannot be locked ({}); a study needs a file system with flock; mount Lustre "
+                "with it",
                 file.string(), std::generic_category().message(reason));
-        fail("{}: another run of this study is at work there, expected one at a time",
+        fail("{}: another run of this study is active there, expected one at a time",
              file.parent_path().string());
     }
 }
@@ -135,7 +135,7 @@ void StudyStore::open() {
         try {
             if (!are_sound) (void)hdf5::File::open(row_file(k));
             (void)row(k);
-        } catch (const Error&) {  // the machine went down before all of it was on the disk
+        } catch (const Error&) {  // incomplete after a crash of the machine
             fs::remove(row_file(k));
         }
     }
@@ -266,19 +266,19 @@ void StudyStore::remove() {
 
 namespace {
 
-/// Of the disk, for what is written next, and for the tables and texts at the end.
+/// Throws Error unless the disk has room for `bytes`, and for the tables and texts at the end.
 void need_room(hdf5::File& file, std::size_t bytes) {
     constexpr std::size_t room_beside = 1 << 20;
     if (!file.reserve(bytes + room_beside))
         fail("{}: cannot be written (is the disk full?)", file.shown());
 }
 
-/// The meshes that a study's solves are on, each kept once.
+/// Writes the meshes of a study's solves, each once.
 class StoredMeshes {
   public:
     explicit StoredMeshes(hdf5::File& file) : file_(file) {}
 
-    /// A frame without fields on the scene's mesh, which is written the first time.
+    /// A frame without fields on the mesh of a scene; writes the mesh the first time.
     XdmfFrame frame(const Scene& scene) {
         const std::string key =
             to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
@@ -332,7 +332,7 @@ std::string csv_of(const StudyTable& table) {
     return text;
 }
 
-/// What a study's file holds of all its solves but the displacements, one row a solve.
+/// All that a study's file holds but displacements and histories, a row for each solve.
 struct StudyColumns {
     std::vector<double> inputs, converged, seconds, work;
     std::vector<std::vector<std::pair<std::string, double>>> outputs;

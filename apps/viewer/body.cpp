@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// f(), whose Error is noted as what is left out.
+/// Calls f; an Error of it becomes an entry of what is left out.
 template <class F>
 void or_left_out(ShownBody& body, const std::string& what, F&& f) {
     try {
@@ -32,7 +32,7 @@ void or_left_out(ShownBody& body, const std::string& what, F&& f) {
     }
 }
 
-/// A mesh in another place than the image would be shown as nothing at all.
+/// Throws Error if image and mesh do not overlap: nothing would be visible.
 void read_image(ShownBody& body, const fs::path& path) {
     GreyImage image = read_grey_image(path);
     Eigen::AlignedBox3d box = box_of(grid_of(image)), mesh;
@@ -77,7 +77,7 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     for (std::size_t count = triangles.size(); count < enough; count *= 4) ++times;
     fine->SetNumberOfSubdivisions(std::min(times, 3));
     fine->Update();
-    // A surface that touches itself is not for subdividing: as it is, then.
+    // Subdivision needs a manifold surface; others are shown as they are.
     vtkPolyData* out =
         times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
     TriangleMesh surface;

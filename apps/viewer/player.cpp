@@ -147,7 +147,7 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
     }
     if (as_folder) return;
     video->End();
-    std::error_code unknown;  // its writer says nothing of a full disk
+    std::error_code unknown;  // the writer does not report a full disk
     if (const auto space =
             std::filesystem::space(std::filesystem::absolute(path).parent_path(), unknown);
         !unknown && space.available < 4096)

@@ -18,9 +18,9 @@ namespace livetet {
 namespace {
 
 constexpr int max_pixels = 320;      // along a side of a slice
-constexpr double near_plane = 0.01;  // m: what lies this near to a slice is drawn in it
+constexpr double near_plane = 0.01;  // m: points this near to a slice are drawn in it
 
-/// Directions on the screen, in RAS, of slices across x, y and z.
+/// Screen directions, in RAS, of slices across x, y and z.
 struct Axes {
     const char* name;
     char letter;
@@ -30,7 +30,7 @@ const Axes axes_of[3] = {{"sagittal", 'x', -Vector3::UnitY(), Vector3::UnitZ()},
                          {"coronal", 'y', -Vector3::UnitX(), Vector3::UnitZ()},
                          {"axial", 'z', -Vector3::UnitX(), Vector3::UnitY()}};
 
-/// The values below which 1 % and 99 % of an image's voxels lie.
+/// The 1 % and 99 % quantiles of an image's voxels.
 std::pair<double, double> usual_values(const GreyImage& image) {
     std::vector<float> some;
     for (std::size_t i = 0; i < image.values.size();

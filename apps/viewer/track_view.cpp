@@ -15,13 +15,12 @@ namespace livetet {
 
 namespace {
 
-constexpr double shortest_picture_s =
-    1.0 / 30;                             // in the mean: more would only take from the simulation
-constexpr double longest_behind_s = 0.1;  // of late pictures that quick ones make up for
-constexpr double shortest_text_s = 0.25;  // and drawing letters takes a tenth of a picture's time
+constexpr double shortest_picture_s = 1.0 / 30;  // mean: more would only slow the simulation
+constexpr double longest_behind_s = 0.1;         // delay that later pictures may make up for
+constexpr double shortest_text_s = 0.25;         // drawing text takes a tenth of a picture's time
 
-/// This thread, and so those that a software renderer starts from it, runs where nobody else wants
-/// a core: pictures, unlike frames, may come late.
+/// Lets this thread, and those that a software renderer starts from it, run only on idle cores:
+/// pictures, unlike frames, may be late.
 void give_way() {
     const sched_param none{};
     (void)::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
@@ -141,7 +140,7 @@ ShownMoment TrackView::moment_of(const Seen& seen) const {
         if (const auto& base = seen.frame.sensors[i - 1].base) sensor.base = base->translation;
         if (is_usable(pose)) sensor.now = pose.translation;
     }
-    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches that are held
+    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches
     moment.text = fmt::format(
         "live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
         1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +

@@ -13,33 +13,33 @@
 
 namespace livetet {
 
-/// A window beside a run, on a thread of its own that gives way to the simulation's: it draws the
-/// newest frame and passes over those that come meanwhile. Closing it ends the run, as Ctrl-C does.
+/// A window beside a run, on a thread of low priority: it draws the newest frame and skips those
+/// that come meanwhile. Closing it ends the run, as Ctrl-C does.
 class TrackView : public FrameObserver {
   public:
     struct Options {
         Surface surface = Surface::on_screen;
         std::array<int, 2> size{1280, 800};
-        std::optional<ViewScript> script{};  ///< at its end the window closes
+        std::optional<ViewScript> script{};  ///< its end closes the window
         std::filesystem::path screenshot{};  ///< written at the end; empty: none
     };
-    /// `stop`: of the run, which ends with the window.
+    /// `stop`: stops the run; requested when the window is closed.
     TrackView(ShownBody body, const StopSource& stop, Options options);
     ~TrackView() override;
 
     std::optional<HandPull> pull() override;
     void on_frame(const Frame& frame, const TrackedBody& tracked,
                   const StreamSample& sample) override;
-    /// Waits until the user closes the window, or the script has ended; off screen without one, for
-    /// nothing.
+    /// Waits until the user closes the window or the script ends; off screen without a script, not
+    /// at all.
     void finish() override;
 
-    /// How many pictures were drawn, and what the last took, s: for a benchmark.
+    /// Number of pictures, and time of the last, s; for a benchmark.
     std::size_t pictures() const { return pictures_; }
     double picture_s() const { return picture_s_; }
 
   private:
-    /// What is handed over of a frame.
+    /// The data of a frame that are passed to the window.
     struct Seen {
         FrameState frame;
         std::vector<Vector3> displacement;
@@ -48,8 +48,8 @@ class TrackView : public FrameObserver {
     };
     void run();
     void lead(ViewWindow& window);
-    /// Draws the newest frame, if there is a new one or the user did something. False once the
-    /// window is closed.
+    /// Draws the newest frame, if it is new or the user did something. False once the window is
+    /// closed.
     bool advance(ViewWindow& window);
     ShownMoment moment_of(const Seen& seen) const;
 
@@ -58,14 +58,15 @@ class TrackView : public FrameObserver {
     const Options options_;
     Mailbox<Seen> frames_;
     Mailbox<std::optional<HandPull>> pulls_;
-    std::optional<HandPull> pull_;  ///< the simulation's thread's
+    std::optional<HandPull> pull_;  ///< used by the simulation's thread only
     std::atomic<bool> run_over_{false}, abandoned_{false};
     std::atomic<std::size_t> pictures_{0};
     std::atomic<double> picture_s_{0};
-    double due_s_ = 0;      ///< when the next picture is, as what follows the view's thread's
-    double renewed_s_ = 0;  ///< when texts were
-    std::string labels_;    ///< what they name
-    std::string failure_;   ///< read after the thread's end
+    double due_s_ =
+        0;  ///< time of the next picture; this and what follows belong to the view's thread
+    double renewed_s_ = 0;  ///< time when texts were redrawn
+    std::string labels_;    ///< contents of the texts
+    std::string failure_;   ///< read after the thread has ended
     std::thread thread_;
 };
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int max_voxels = 96;  // along a side
 constexpr float outside = -1,
-                brightest = 255;  // what a voxel holds: grey from 0 to brightest, or outside
+                brightest = 255;  // a voxel is a grey value from 0 to brightest, or outside
 
 }  // namespace
 

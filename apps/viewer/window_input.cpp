@@ -13,7 +13,7 @@ namespace livetet {
 
 namespace {
 
-/// The first of view_001.png, view_002.png ... that is not there.
+/// The first of view_001.png, view_002.png ... that does not exist.
 std::filesystem::path free_name() {
     for (int k = 1;; ++k)
         if (std::filesystem::path name = fmt::format("view_{:03}.png", k);
@@ -23,7 +23,7 @@ std::filesystem::path free_name() {
 
 }  // namespace
 
-/// Over slices and time line the mouse is the window's; over the organ it turns VTK's camera.
+/// Handles the mouse over slices and time line; over the organ it rotates VTK's camera.
 class ViewWindow::Style : public vtkInteractorStyleTrackballCamera {
   public:
     static Style* New();
@@ -51,7 +51,7 @@ class ViewWindow::Style : public vtkInteractorStyleTrackballCamera {
     void OnMouseWheelForward() override { turn(1); }
     void OnMouseWheelBackward() override { turn(-1); }
     void OnKeyPress() override { window->press_key(Interactor->GetKeySym()); }
-    void OnChar() override {}  // VTK's own keys
+    void OnChar() override {}  // disables VTK's own keys
 
   private:
     void down(MouseButton button) {
@@ -81,7 +81,7 @@ void ViewWindow::listen(Surface surface) {
     style->window = this;
     style->SetDefaultRenderer(organ_renderer_);
     interactor_->SetInteractorStyle(style);
-    interactor_->EnableRenderOff();  // `draw` does
+    interactor_->EnableRenderOff();  // `draw` renders
     vtkNew<vtkCallbackCommand> redraw, close;
     redraw->SetClientData(this);
     redraw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -157,7 +157,8 @@ bool ViewWindow::mouse_move(int x, int y) {
         case Doing::crossing:
             set_cross(slice_->point_at(x, y));
             break;
-        case Doing::windowing: {  // the window by as much as it is over 200 pixels, as the level
+        case Doing::windowing: {  // scales the window by the motion over 200 pixels, and the level
+                                  // likewise
             const double per_pixel = slices_->window() / 200;
             set_window(slices_->window() + per_pixel * (x - last_[0]),
                        slices_->level() + per_pixel * (y - last_[1]));
@@ -205,7 +206,7 @@ void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from,
                                            vtkCommand::MiddleButtonReleaseEvent,
                                            vtkCommand::RightButtonReleaseEvent};
     constexpr int steps = 8;
-    draw();  // where things are is known once they were drawn
+    draw();  // positions are only known once drawn
     for (int k = 0; k <= steps; ++k) {
         interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps,
                                          from[1] + (to[1] - from[1]) * k / steps, 0, shift);
