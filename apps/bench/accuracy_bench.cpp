@@ -27,14 +27,14 @@ struct AccuracyArguments {
 };
 
 constexpr TrackerKind trackers[] = {{1.4, 0.5},
-                                    {0.5, 0.2}};  // by the makers of electromagnetic ones
+                                    {0.5, 0.2}};  // as stated by makers of electromagnetic trackers
 constexpr int max_sensors = 6;
 
 MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCallback& progress) {
     return mesh_phantom(images, {"", tets, 0, 0, 0}, progress);
 }
 
-/// The runs of one cell's column: all seeds.
+/// All seeds' runs of a case.
 AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds,
                          const ProgressCallback& progress = {}) {
     AccuracySeries series;
@@ -71,7 +71,8 @@ AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
     return table;
 }
 
-/// The causes one after another: the tracker, the organ's motion, then the model's parts.
+/// Errors with causes removed one after the other: the tracker's noise, the organ's motion, then
+/// the model's parts.
 std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy,
                                        const PressedOrgan& organ, const PhantomImages& images,
                                        const std::vector<AccuracyTable>& tables, int seeds,
@@ -131,9 +132,9 @@ int tell(const AccuracyVerdict& verdict) {
     return 1;
 }
 
-/// Error at targets inside the pressed phantom, rigid-only and deforming: by the tracker's noise,
-/// the depth of the press and the number of sensors, and what limits it. 0 where deforming is
-/// better in every cell, else 1.
+/// Error at targets inside the pressed phantom, rigid-only and deforming, by tracker noise, depth
+/// of the press and number of sensors, and what limits it. Returns 1 unless deforming is better in
+/// every cell.
 int bench_accuracy(const AccuracyArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)
@@ -145,7 +146,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         };
     };
 
-    // 1. the organ as it truly is, and the model's mesh
+    // 1. the true organ, and the mesh of the model
     const PhantomImages images = make_phantom_images(0.0015, 1);
     const PressedOrgan organ =
         press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030},
@@ -156,7 +157,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
                organ.truth.provenance, model.mesh().tets.size(), model.mesh().nodes.size(),
                judged_targets(organ.truth).size(), organ.truth.targets.size());
 
-    // 2. every cell, and what limits it
+    // 2. all cells, and the limits
     std::vector<AccuracyTable> tables;
     for (const TrackerKind& tracker : trackers) {
         const double from = 0.22 + 0.34 * static_cast<double>(tables.size());
@@ -169,7 +170,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
     const std::vector<double>& depths_mm = tables.front().depths_mm;
     print(limits, depths_mm);
 
-    // 3. the files, and the verdict
+    // 3. files and verdict
     if (!arguments.json.empty()) {
         nlohmann::json result{{"truth", organ.truth.provenance},
                               {"model_tets", model.mesh().tets.size()}};

@@ -27,21 +27,20 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct ConvergenceArguments {
-    double min_nodes = 1050, max_nodes = 1.1e6;  ///< of the meshes of rising size
-    double nodes = 1e4;                          ///< of the mesh that all else is varied on
-    std::string
-        only;  ///< of what is varied and the preconditioner: what has this in "nodes, multigrid"
+    double min_nodes = 1050, max_nodes = 1.1e6;  ///< range of mesh sizes
+    double nodes = 1e4;  ///< size of the mesh on which everything else is varied
+    std::string only;    ///< part of the name "VARIED, METHOD", such as "nodes, multigrid"
     std::filesystem::path csv, json, figure, folder;
 };
 
 constexpr double tolerance = 1e-8;
 constexpr int max_iterations = 2000;
-constexpr double max_meshed_nodes =
-    5e5;  ///< beyond, the finest mesh is cut from the next: Gmsh takes minutes for a million nodes
+constexpr double max_meshed_nodes = 5e5;  ///< above this size the finest mesh is refined from the
+                                          ///< next: Gmsh takes minutes for a million nodes
 
 struct SolveMethod {
     std::string name, solver;
-    double max_nodes;  ///< beyond which it takes minutes, and is left out
+    double max_nodes;  ///< left out above this size, where it takes minutes
 };
 
 const std::vector<SolveMethod>& methods() {
@@ -57,17 +56,17 @@ const std::vector<SolveMethod>& methods() {
     return all;
 }
 
-/// A beam, and what is said of it.
+/// Parameters of a beam.
 struct Setting {
     std::string against;  ///< what is varied: "nodes", "nu", ...
     double value = 0;
     double edge_m = 0.0054;
-    int refine = 0;  ///< cut so often from a mesh that much coarser
+    int refine = 0;  ///< number of uniform refinements of a mesh that is coarser by as much
     double poisson = 0.45;
-    double contrast = 1;  ///< of Young's modulus, the upper half to the lower
-    double stretch = 1;   ///< of the mesh along z
+    double contrast = 1;  ///< of Young's modulus, upper half to lower half
+    double stretch = 1;   ///< scaling of the mesh along z
     int levels = 0;       ///< 0: all
-    int smoothing = 0;    ///< 0: the solver's own
+    int smoothing = 0;    ///< 0: default of the solver
 };
 
 std::string name_of(const Setting& s, const SolveMethod& m) { return s.against + ", " + m.name; }
@@ -81,7 +80,7 @@ struct Point {
     double factor() const { return std::pow(tolerance, 1 / std::max(1.0, iterations)); }
 };
 
-/// Scenes of settings, solved once each.
+/// Solves scenes of settings.
 class Beams {
   public:
     explicit Beams(const WorkFolder& folder) : folder_(folder) {}
@@ -143,8 +142,8 @@ class Beams {
     int count_ = 0;
 };
 
-/// The edge of the beam's mesh with about so many nodes; the power is what meshes from 10^3 to 10^6
-/// nodes came to.
+/// Edge length of a beam's mesh with about this number of nodes; the power is fitted to meshes from
+/// 10^3 to 10^6 nodes.
 double edge_for(double nodes) {
     return std::cbrt(4.955 * 0.002 / (5.75 * nodes)) /
            std::cbrt(0.877 * std::pow(nodes / 1000, 0.062));

@@ -34,16 +34,16 @@ using nlohmann::json;
 
 struct LatencyArguments {
     double seconds = 30;
-    double rate_Hz = 40;  ///< of the tracker
+    double rate_Hz = 40;  ///< sampling rate of the tracker
     int tets = 60000;
     double budget_ms = 10;
     std::filesystem::path json;
 };
 
 constexpr double median_allowed_ms = 15, p99_allowed_ms = 25;
-constexpr double settling_s = 3;  // sensors are placed, and buffers grow
+constexpr double settling_s = 3;  // until sensors are placed and buffers have grown
 
-/// When each sample came.
+/// Arrival times of samples.
 class ArrivalTimes {
   public:
     void keep(const StreamSample& sample) {
@@ -60,8 +60,7 @@ class ArrivalTimes {
     std::map<std::uint64_t, double> times_;
 };
 
-/// What a client sees of a frame: when its last message was there, and how long the frame itself
-/// says that it took.
+/// A frame as seen by a client: arrival of its last message, and the computing time it states.
 struct SeenFrame {
     std::uint64_t sample = 0;
     double seen_s = 0, computed_ms = 0;
@@ -77,7 +76,7 @@ class FrameReader {
     ~FrameReader() {
         if (thread_.joinable()) (void)finish();
     }
-    /// All frames that came until the server has closed.
+    /// All frames until the server closed the connection.
     std::vector<SeenFrame> finish() {
         std::error_code ignored;
         socket_.shutdown(asio::socket_base::shutdown_both, ignored);
@@ -103,14 +102,14 @@ class FrameReader {
     std::thread thread_;
 };
 
-/// A recording as a tracker server sends it, from now on.
+/// A tracker server that plays a recording from now on.
 class TrackerServer {
   public:
     explicit TrackerServer(const Recording& recording)
         : playback_(recording, {.listener = [this, tools = recording.tools](const StreamSample& s) {
                         server_.publish(sample_messages(tools, s.sample, utc_seconds()));
                     }}) {
-        (void)playback_.next();  // begins
+        (void)playback_.next();  // starts the playback
     }
     std::uint16_t port() const { return server_.port(); }
 
@@ -126,14 +125,14 @@ Scene published_scene(double budget_ms) {
     return scene;
 }
 
-/// What a run showed.
+/// Measurements of a run.
 struct LatencyRun {
     ArrivalTimes came;
     FrameCounts counts;
     std::vector<SeenFrame> seen;
 };
 
-/// All of `track`, with its result, between a tracker server and a client.
+/// Runs all of `track`, with its result file, between a tracker server and a client.
 void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& scene,
                    const SimulatedTrackerOptions& tracker, LatencyRun& run) {
     const WorkFolder folder;

@@ -16,8 +16,8 @@ namespace livetet {
 
 namespace {
 
-/// Frame rates and errors of the live solver on the phantom and on a beam; 0 where all targets
-/// held, else 1.
+/// Frame rates and errors of the live solver on the phantom and on a beam. Returns 1 if a target is
+/// missed.
 int bench_realtime(const RealtimeArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)

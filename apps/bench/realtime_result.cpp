@@ -17,8 +17,8 @@ long times_blocked() {
     return usage.ru_nvcsw;
 }
 
-// Batches and rotations in float, once for the rotations and once for the forces; about forty
-// passes over vectors of doubles in a step and nine more an iteration.
+// Batches and rotations in float, read once for rotations and once for forces; about forty passes
+// over vectors of doubles in a step and nine more in an iteration.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
                       bool dynamic) {
     const double batches = static_cast<double>(tets) / batch_width<float>;

@@ -31,7 +31,7 @@ struct Variant {
     double peak_bytes = 0;
 };
 
-/// The scene, and with each part forced on that it leaves out.
+/// The scene, and variants with a part forced on that it leaves out.
 std::vector<Variant> variants_of(const Scene& scene) {
     std::vector<Variant> all{{"as it is", scene}};
     Scene everything = scene;
@@ -52,7 +52,7 @@ std::vector<Variant> variants_of(const Scene& scene) {
           [](Scene& s) { s.formulation = Formulation::mixed; });
     force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium,
           [&](Scene& s) {
-              // As many steps, each so long that the body comes to rest in it.
+              // As many steps, each long enough for the body to come to rest.
               s.time.scheme = TimeScheme::implicit_euler;
               s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
               s.time.step_s = 100;
@@ -69,9 +69,8 @@ std::vector<Variant> variants_of(const Scene& scene) {
     return all;
 }
 
-/// What a scene saves by what it leaves out: as it is, against the same scene with one thing forced
-/// on that it does not need, and with all of them; times and memory, runs interleaved. Returns the
-/// exit status.
+/// What a scene saves by leaving parts out: the scene, and variants with one or all of them forced
+/// on; times and memory, with interleaved runs. Returns the exit status.
 int bench_savings(const SavingsArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);

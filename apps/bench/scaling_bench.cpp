@@ -32,18 +32,19 @@ using nlohmann::json;
 /// `livetet bench scaling`.
 struct ScalingArguments {
     std::vector<int> ranks{
-        1, 2, 4};  ///< strong scaling; those beyond the machine's cores for iterations alone
+        1, 2,
+        4};  ///< strong scaling; numbers above that of the cores are run for their iterations only
     double unknowns = 3e6;
-    int refine = 2;  ///< levels by cutting tets into eight
+    int refine = 2;  ///< uniform refinements of the mesh
     std::string launcher =
-        "mpirun --oversubscribe -n {}";  ///< in front of the program, {} the number of ranks
+        "mpirun --oversubscribe -n {}";  ///< prefix of the command, with {} for the number of ranks
     std::vector<std::string> others{"gamg", "boomeramg"};
-    std::filesystem::path folder;  ///< where meshes, scenes and results are kept; empty: nowhere
+    std::filesystem::path folder;  ///< keeps meshes, scenes and results; empty: a temporary folder
     std::filesystem::path json, figure;
 };
 
-/// The edge of a beam's mesh with so many unknowns after being refined. A tet has about 0.2 e^3 of
-/// volume, a node 5.75 tets.
+/// Edge length of a beam's mesh with this number of unknowns after refinement. A tet has a volume
+/// of about 0.2 e^3, and there are 5.75 tets to a node.
 double edge_for(double unknowns, int refine) {
     const double tets = unknowns / 3 * 5.75 / std::pow(8, refine);
     return std::cbrt(4.955 * 0.002 / tets);
@@ -90,15 +91,15 @@ void print_runs(const std::vector<SolveRun>& runs) {
             r.message_bytes / 1e6, r.reductions, r.converged ? "" : "  NOT converged");
 }
 
-/// One line for a target, and whether it holds.
+/// Prints a line for a target. Returns `holds`.
 bool judge(const std::string& what, double value, const std::string& asked, bool holds) {
     fmt::print("{:<70} {:>8.2f}   asked {:<14} {}\n", what, value, asked,
                holds ? "holds" : "MISSED");
     return holds;
 }
 
-/// Runs of one benchmark, and the largest number of ranks that is judged for time: the largest of
-/// those asked for that the cores allow, else the smallest.
+/// The runs, and the largest number of ranks judged for time: the largest requested one that the
+/// cores allow, else the smallest.
 struct ScalingRuns {
     std::vector<SolveRun> strong, weak, others;
     int judged_ranks = 1;
@@ -147,7 +148,7 @@ ScalingRuns measure_runs(const ScalingArguments& a, int cores) {
     return runs;
 }
 
-/// One line for each target. `bandwidth_ratio`: of all cores to one. True if all targets hold.
+/// Prints a line for each target. `bandwidth_ratio`: of all cores to one. True if all targets hold.
 bool judge_runs(const ScalingRuns& runs, int cores, double bandwidth_ratio) {
     const auto& strong = runs.strong;
     const auto by_ranks = [&](int ranks) {

@@ -6,7 +6,7 @@
 
 namespace livetet {
 
-/// What one run of `livetet solve` took: its own words (--json), all ranks together.
+/// Figures of a run of `livetet solve` (--json), all ranks together.
 struct SolveRun {
     std::string name, solver;
     int ranks = 1;
@@ -18,7 +18,7 @@ struct SolveRun {
     double largest_mm = 0;
     double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
 
-    /// From a mesh in memory to equilibrium.
+    /// Time from a mesh in memory to equilibrium, s.
     double solution_s() const {
         return partition_s + setup_s + forces_s + assembly_s + preconditioner_s + linear_s;
     }
@@ -28,16 +28,16 @@ struct SolveRun {
     }
 };
 
-/// Starts the program on so many ranks, or alone where the launcher is empty; what it prints goes
-/// to a log beside the scene. Throws Error where it fails, with its last words; not where it does
-/// not converge.
+/// Runs the program on this number of ranks, or without a launcher if that is empty; its output
+/// goes to a log beside the scene. Throws Error with its last message if it fails, but not if it
+/// does not converge.
 SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
                    const std::filesystem::path& scene);
 
 nlohmann::json json_of(const SolveRun& run);
 
-/// The keys of a scene's `solver` for a kind, the others than ours at the best of their options
-/// that were found on a pressed beam (the README says which were tried).
+/// Keys of a scene's `solver` for a kind; those of other preconditioners with the best of their
+/// options found on a pressed beam (the documentation says which were tried).
 std::string solver_at_its_best(const std::string& kind);
 
 }  // namespace livetet

@@ -78,7 +78,8 @@ json json_of(const std::vector<Outcome>& outcomes) {
 }
 
 #ifdef LIVETET_IMAGES
-/// Error against time of the cases with a sequence of meshes: what P2 buys, and what pressures do.
+/// Draws error against time of the cases with a sequence of meshes: the gain by P2, and by
+/// pressures.
 void draw(const std::filesystem::path& path, const std::vector<Outcome>& outcomes) {
     const auto chart = [&](const std::string& title, const std::string& error,
                            const std::string& begin, const std::string& end) {

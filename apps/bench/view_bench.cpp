@@ -26,18 +26,18 @@ namespace {
 using nlohmann::json;
 
 struct ViewBenchArguments {
-    double seconds = 6;   ///< of each stretch
-    int stretches = 5;    ///< with the window, and as many without
-    double rate_Hz = 40;  ///< of the tracker
+    double seconds = 6;   ///< duration of each stretch, s
+    int stretches = 5;    ///< number of stretches with the window, and as many without
+    double rate_Hz = 40;  ///< sampling rate of the tracker
     double budget_ms = 10;
     int tets = 60000;
     std::filesystem::path json;
 };
 
-constexpr double pictures_asked = 25;  // a second
-constexpr double opening_s = 4;        // the sensor is placed, the window opens
+constexpr double pictures_asked = 25;  // pictures a second
+constexpr double opening_s = 4;        // until the sensor is placed and the window is open
 
-/// Passes frames on to a window in every other stretch of time, and times all of them.
+/// Passes frames to a window in every other stretch of time, and times all of them.
 class ByTurns : public FrameObserver {
   public:
     ByTurns(TrackView& view, const StopSource& stop, double stretch_s, int stretches)
@@ -54,7 +54,7 @@ class ByTurns : public FrameObserver {
         const int stretch = now - first_s_ < opening_s
                                 ? 0
                                 : 1 + static_cast<int>((now - first_s_ - opening_s) / stretch_s_);
-        const bool with = stretch % 2 == 0;  // the one that is left out, too
+        const bool with = stretch % 2 == 0;  // stretch 0, which is not counted, too
         if (stretch != stretch_) {
             if (stretch_ > 0 && stretch_ % 2 == 0)
                 pictures_a_second.push_back(static_cast<double>(view_.pictures() - pictures_) /
@@ -68,7 +68,7 @@ class ByTurns : public FrameObserver {
             return;
         }
         if (with) view_.on_frame(frame, tracked, sample);
-        if (stretch == 0 || now - since_s_ < 0.5) return;  // what was under way ends
+        if (stretch == 0 || now - since_s_ < 0.5) return;  // skips pictures in progress
         (with ? with_ms : without_ms).push_back(1e3 * (now - began_s_));
         if (with) picture_ms.push_back(1e3 * view_.picture_s());
     }
@@ -84,9 +84,9 @@ class ByTurns : public FrameObserver {
     std::size_t pictures_ = 0;
 };
 
-/// The window beside a run on the phantom, off screen at 1280 x 800, drawing and not drawing by
-/// turns: pictures a second, what a picture takes, and frame times with and without. Prints a
-/// table; returns 0, or 1 where there are fewer than 25 pictures a second.
+/// A run on the phantom with a window, off screen at 1280 x 800, that draws in alternate stretches:
+/// pictures a second, time of a picture, and frame times with and without. Returns 1 if there are
+/// fewer than 25 pictures a second.
 int bench_view(const ViewBenchArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)

@@ -41,7 +41,7 @@ struct WarpBenchArguments {
 
 constexpr double allowed_s = 1;
 
-/// The phantom's mesh, pressed, and a grey image about it.
+/// The pressed mesh of the phantom, and a grey image about it.
 struct WarpCase {
     TetMesh mesh;
     std::vector<Vector3> u;
@@ -72,7 +72,7 @@ WarpCase make_case(const WarpBenchArguments& a, ProgressLine& progress) {
     return c;
 }
 
-/// Seconds that each of so many runs takes.
+/// Times of repeated runs, s.
 std::vector<double> timed(int repeats, const std::function<void()>& run) {
     std::vector<double> seconds;
     for (int r = 0; r < repeats; ++r) {
@@ -93,8 +93,8 @@ vtkSmartPointer<vtkImageData> vtk_image(const GreyImage& image) {
     return data;
 }
 
-/// The same by VTK: rest places, given at the nodes of the deformed tets, probed at the voxels; the
-/// image interpolated there. Uncovered voxels keep the image's value.
+/// The same warp by VTK: positions at rest, given at the nodes of the deformed tets, are probed at
+/// the voxels, and the image is interpolated there. Voxels outside keep the image's value.
 std::vector<float> warp_by_vtk(const WarpCase& c, ThreadTeam& team) {
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
@@ -170,8 +170,8 @@ class Table {
     nlohmann::json rows_ = nlohmann::json::array();
 };
 
-/// The largest difference, of two warps of one image; but at voxels that one covers and the other
-/// does not, which lie on the surface and differ by all of the motion. Those are counted.
+/// The largest difference of two warps of an image, and the number of voxels that only one of them
+/// covers. These lie on the surface, differ by the whole motion, and do not count.
 std::pair<double, std::size_t> compare(const GreyImage& rest, const std::vector<float>& a,
                                        const std::vector<float>& b) {
     double worst = 0;
@@ -184,11 +184,10 @@ std::pair<double, std::size_t> compare(const GreyImage& rest, const std::vector<
     return {worst, on_surface};
 }
 
-/// The phantom pressed by 15 mm in a volume that it fills as well as it can: what `livetet warp`
-/// takes for it, part by part, on one thread and on all, and VTK's probe filter and interpolator
-/// for the same in the same run, whose values must be the same. Prints a table; returns the exit
-/// status: 0, or 1 where the linear warp takes a second or more on all threads, or VTK's values are
-/// others.
+/// The phantom pressed by 15 mm in a volume that it fills: the parts of `livetet warp`, on one
+/// thread and on all, and the same by VTK's probe filter and interpolator, whose values must agree.
+/// Prints a table. Returns 1 if the linear warp takes a second or more on all threads, or VTK's
+/// values differ.
 int bench_warp(const WarpBenchArguments& a) {
     ProgressLine progress("warp");
     const WarpCase c = make_case(a, progress);
@@ -231,7 +230,7 @@ int bench_warp(const WarpBenchArguments& a) {
         table.add("the same warp by VTK: probe filter, interpolator", fmt::format("{}", cores),
                   timed(3, [&] { theirs = warp_by_vtk(c, team); }));
 
-    // Without its rind the body covers what VTK's probe finds; VTK knows no empty place.
+    // Without its rind the body covers what VTK's probe finds; VTK has no empty voxels.
     GreyImage ours =
         warp_image(c.image, grid, bare, Interpolation::linear, std::nanf(""), team, counts);
     for (std::size_t n = 0; n < ours.values.size(); ++n)

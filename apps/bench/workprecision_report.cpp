@@ -25,7 +25,7 @@ struct WorkPrecisionArguments {
     std::string only;
 };
 
-constexpr double frame_s = 0.010;  // of the recommendation
+constexpr double frame_s = 0.010;  // step time of the recommendation
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
@@ -157,7 +157,7 @@ void draw(const std::filesystem::path& path, const WorkPrecision& w, const std::
 }
 #endif
 
-/// Table, files and words. Returns the exit status.
+/// Prints a table and a recommendation, and writes files. Returns 3 if no choice has figures.
 int bench_workprecision(const WorkPrecisionArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);

@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-/// What VTK has to say goes to the log, not into the middle of our output.
+/// Sends VTK's messages to the log instead of the terminal.
 class LogWindow : public vtkOutputWindow {
   public:
     static LogWindow* New();
@@ -73,8 +73,7 @@ void write_window(vtkRenderWindow* window, const std::filesystem::path& path) {
     pixels->ReadFrontBufferOff();
     vtkNew<vtkPNGWriter> writer;
     writer->SetInputConnection(pixels->GetOutputPort());
-    writer->WriteToMemoryOn();  // its own writing says several lines of a full disk, and not that
-                                // it is full
+    writer->WriteToMemoryOn();  // VTK's own file output reports a full disk unclearly
     writer->Write();
     vtkUnsignedCharArray* const png = writer->GetResult();
     if (writer->GetErrorCode() != 0 || !png) fail("{}: the picture cannot be made", path.string());

@@ -83,7 +83,7 @@ std::string registration_text(const Report& r) {
     return out + "  (left out: how far a fiducial lies from where the others alone put it)\n";
 }
 
-/// Nothing where nothing is known.
+/// Empty if the distribution is.
 std::string row(std::string_view name, const Distribution& d, int digits = 2) {
     if (d.count == 0) return "";
     return fmt::format("  {:<22}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}\n", name,

@@ -17,13 +17,13 @@ namespace {
 
 using ordered_json = nlohmann::ordered_json;
 
-constexpr std::size_t max_rows = 24;  // of a page's table of steps
+constexpr std::size_t max_rows = 24;  // rows of a page's table of steps
 
 double number(const ordered_json& x) {
     return x.is_null() ? std::nan("") : x.get<double>();
 }  // JSON has no NaN
 
-/// A whole number from 0 to `most`.
+/// Reads a whole number from 0 to `most`.
 std::size_t count(const ordered_json& x, std::size_t most) {
     const auto n = x.get<double>();
     if (!(n >= 0 && n <= static_cast<double>(most))) fail("found {}, expected 0 to {}", n, most);
@@ -68,7 +68,7 @@ SolvedRun parse_run(const std::string& text) {
     }
 }
 
-/// What holds the body; nothing where a mask is not to be had.
+/// The fixed nodes; empty if a mask is not available.
 std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
                                       const std::filesystem::path& source) {
     std::set<std::int32_t> nodes;
@@ -81,7 +81,7 @@ std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
     return {nodes.begin(), nodes.end()};
 }
 
-/// One of so many of the kept steps is shown, the last, and all that did not converge.
+/// Shows one in this many of the kept steps, the last, and all that did not converge.
 std::size_t shown_every(const SolvedRun& run) { return run.kept_steps().size() / max_rows + 1; }
 
 std::vector<const SolvedStep*> shown_steps(const SolvedRun& run) {
@@ -173,7 +173,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
 std::vector<std::string> verdicts(const SolveReport& r) {
     std::vector<std::string> sentences;
     if (r.run) {
-        std::size_t linearisations = 0, iterations = 0;  // of all that was tried
+        std::size_t linearisations = 0, iterations = 0;  // including rejected steps
         double time_error_mm = 0;
         for (const SolvedStep& s : r.run->steps) {
             linearisations += s.linearisations;
