@@ -44,8 +44,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
     result.bandwidth = bandwidth;
     result.tets = mesh.tets.size();
     result.nodes = mesh.nodes.size();
-    result.rate_asked = 1 / size.budget_s;
-    result.mean_allowed = result.worst_allowed = size.allowed;
+    result.target = {1 / size.budget_s, size.allowed, size.allowed};
 
     std::vector<Vector3> reached;
     {

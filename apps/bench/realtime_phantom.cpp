@@ -187,10 +187,8 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     result.motion = scheme == TimeScheme::static_equilibrium ? "static" : "newmark";
     result.nu = nu;
     result.bandwidth = bandwidth;
-    result.rate_asked = size.rate * (nu > 0.47 ? 0.5 : 1);
-    result.mean_allowed = size.mean_allowed;
-    result.worst_allowed = size.worst_allowed;
-    const double rate = result.rate_asked, budget = budget_within(1 / rate);
+    result.target = {size.rate * (nu > 0.47 ? 0.5 : 1), size.mean_allowed, size.worst_allowed};
+    const double rate = result.target.rate, budget = budget_within(1 / rate);
     const Scene scene = phantom_scene(nu, scheme, rate, arguments.threads);
     const SimulatedTrackerOptions tracker = bench_tracker();
     constexpr int warm_up = 20;

@@ -101,11 +101,11 @@ json json_of(const RealtimeResult& r) {
             {"ms_p99", 1e3 * r.seconds.p99},
             {"fps_median", 1 / r.seconds.median},
             {"fps_p99", r.rate()},
-            {"fps_asked", r.rate_asked},
+            {"fps_asked", r.target.rate},
             {"error_mean", r.error_mean},
             {"error_worst", r.error_worst},
-            {"error_mean_allowed", r.mean_allowed},
-            {"error_worst_allowed", r.worst_allowed},
+            {"error_mean_allowed", r.target.mean_error},
+            {"error_worst_allowed", r.target.worst_error},
             {"error_estimate_mean", r.estimate_mean},
             {"node_error_mean", r.node_error_mean},
             {"node_error_worst", r.node_error_worst},
@@ -142,7 +142,7 @@ void print_row(const RealtimeResult& r) {
         "{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7.2f} {:>7.2f} {:>6.0f} {:>6.0f} | {:>7.3f} / {:>6.3f} "
         "{:>9.3f} {:>6.2f} / {:>6.2f} | {:>6.2f} {:>5.0f}% {:>6}  {}\n",
         r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.seconds.median, 1e3 * r.seconds.p99,
-        r.rate(), r.rate_asked, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
+        r.rate(), r.target.rate, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
         100 * r.node_error_mean, 100 * r.node_error_worst, r.cycles_mean,
         100 * r.bytes / r.seconds.median / r.bandwidth,
         fmt::format("{}+{}", r.allocations, r.blocked), r.held() ? "yes" : "NO");

@@ -21,13 +21,20 @@ struct Measured {
     bool reference_converged = true;  ///< reference of the errors
 };
 
+/// What a case must reach. Errors are RMS over the nodes, relative to the largest displacement.
+struct RealtimeTarget {
+    double rate = 0;  ///< frames a second
+    double mean_error = 0, worst_error = 0;
+};
+
+/// Times and errors of the frames of a case.
 struct RealtimeResult {
     std::string name, motion;
     double nu = 0;
     std::size_t tets = 0, nodes = 0;
     int threads = 1;
     bool is_beam = false;
-    double rate_asked = 0, mean_allowed = 0, worst_allowed = 0;
+    RealtimeTarget target;
     Distribution seconds;
     double error_mean = 0, error_worst = 0,
            estimate_mean = 0;  ///< RMS over the nodes, relative to the largest displacement
@@ -46,15 +53,15 @@ struct RealtimeResult {
     double rate() const { return 1 / seconds.p99; }
     /// Target rates hold at the 99th percentile; for a beam's step, which no tracker waits for, at
     /// the median.
-    bool in_time() const { return 1 / (is_beam ? seconds.median : seconds.p99) >= rate_asked; }
+    bool in_time() const { return 1 / (is_beam ? seconds.median : seconds.p99) >= target.rate; }
     /// After a jump: all frames are finite, and the tenth is within the bound of the worst. A beam
     /// does not jump.
     bool settles() const {
         return jump.is_null() || (jump.at("finite").get<bool>() &&
-                                  jump.at("error").back().get<double>() <= worst_allowed);
+                                  jump.at("error").back().get<double>() <= target.worst_error);
     }
     bool held() const {
-        return in_time() && error_mean <= mean_allowed && error_worst <= worst_allowed &&
+        return in_time() && error_mean <= target.mean_error && error_worst <= target.worst_error &&
                allocations == 0 && blocked == 0 && settles();
     }
 };

@@ -114,9 +114,13 @@ class ViewWindow {
     std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
 
     enum class Doing { nothing, crossing, windowing, pulling, seeking };
-    Doing doing_ = Doing::nothing;
-    SliceView* slice_ = nullptr;  ///< in which the mouse button went down
-    std::array<int, 2> last_{0, 0};
+    /// A drag of the mouse.
+    struct Drag {
+        Doing doing = Doing::nothing;
+        SliceView* slice = nullptr;  ///< in which the button went down
+        std::array<int, 2> last{0, 0};
+    };
+    Drag drag_;
     std::optional<HandPull> pull_;
     int pulls_ = 0;
 };

@@ -126,26 +126,26 @@ bool ViewWindow::process_events() {
 
 bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
     const vtkRenderer* under = interactor_->FindPokedRenderer(x, y);
-    last_ = {x, y};
+    drag_.last = {x, y};
     if (under == strip_) {
-        doing_ = Doing::seeking;
+        drag_.doing = Doing::seeking;
         return mouse_move(x, y);
     }
-    slice_ = slices_ ? slices_->of(under) : nullptr;
-    if (!slice_) return false;
+    drag_.slice = slices_ ? slices_->of(under) : nullptr;
+    if (!drag_.slice) return false;
     if (button == MouseButton::right) {
-        doing_ = Doing::windowing;
+        drag_.doing = Doing::windowing;
     } else if (button == MouseButton::left && !shift) {
-        doing_ = Doing::crossing;
+        drag_.doing = Doing::crossing;
     } else {
-        doing_ = Doing::pulling;
-        pull_ = HandPull{++pulls_, slice_->point_at(x, y), slice_->point_at(x, y)};
+        drag_.doing = Doing::pulling;
+        pull_ = HandPull{++pulls_, drag_.slice->point_at(x, y), drag_.slice->point_at(x, y)};
     }
     return mouse_move(x, y);
 }
 
 bool ViewWindow::mouse_move(int x, int y) {
-    switch (doing_) {
+    switch (drag_.doing) {
         case Doing::nothing:
             return false;
         case Doing::seeking: {
@@ -155,27 +155,27 @@ bool ViewWindow::mouse_move(int x, int y) {
             break;
         }
         case Doing::crossing:
-            set_cross(slice_->point_at(x, y));
+            set_cross(drag_.slice->point_at(x, y));
             break;
         case Doing::windowing: {  // scales the window by the motion over 200 pixels, and the level
                                   // likewise
             const double per_pixel = slices_->window() / 200;
-            set_window(slices_->window() + per_pixel * (x - last_[0]),
-                       slices_->level() + per_pixel * (y - last_[1]));
+            set_window(slices_->window() + per_pixel * (x - drag_.last[0]),
+                       slices_->level() + per_pixel * (y - drag_.last[1]));
             break;
         }
         case Doing::pulling:
-            pull_->to = slice_->point_at(x, y);
+            pull_->to = drag_.slice->point_at(x, y);
             if (handlers.pull) handlers.pull(pull_);
             break;
     }
-    last_ = {x, y};
+    drag_.last = {x, y};
     return true;
 }
 
 bool ViewWindow::mouse_up() {
-    const bool ours = doing_ != Doing::nothing;
-    doing_ = Doing::nothing;
+    const bool ours = drag_.doing != Doing::nothing;
+    drag_.doing = Doing::nothing;
     return ours;
 }
 
