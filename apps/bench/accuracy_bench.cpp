@@ -104,7 +104,7 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     }
     Scene scene = accuracy_scene();
     scene.strain = StrainModel::neohookean;
-    scene.track->linearisations = 2;
+    scene.track->newton_iterations = 2;
     {
         AccuracyModel material(scene, hierarchy, organ);
         add("... of the truth's material", material, {0, 0, 1, 1, false}, 1);

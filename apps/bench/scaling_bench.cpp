@@ -87,7 +87,7 @@ void print_runs(const std::vector<SolveRun>& runs) {
             "{:>6.2f} | {:>9.0f} {:>9.1f} {:>7.0f}{}\n",
             r.name, r.ranks, r.unknowns, r.mesh_s, r.partition_s, r.setup_s, r.forces_s,
             r.assembly_s, r.preconditioner_s, r.linear_s, r.output_s, r.solution_s(),
-            r.linearisations, r.iterations_a_solve(), r.bytes_an_unknown() / 1e3, r.messages,
+            r.newton_iterations, r.iterations_a_solve(), r.bytes_an_unknown() / 1e3, r.messages,
             r.message_bytes / 1e6, r.reductions, r.converged ? "" : "  NOT converged");
 }
 

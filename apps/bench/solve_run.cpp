@@ -47,7 +47,7 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     run.linear_s = j.at("linear_s");
     run.output_s = j.at("output_s");
     run.steps = static_cast<int>(j.at("steps").size());
-    run.linearisations = j.at("linearisations");
+    run.newton_iterations = j.at("linearisations");
     run.iterations = j.at("iterations");
     run.largest_mm = j.at("largest_displacement_mm");
     run.peak_bytes = j.at("peak_bytes");
@@ -85,7 +85,7 @@ json json_of(const SolveRun& r) {
             {"preconditioner_s", r.preconditioner_s},
             {"linear_s", r.linear_s},
             {"output_s", r.output_s},
-            {"linearisations", r.linearisations},
+            {"linearisations", r.newton_iterations},
             {"iterations", r.iterations},
             {"largest_displacement_mm", r.largest_mm},
             {"peak_bytes", r.peak_bytes},

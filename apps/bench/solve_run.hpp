@@ -14,7 +14,7 @@ struct SolveRun {
     double unknowns = 0;
     double mesh_s = 0, partition_s = 0, setup_s = 0, forces_s = 0, assembly_s = 0,
            preconditioner_s = 0, linear_s = 0, output_s = 0;
-    int steps = 0, linearisations = 0, iterations = 0;
+    int steps = 0, newton_iterations = 0, iterations = 0;
     double largest_mm = 0;
     double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
 
@@ -24,7 +24,7 @@ struct SolveRun {
     }
     double bytes_an_unknown() const { return peak_bytes / unknowns; }
     double iterations_a_solve() const {
-        return linearisations > 0 ? static_cast<double>(iterations) / linearisations : 0;
+        return newton_iterations > 0 ? static_cast<double>(iterations) / newton_iterations : 0;
     }
 };
 

@@ -328,7 +328,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     if (limits.deadline)
         *limits.deadline -=
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
-    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->linearisations,
+    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->newton_iterations,
                                            .linear_tolerance = scene_.solver.relative_tolerance,
                                            .iterations = limits.iterations,
                                            .deadline = limits.deadline,

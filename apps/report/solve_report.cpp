@@ -58,7 +58,7 @@ SolvedRun parse_run(const std::string& text) {
                                  .seconds = number(s.at("seconds")),
                                  .imbalance = number(s.at("imbalance")),
                                  .time_error_mm = number(s.at("time_error_mm")),
-                                 .linearisations = count(s.at("linearisations"), most),
+                                 .newton_iterations = count(s.at("linearisations"), most),
                                  .iterations = count(s.at("iterations"), most),
                                  .converged = s.at("converged"),
                                  .kept = s.at("kept")});
@@ -173,10 +173,10 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
 std::vector<std::string> verdicts(const SolveReport& r) {
     std::vector<std::string> sentences;
     if (r.run) {
-        std::size_t linearisations = 0, iterations = 0;  // including rejected steps
+        std::size_t newton_iterations = 0, iterations = 0;  // including rejected steps
         double time_error_mm = 0;
         for (const SolvedStep& s : r.run->steps) {
-            linearisations += s.linearisations;
+            newton_iterations += s.newton_iterations;
             iterations += s.iterations;
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
@@ -184,7 +184,7 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; {:.1e} "
                         "of the forces are out of balance in the end.",
                         r.run->converged ? "Converged" : "NOT converged",
-                        r.run->kept_steps().size(), linearisations, iterations, r.run->solve_s,
+                        r.run->kept_steps().size(), newton_iterations, iterations, r.run->solve_s,
                         r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
             sentences.push_back(
@@ -227,9 +227,10 @@ std::string report_text(const SolveReport& r) {
                            end_of_step(*r.run), length_of_step(*r.run), "linearisations",
                            "iterations", "imbalance", "time error [mm]", "took [s]");
         for (const SolvedStep* s : shown_steps(*r.run))
-            out += fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
-                               s->time_s, s->step_s, s->linearisations, s->iterations, s->imbalance,
-                               s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
+            out +=
+                fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
+                            s->time_s, s->step_s, s->newton_iterations, s->iterations, s->imbalance,
+                            s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
         out += "  " + wrapped(steps_note(*r.run));
     }
     if (!r.parts.empty()) out += "\n" + parts_text(r.parts);
@@ -253,7 +254,7 @@ std::string report_json(const SolveReport& r) {
                              {"step_s", s.step_s},
                              {"converged", s.converged},
                              {"kept", s.kept},
-                             {"linearisations", s.linearisations},
+                             {"linearisations", s.newton_iterations},
                              {"iterations", s.iterations},
                              {"imbalance", s.imbalance},
                              {"time_error_mm", s.time_error_mm},
@@ -298,7 +299,7 @@ std::string report_page(const SolveReport& r, std::span<const PagePicture> pictu
                  "imbalance", "time error [mm]", "took [s]"});
         for (const SolvedStep* step : shown_steps(*r.run))
             s.row({fmt::format("{:.4g}{}", step->time_s, step->converged ? "" : " NOT converged"),
-                   fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->linearisations),
+                   fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->newton_iterations),
                    fmt::format("{}", step->iterations), fmt::format("{:.1e}", step->imbalance),
                    fmt::format("{:.3g}", step->time_error_mm),
                    fmt::format("{:.3f}", step->seconds)});

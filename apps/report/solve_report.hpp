@@ -15,7 +15,7 @@ namespace livetet {
 /// increment.
 struct SolvedStep {
     double time_s = 0, step_s = 0, seconds = 0, imbalance = 0, time_error_mm = 0;
-    std::size_t linearisations = 0, iterations = 0;
+    std::size_t newton_iterations = 0, iterations = 0;
     bool converged = false;
     bool kept = true;  ///< false: rejected and repeated with another length
 };

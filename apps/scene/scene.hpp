@@ -123,7 +123,7 @@ struct TrackOptions {
     double max_displacement_mm = 100;
     double smoothing_Hz = 1;
     double ahead_ms = 0;
-    int linearisations = 1;
+    int newton_iterations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
     double speed = 1;
@@ -353,7 +353,7 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             "time by which poses are extrapolated with the filter's velocities, to compensate "
             "latency; 0: none",
             Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
-    v.field("linearisations", t.linearisations, "", "Newton steps a frame",
+    v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
             Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
     v.field("budget", t.budget, "",
             "time budget of a frame, such as 10 ms: as many solver iterations as fit, at least "

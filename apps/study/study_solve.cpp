@@ -57,7 +57,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.steps = history.steps;
     for (const StepRecord& s : history.steps) {
         row.iterations += s.report.iterations;
-        row.linearisations += s.report.newton_iterations;
+        row.newton_iterations += s.report.newton_iterations;
         row.solve_s += s.report.seconds();
     }
 

@@ -23,7 +23,7 @@ struct StudyRow {
     std::string failure;                                  ///< one sentence if it failed
     std::vector<std::pair<std::string, double>> outputs;  ///< by name; empty if the solve failed
     double mesh_s = 0, setup_s = 0, solve_s = 0;
-    int iterations = 0, linearisations = 0;
+    int iterations = 0, newton_iterations = 0;
     std::vector<StepRecord> steps;
     std::vector<Vector3> displacement;  ///< of each node at the end, m
 };

@@ -182,7 +182,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
                        {"setup_s", row.setup_s},
                        {"solve_s", row.solve_s},
                        {"iterations", row.iterations},
-                       {"linearisations", row.linearisations}};
+                       {"linearisations", row.newton_iterations}};
             for (const auto& [name, value] : row.outputs) about["names"].push_back(name);
             file.write_text("row", about.dump());
             std::vector<double> outputs;
@@ -234,7 +234,7 @@ StudyRow StudyStore::row(std::size_t k) const {
         row.setup_s = about.at("setup_s");
         row.solve_s = about.at("solve_s");
         row.iterations = about.at("iterations");
-        row.linearisations = about.at("linearisations");
+        row.newton_iterations = about.at("linearisations");
         const auto outputs = file.read<double>("outputs", 1).values;
         const auto names = about.value("names", std::vector<std::string>{});
         if (names.size() != outputs.size())
@@ -344,8 +344,9 @@ struct StudyColumns {
             inputs.push_back(parse_number(value).value_or(none));
         converged.push_back(row.converged ? 1 : 0);
         for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
-        for (const std::size_t n : {static_cast<std::size_t>(row.iterations),
-                                    static_cast<std::size_t>(row.linearisations), row.steps.size()})
+        for (const std::size_t n :
+             {static_cast<std::size_t>(row.iterations),
+              static_cast<std::size_t>(row.newton_iterations), row.steps.size()})
             work.push_back(static_cast<double>(n));
         outputs.push_back(row.outputs);
         table.values.push_back(sample);
