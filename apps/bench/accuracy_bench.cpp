@@ -116,7 +116,7 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     return limits;
 }
 
-int tell(const AccuracyVerdict& verdict) {
+int print_verdict(const AccuracyVerdict& verdict) {
     if (verdict.lost.empty()) {
         fmt::print(
             "\ndeforming is better than rigid-only in all {} cells where the press is larger than "
@@ -184,7 +184,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         for (const AccuracyTable& t : tables) charts.push_back(chart_of(t));
         write_spread_picture(arguments.figure, charts);
     }
-    return tell(judge(tables));
+    return print_verdict(judge(tables));
 }
 
 }  // namespace

@@ -227,7 +227,7 @@ void add_sizes(const ConvergenceArguments& a, std::vector<Solve>& all) {
     }
 }
 
-/// All solves that `--only` leaves. Throws Error where it leaves none, or none for `--figure`.
+/// The solves selected by `--only`. Throws Error if there are none, or none for `--figure`.
 std::vector<Solve> chosen_solves(const ConvergenceArguments& a) {
     std::vector<Solve> all;
     add_sizes(a, all);
@@ -276,8 +276,7 @@ bool judge_growth(const std::vector<Point>& points) {
             "{:.0f} %, target at most 20: {}\n",
             at_ten_thousand, most, 100 * (most / at_ten_thousand - 1), holds ? "holds" : "MISSED");
     else
-        fmt::print(
-            "\nmultigrid's growth is judged from 10^4 nodes on; no such mesh was asked for\n");
+        fmt::print("\nmultigrid's growth is judged from 10^4 nodes on; no mesh is that large\n");
     return holds;
 }
 

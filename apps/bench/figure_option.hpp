@@ -11,8 +11,8 @@ namespace livetet {
 void add_figure_option(CLI::App& command, const std::string& name, std::filesystem::path& figure,
                        const std::string& text);
 
-/// Checks that a figure could be drawn, before minutes of measuring. Does nothing where `figure` is
-/// empty. Throws Error where there is neither an X server nor Xvfb.
+/// Checks that a figure could be drawn, before minutes of measuring. Does nothing if `figure` is
+/// empty. Throws Error if there is neither an X server nor Xvfb.
 void check_display(const std::filesystem::path& figure);
 
 }  // namespace livetet

@@ -26,7 +26,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
                                     {"V68", 360000, 30, 0.01, 0.03}};
     const BeamSize beams[] = {{"beamA", 0.0050, 0.006, 0.006, 2},
                               {"beamB", 0.00272, 0.06, 0.01, 4}};
-    const auto asked = [&](const std::string& name) {
+    const auto requested = [&](const std::string& name) {
         return std::find(arguments.sizes.begin(), arguments.sizes.end(), name) !=
                arguments.sizes.end();
     };
@@ -49,7 +49,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
         results.push_back(std::move(result));
     };
     for (const PhantomSize& size : phantoms) {
-        if (!asked(size.name)) continue;
+        if (!requested(size.name)) continue;
         const MeshHierarchy hierarchy =
             mesh_phantom(make_phantom_images(0.0015, 1), size, progress.callback());
         if (arguments.frames > 0)
@@ -62,14 +62,14 @@ int bench_realtime(const RealtimeArguments& arguments) {
             charts.push_back(measure_methods(size, hierarchy, arguments.threads, progress));
     }
     for (const BeamSize& size : beams)
-        if (asked(size.name) && arguments.frames > 0)
+        if (requested(size.name) && arguments.frames > 0)
             keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads,
                               bandwidth, progress));
     bool all = true;
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {
         list.push_back(json_of(r));
-        all = all && r.held();
+        all = all && r.meets_target();
     }
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
     if (!charts.empty()) write_work_precision_picture(arguments.figure, charts);

@@ -121,7 +121,7 @@ json json_of(const RealtimeResult& r) {
             {"allocations", r.allocations},
             {"blocked", r.blocked},
             {"jump", r.jump},
-            {"held", r.held()}};
+            {"held", r.meets_target()}};
 }
 
 void print_realtime_header() {
@@ -145,7 +145,7 @@ void print_row(const RealtimeResult& r) {
         r.rate(), r.target.rate, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
         100 * r.node_error_mean, 100 * r.node_error_worst, r.cycles_mean,
         100 * r.bytes / r.seconds.median / r.bandwidth,
-        fmt::format("{}+{}", r.allocations, r.blocked), r.held() ? "yes" : "NO");
+        fmt::format("{}+{}", r.allocations, r.blocked), r.meets_target() ? "yes" : "NO");
     std::string stages;
     for (const auto& [name, ms] : r.stages.items())
         stages += fmt::format("  {} {:.2f}", name, ms.get<double>());

@@ -60,7 +60,7 @@ struct RealtimeResult {
         return jump.is_null() || (jump.at("finite").get<bool>() &&
                                   jump.at("error").back().get<double>() <= target.worst_error);
     }
-    bool held() const {
+    bool meets_target() const {
         return in_time() && error_mean <= target.mean_error && error_worst <= target.worst_error &&
                allocations == 0 && blocked == 0 && settles();
     }

@@ -92,8 +92,8 @@ void print_runs(const std::vector<SolveRun>& runs) {
 }
 
 /// Prints a line for a target. Returns `holds`.
-bool judge(const std::string& what, double value, const std::string& asked, bool holds) {
-    fmt::print("{:<70} {:>8.2f}   asked {:<14} {}\n", what, value, asked,
+bool judge(const std::string& what, double value, const std::string& target, bool holds) {
+    fmt::print("{:<70} {:>8.2f}   target {:<13} {}\n", what, value, target,
                holds ? "holds" : "MISSED");
     return holds;
 }

@@ -141,7 +141,7 @@ int bench_verification(const VerificationArguments& arguments) {
     }
     const auto judged = std::count_if(outcomes.begin(), outcomes.end(),
                                       [](const Outcome& o) { return o.tolerance > 0; });
-    fmt::print("\n{} of {} within their tolerances and orders ({} told, not judged)\n",
+    fmt::print("\n{} of {} within their tolerances and orders ({} reported, not judged)\n",
                judged - failed, judged, outcomes.size() - judged);
     if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_text(outcomes));
     if (!arguments.json.empty()) write_text_file(arguments.json, json_of(outcomes).dump(2) + "\n");

@@ -244,11 +244,11 @@ int bench_warp(const WarpBenchArguments& a) {
         "differ by {4:.2g} at most ({5} voxels on the surface are in one's body alone)\n",
         a.size, c.mesh.tets.size(), 100 * static_cast<double>(counts.carried) / voxels,
         vtk_s / linear_s, worst, on_surface);
-    const bool held = linear_s < allowed_s;
+    const bool holds = linear_s < allowed_s;
     fmt::print(
-        "asked for: the linear warp in less than {:g} s on all threads: {}; the same values as "
+        "target: the linear warp in less than {:g} s on all threads: {}; the same values as "
         "VTK: {}\n",
-        allowed_s, held ? "held" : "MISSED", same ? "yes" : "NO");
+        allowed_s, holds ? "holds" : "MISSED", same ? "yes" : "NO");
     if (!a.json.empty())
         write_text_file(a.json, nlohmann::json{{"size", a.size},
                                                {"tets", c.mesh.tets.size()},
@@ -259,7 +259,7 @@ int bench_warp(const WarpBenchArguments& a) {
                                                {"on_surface", on_surface}}
                                         .dump(2) +
                                     "\n");
-    return held && same ? 0 : 1;
+    return holds && same ? 0 : 1;
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ void spin(const CalibrateArguments& a) {
         calibrated(a, [&](const auto& poses) { return calibrate_spin(poses, place); });
     fmt::print("shaft of {:<10} ({:.5f}, {:.5f}, {:.5f}) in its sensor's frame, {}\n", a.tool,
                c.shaft_in_tool.x(), c.shaft_in_tool.y(), c.shaft_in_tool.z(),
-               tip ? "towards the tip" : "or the other way round (--tip tells)");
+               tip ? "towards the tip" : "or the opposite direction (--tip decides)");
     fmt::print("tilt               {:.2f} degrees RMS\n", c.tilt_deg);
     fmt::print("turn               {:.0f} degrees round the shaft, {} poses\n", c.turn_deg, c.used);
     if (!tip) return;

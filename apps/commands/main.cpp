@@ -33,7 +33,7 @@ int give_up(const std::string& message, int status) {
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     } else {  // set by the launchers of Open MPI, MPICH and Slurm
         for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"})
-            if (const char* told = std::getenv(name)) rank = std::atoi(told);
+            if (const char* value = std::getenv(name)) rank = std::atoi(value);
         if (rank > 0) return status;
     }
     if (rank > 0) ::sleep(3);  // on a busy machine rank 0 takes time to abort the others
@@ -75,7 +75,7 @@ void refuse_no_numbers(CLI::App& app) {
 }
 
 /// Rewrites an error of the parser as: option, found, expected.
-std::string told(const CLI::ParseError& e, const CLI::App& app) {
+std::string error_text(const CLI::ParseError& e, const CLI::App& app) {
     const std::string message = e.what();
     const auto type_of = [&](const std::string& name) {
         const CLI::App* command = &app;
@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
         return e.get_exit_code() == 0
                    ? app.exit(e)
-                   : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
+                   : give_up(fmt::format("{} (livetet --help explains)", error_text(e, app)), 2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
     } catch (const std::system_error& e) {

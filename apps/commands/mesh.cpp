@@ -143,7 +143,7 @@ nlohmann::json report(const MeshedInput& meshed) {
 }
 
 /// The mesh block and the options that it lacks, as given or by default.
-nlohmann::json asked(const MeshArguments& a) {
+nlohmann::json requested(const MeshArguments& a) {
     MeshSource source = a.source;
     source.file = source.file.filename();
     nlohmann::json json{{"mesh", to_yaml(source)},
@@ -200,7 +200,7 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
         json = report(meshed);
         image = meshed.grid;
         json.update({{"made_by", meshed.result.hierarchy.provenance},
-                     {"asked", asked(a)},
+                     {"asked", requested(a)},
                      {"fingerprint", key}});
         if (!same_file(look, a.source.file))
             std::filesystem::remove(look);  // left by an earlier failure
@@ -258,7 +258,7 @@ void check_options_for(const MeshArguments& a, const CLI::App& command) {
 
 /// The provenance of a mesh that was read. Without the fingerprint, which would claim that `mesh`
 /// made what is written now: that may differ in its fixed nodes.
-nlohmann::json told_by(const MeshHierarchy& hierarchy, const std::string& name) {
+nlohmann::json read_provenance(const MeshHierarchy& hierarchy, const std::string& name) {
     nlohmann::json json = nlohmann::json::parse(hierarchy.provenance, nullptr, false);
     if (!json.is_object()) json = {{"made_by", hierarchy.provenance}};
     json.erase("fingerprint");
@@ -310,7 +310,7 @@ void run(MeshArguments& a) {
         hierarchy = load_mesh(a.source, progress.callback());
         if (kind_of(a.source.file) == hierarchy_kind) image = read_image_grid(a.source.file);
         std::vector<MeshQuality> qualities;
-        json = told_by(hierarchy, a.source.file.filename().string());
+        json = read_provenance(hierarchy, a.source.file.filename().string());
         for (const TetMesh& level : hierarchy.levels)
             json["levels"].push_back(to_json(qualities.emplace_back(measure_quality(level))));
         fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),

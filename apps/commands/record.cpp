@@ -35,7 +35,7 @@ void check(const RecordArguments& a) {
         if (!is_sequence_tool(a.tools[i]))
             fail("--tool '{}': expected a name without blanks, '=' and ':'", a.tools[i]);
         if (std::find(a.tools.begin(), a.tools.begin() + i, a.tools[i]) != a.tools.begin() + i)
-            fail("--tool {}: is there twice, expected each tool once", a.tools[i]);
+            fail("--tool {}: given twice, expected each tool once", a.tools[i]);
     }
 }
 

@@ -169,8 +169,8 @@ void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double mov
     std::vector<std::string> free;
     for (std::size_t k = 0; k < fit.free_motions; ++k) free.push_back(in_words(fit.motions[k]));
     fmt::print(
-        "warning: the surface points do not hold {}: there the fiducials' word stands; touch more "
-        "sides\n",
+        "warning: the surface points do not determine {}, which is left to the fiducials; touch "
+        "more sides\n",
         fmt::join(free, ", "));
 }
 

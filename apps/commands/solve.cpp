@@ -50,10 +50,10 @@ struct Probes {
         : points(read_points_csv(options.points)), sampler(mesh, positions_of(points)) {
         for (std::size_t i = 0; i < points.size(); ++i)
             if (sampler.distance(i) > 1e-3)
-                fmt::print(stderr,
-                           "probe {} lies {:.1f} mm outside the mesh; its nearest surface point "
-                           "stands for it\n",
-                           points[i].name, 1e3 * sampler.distance(i));
+                fmt::print(
+                    stderr,
+                    "probe {} is {:.1f} mm outside the mesh; its nearest surface point is used\n",
+                    points[i].name, 1e3 * sampler.distance(i));
     }
 };
 
@@ -334,8 +334,8 @@ void print_figures(const SceneBody& body, const RunHistory& history, const Solve
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
     if (figures.inverted_tets > 0)
         fmt::print(
-            "inside out       {} tets: stresses there mean nothing; a finer mesh or a gentler load "
-            "may help\n",
+            "inverted         {} tets: their stresses are meaningless; use a finer mesh or a "
+            "smaller load\n",
             figures.inverted_tets);
     for (const auto& [key, force] : figures.forces)
         fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(),

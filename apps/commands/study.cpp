@@ -137,9 +137,9 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
         // Only the leader decides: another group may finish between two ranks' looks at the folder.
         if (!group.agree(group.leader && !done[k] && store.claim(k))) continue;
-        ProgressCallback told;
+        ProgressCallback callback;
         if (progress)
-            told = [&](double, std::string_view what) {
+            callback = [&](double, std::string_view what) {
                 progress->update(fmt::format("solve {}, {}", k, what));
             };
         const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
@@ -149,7 +149,7 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
             row.failure = reason.value_or("");
         } else {
             try {
-                row = solver.solve(study.scene(k), told);
+                row = solver.solve(study.scene(k), callback);
             } catch (const std::exception& e) {
                 store.note_failure(k, e.what());
                 throw;
@@ -180,7 +180,7 @@ void print_list(const Study& study) {
 }
 
 void print_summary(const StudyTable& table, const Study& study) {
-    constexpr std::size_t max_told = 5;
+    constexpr std::size_t max_printed = 5;
     std::size_t failed = 0, width = 6;
     double seconds = 0;
     for (const std::string& failure : table.failures) failed += !failure.empty();
@@ -213,10 +213,10 @@ void print_summary(const StudyTable& table, const Study& study) {
             "tissue has; a finer mesh or a gentler load may help\n",
             inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
-    for (std::size_t k = 0, told = 0; k < table.failures.size() && told < max_told; ++k) {
+    for (std::size_t k = 0, printed = 0; k < table.failures.size() && printed < max_printed; ++k) {
         if (table.failures[k].empty()) continue;
         fmt::print("  solve {}: {}\n", k, table.failures[k]);
-        if (++told == max_told && failed > max_told)
+        if (++printed == max_printed && failed > max_printed)
             fmt::print("  ... the others are in the table\n");
     }
     std::filesystem::path csv = study.options.output;

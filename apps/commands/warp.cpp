@@ -101,8 +101,8 @@ struct Source {
 
 /// `known_labels`: whether it was meshed as a label map; if unknown, guessed from the values.
 AnyImage values_of(const Volume& volume, const fs::path& file, std::optional<bool> known_labels,
-                   std::optional<Interpolation> asked) {
-    if (known_labels == false || (asked && *asked != Interpolation::nearest))
+                   std::optional<Interpolation> requested) {
+    if (known_labels == false || (requested && *requested != Interpolation::nearest))
         return grey_image(volume, file);
     try {
         LabelImage labels = label_image(volume, file);
@@ -175,9 +175,9 @@ void print_counts(const WarpCounts& c, double ml) {
                        static_cast<double>(count) * ml, what);
     };
     line("carried", c.carried, "moved with the body");
-    line("left empty", c.left_empty, "the body lay there at rest, and has gone");
+    line("left empty", c.left_empty, "the body was there at rest and has moved away");
     line("inverted", c.inverted, "of the carried: by inverted tets alone");
-    line("beyond", c.beyond_image, "what should be there lies outside of the image: empty");
+    line("beyond", c.beyond_image, "their value lies outside the image: empty");
 }
 
 /// The value of unknown voxels: the least grey value, or label 0.

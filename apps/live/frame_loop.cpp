@@ -20,7 +20,7 @@ void take_changes(SceneChange& change, Scene& scene, TrackedBody& tracked, Frame
         tracked.change(std::move(change));
         scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
-        log_info("the scene's changes are taken up");
+        log_info("the changed scene is applied");
     } catch (const Error& error) {
         log_warning(fmt::format("{}; the scene stays as it was", error.what()));
     }

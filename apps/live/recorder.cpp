@@ -114,7 +114,7 @@ void Recorder::run() {
         } catch (const std::exception& error) {
             failure_ = error.what();
             failed_.store(true, std::memory_order_release);
-            log_warning(*failure_ + ": nothing is recorded from here on; tracking goes on");
+            log_warning(*failure_ + ": nothing is recorded from here on; tracking continues");
         }
         if (kept->last) return;
         ring_.pop();

@@ -131,8 +131,8 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceR
             fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_list(a.tracker);
         if (touched.size() != in_image.size())
-            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker, touched.size(),
-                 a.image.string(), in_image.size());
+            fail("{} has {} fiducials and {} has {}, expected equal numbers", a.tracker,
+                 touched.size(), a.image.string(), in_image.size());
         for (std::size_t i = 0; i < touched.size(); ++i)
             r.fiducials[i].in_tracker = touched[i].position;
         return r;

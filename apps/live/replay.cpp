@@ -51,8 +51,7 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
             origin.events.push_back(
                 {event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
     } catch (const json::exception& e) {
-        fail("{}: what it says of its replay is not what livetet track writes: {}", source,
-             e.what());
+        fail("{}: invalid replay data, expected those of livetet track: {}", source, e.what());
     }
     return origin;
 }

@@ -125,7 +125,7 @@ class Saving {
             options_.save(log.recording(source.tools()));
         } catch (const Error& error) {  // recording goes on; if the disk stays full, the last save
                                         // reports it
-            log_warning(fmt::format("{}; recording goes on", error.what()));
+            log_warning(fmt::format("{}; recording continues", error.what()));
         }
         due_s_ =
             steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));

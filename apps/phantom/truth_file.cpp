@@ -168,7 +168,7 @@ void check_truth(const Truth& truth, const std::string& where) {
              1e3 * truth.position_noise, truth.rotation_noise);
     std::set<std::string> names;
     for (const TruthTarget& t : truth.targets) {
-        if (!names.insert(t.name).second) fail("{}: target {} is there twice", where, t.name);
+        if (!names.insert(t.name).second) fail("{}: target {} occurs twice", where, t.name);
         if (t.displacement.size() != truth.depths.size())
             fail("{}: target {} has {} displacements, expected one for each of {} depths", where,
                  t.name, t.displacement.size(), truth.depths.size());

@@ -65,16 +65,16 @@ void write_cookie(int descriptor) {
         fail("none can be started, for the key to it cannot be written");
 }
 
-/// In the child: becomes the server, which writes its number to `told`. It has a process group of
+/// In the child: becomes the server, which writes its number to `output`. It has a process group of
 /// its own, so that Ctrl-C, after which a command may finish its work, does not end it. The system
 /// ends it with this program's main thread.
-[[noreturn]] void become_server(pid_t parent, const std::string& name, int told, int cookie) {
+[[noreturn]] void become_server(pid_t parent, const std::string& name, int output, int cookie) {
     ::setpgid(0, 0);
     ::signal(SIGTERM, SIG_DFL);
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != parent) ::_exit(1);  // the parent ended before prctl took effect
     const int nothing = ::open("/dev/null", O_RDWR);
-    const int kept[] = {nothing, nothing, nothing, told,
+    const int kept[] = {nothing, nothing, nothing, output,
                         cookie};  // descriptors 0 to 4; none of them is open yet
     constexpr int count = 5;
     int moved[count];
@@ -88,15 +88,15 @@ void write_cookie(int descriptor) {
 }
 
 /// The server's first output, its number and a newline; empty if it ends or stays silent.
-std::string first_words(int told) {
+std::string first_words(int output) {
     constexpr int patience_ms = 20000;
     std::string words;
-    pollfd more{told, POLLIN, 0};
+    pollfd more{output, POLLIN, 0};
     for (;;) {
         const int ready = ::poll(&more, 1, patience_ms);
         if (ready < 0 && errno == EINTR) continue;  // a signal handled elsewhere
         char c = 0;
-        if (ready <= 0 || ::read(told, &c, 1) != 1) return {};
+        if (ready <= 0 || ::read(output, &c, 1) != 1) return {};
         if (c == '\n') return words;
         words += c;
     }
@@ -110,13 +110,13 @@ std::optional<std::string> start_server(const std::string& name) {
     int ends[2] = {-1, -1};
     if (::pipe2(ends, O_CLOEXEC) != 0)
         fail("none can be started: {}", std::generic_category().message(errno));
-    const Descriptor told(ends[0]);
+    const Descriptor output(ends[0]);
     const pid_t self = ::getpid(), server = ::fork();
     if (server == 0) become_server(self, name, ends[1], cookie.number);
     ::close(ends[1]);
     if (server < 0) fail("none can be started: {}", std::generic_category().message(errno));
     std::string problem = does_not_start;
-    if (const std::string number = first_words(told.number); !number.empty()) {
+    if (const std::string number = first_words(output.number); !number.empty()) {
         ::setenv("XAUTHORITY", name_of(cookie.number).c_str(), 1);
         ::setenv("DISPLAY", (":" + number).c_str(), 1);
         display() = XOpenDisplay(nullptr);

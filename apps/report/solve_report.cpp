@@ -99,8 +99,8 @@ std::string steps_note(const SolvedRun& run) {
     if (shown_every(run) > 1)
         note += fmt::format("One in {} of {} steps. ", shown_every(run), kept);
     if (again > 0)
-        note += fmt::format("{} more were tried, and done again in other lengths. ", again);
-    return note + "Imbalance: the forces out of balance, relative to those at work.";
+        note += fmt::format("{} more were tried, and repeated with other lengths. ", again);
+    return note + "Imbalance: unbalanced forces relative to all forces.";
 }
 
 const char* end_of_step(const SolvedRun& run) {
@@ -162,7 +162,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
         }
     }
     if (!result.has_text("solve")) return r;
-    r.run = naming(r.source + ": what the solve says of itself",
+    r.run = naming(r.source + ": description of the solve",
                    [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, false);
     if (!r.parts.empty())
@@ -181,26 +181,25 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
         sentences.push_back(
-            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; {:.1e} "
-                        "of the forces are out of balance in the end.",
+            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; final "
+                        "imbalance {:.1e}.",
                         r.run->converged ? "Converged" : "NOT converged",
                         r.run->kept_steps().size(), newton_iterations, iterations, r.run->solve_s,
                         r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
-            sentences.push_back(
-                fmt::format("It was taken up again at {:.4g} s: steps, iterations and seconds are "
-                            "those from there on.",
-                            r.run->restarted_at_s));
+            sentences.push_back(fmt::format(
+                "It was restarted at {:.4g} s: steps, iterations and seconds count from there.",
+                r.run->restarted_at_s));
         if (!r.run->failure.empty())
             sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
         if (r.run->inverted_tets > 0)
             sentences.push_back(
-                fmt::format("{} tets are inside out in the end: stresses there mean nothing; a "
-                            "finer mesh or a gentler load may help.",
+                fmt::format("{} tets are inverted at the end: their stresses are meaningless; use "
+                            "a finer mesh or a smaller load.",
                             r.run->inverted_tets));
         if (time_error_mm > 0)
             sentences.push_back(
-                fmt::format("A time step errs by {:.3g} mm at most, estimated.", time_error_mm));
+                fmt::format("Estimated error of a time step: at most {:.3g} mm.", time_error_mm));
     }
     sentences.push_back(
         r.frames > 1

@@ -72,7 +72,7 @@ PointSampler place_targets(const RunResult& result, const Truth& truth) {
     for (std::size_t i = 0; i < places.size(); ++i)
         if (sampler.distance(i) > 0.01)
             fail(
-                "{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of "
+                "{}: target {} of the truth is {:.1f} mm outside the mesh, expected the truth of "
                 "the same organ",
                 result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
     return sampler;
@@ -209,7 +209,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         ++errors.deepest_frames;
     }
     if (errors.deepest_frames == 0)
-        fail("{}: no kept frame lies at the deepest press ({:.1f} mm), expected some to judge by",
+        fail("{}: no kept frame is at the deepest press ({:.1f} mm), expected some to judge by",
              result.source, 1e3 * deepest);
 
     errors.targets = states.size();

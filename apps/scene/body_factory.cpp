@@ -130,7 +130,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         fail("mesh.file = {}: {} on one rank only; run `livetet mesh` first and name its .h5",
              source.file.string(),
              has_levels_to_make ? "coarser levels are meshed" : "an image or surface is meshed");
-    const auto tell = [](HierarchyResult result) {
+    const auto log_notes = [](HierarchyResult result) {
         for (const std::string& note : result.notes) log_info("note         " + note);
         return std::move(result.hierarchy);
     };
@@ -139,13 +139,13 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         MeshingOptions options;
         options.levels = source.levels;
         MeshHierarchy made = naming(source.file.string(), [&] {
-            return tell(levels_below(std::move(read.levels.front()), options, progress));
+            return log_notes(levels_below(std::move(read.levels.front()), options, progress));
         });
         made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);
         return with_refined_levels(std::move(made), source.refine);
     }
     try {
-        return tell(std::move(mesh_input(source, progress).result));
+        return log_notes(std::move(mesh_input(source, progress).result));
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"),
                           source.file);
@@ -210,7 +210,7 @@ void SceneConstraints::move(Driven& d, double share) {
 std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
     std::span<const Vector3> reactions, std::span<const Vector3> displacement) const {
     std::vector<std::pair<std::string, Vector3>> forces;
-    std::vector<std::uint8_t> told(reactions.size(), 0);
+    std::vector<std::uint8_t> counted(reactions.size(), 0);
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
         Vector3 force = Vector3::Zero();
         for (std::size_t k = 0; k < d->nodes.size(); ++k) {
@@ -221,13 +221,13 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
                 continue;
             }
             for (int c = 0; c < 3; ++c) {
-                if (!(d->components >> c & 1) || (told[n] >> c & 1)) continue;
+                if (!(d->components >> c & 1) || (counted[n] >> c & 1)) continue;
                 force[c] += reactions[n][c];
                 if (!springs_.empty())
                     force[c] -=
                         springs_.stiffness[n] * (springs_.target[n][c] - displacement[n][c]);
             }
-            told[n] |= d->components;
+            counted[n] |= d->components;
         }
         forces.emplace_back(d->key, force);
     }

@@ -84,7 +84,7 @@ LabelImage between_thresholds(const MeshSource& source) {
         image.values[n] = grey.values[n] >= low && grey.values[n] <= high;
     if (std::find(image.values.begin(), image.values.end(), 1) == image.values.end()) {
         const auto [least, most] = std::minmax_element(grey.values.begin(), grey.values.end());
-        fail("{}: no voxel lies in the threshold {}, its values are {} to {}", where,
+        fail("{}: no voxel is within the threshold {}, its values are {} to {}", where,
              source.threshold, *least, *most);
     }
     return image;

@@ -27,9 +27,9 @@ struct SceneImage {
 };
 
 /// Finds the image that the scene names; else the one from which its mesh, or the hierarchy that it
-/// names, was made. A file that has gone is looked for by name beside `told_by` and beside the
-/// hierarchy. `told_by`: the scene file, or the result that holds the scene. Throws Error naming
+/// names, was made. A file that has gone is looked for by name beside `named_in` and beside the
+/// hierarchy. `named_in`: the scene file, or the result that holds the scene. Throws Error naming
 /// what is missing.
-SceneImage find_scene_image(const Scene& scene, const std::filesystem::path& told_by);
+SceneImage find_scene_image(const Scene& scene, const std::filesystem::path& named_in);
 
 }  // namespace livetet

@@ -53,13 +53,12 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             const StepRecord& last = history.steps.back();
             history.converged = false;
             history.failure = fmt::format(
-                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of "
-                "balance by "
-                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
+                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of "
+                "forces is {:.1e} after {} linearisations (tolerance {:.0e}); {}",
                 history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
                 scene.solver.newton_tolerance,
                 history.share > 0
-                    ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share)
+                    ? fmt::format("the result holds the equilibrium at {:.4g}", history.share)
                     : "nothing is kept");
             load_to(history.share);
             if (history.share > kept) keep(history.share);
@@ -146,11 +145,11 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         history.converged = history.converged && report.converged;
         if (!report.converged && history.failure.empty())
             history.failure = fmt::format(
-                "the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
+                "the step to {:.4g} s left an imbalance of forces of {:.1e} (tolerance {:.0e})",
                 time + step, report.imbalance, scene.solver.newton_tolerance);
         if (report.kept_old) {
             history.failure = fmt::format(
-                "the step to {:.4g} s came to no finite state; the run ends at {:.4g} s",
+                "the step to {:.4g} s reached no finite state; the run ends at {:.4g} s",
                 time + step, time);
             return history;
         }

@@ -151,7 +151,7 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
         const std::vector<std::string> values = values_of(v);
         if (&v == &vary.front()) samples.resize(values.size());
         if (values.size() != samples.size())
-            fail("{}: design list has {} values of {} and {} of {}, expected as many of each", file,
+            fail("{}: design list has {} values of {} and {} of {}, expected equally many", file,
                  samples.size(), vary.front().key, values.size(), v.key);
         for (std::size_t k = 0; k < values.size(); ++k) samples[k].push_back(values[k]);
     }

@@ -41,8 +41,8 @@ std::string whole_fingerprint(const Study& study) {
 [[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was,
                                const std::string& is) {
     fail(
-        "{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it "
-        "back, or remove that, or name another output",
+        "{}: the study, its scene or one of their files changed since the run in {} ({}); restore "
+        "it, remove the result, or name another output",
         study.file, where.string(), first_difference(was, is));
 }
 
@@ -76,8 +76,8 @@ StudyStore::StudyStore(const Study& study)
 std::string StudyStore::checked_fingerprint() const {
     if (const std::string now = whole_fingerprint(study_); now != fingerprint_)
         fail(
-            "{}: a file that it reads changed while it ran ({}): its solves are not all of one; "
-            "remove {} and start it again",
+            "{}: an input changed during the run ({}), so its solves do not belong together; "
+            "remove {} and start again",
             study_.file, first_difference(fingerprint_, now), folder_.string());
     return fingerprint_;
 }
@@ -99,7 +99,7 @@ void StudyStore::open() {
              parent.string());
     std::error_code error;
     fs::create_directory(folder_, error);
-    if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
+    if (error) fail("{}: cannot be created: {}", folder_.string(), error.message());
     lock_ = Lock(folder_ / "lock");
     const fs::path fingerprint = folder_ / fingerprint_file;
     const std::string was = fs::exists(fingerprint) ? read_text_file(fingerprint) : "";
@@ -107,7 +107,7 @@ void StudyStore::open() {
     if (is_other && count_done() > 0) {
         if (was.empty())
             fail(
-                "{}: holds solves, but not the {} that says of what; remove it, or name another "
+                "{}: holds solves, but not the {} that describes them; remove it, or name another "
                 "output",
                 folder_.string(), fingerprint_file);
         refuse_other(study_, folder_, was, fingerprint_);
@@ -164,8 +164,8 @@ bool StudyStore::claim(std::size_t k) const {
     const fs::path file = folder_ / (number_of(k) + ".claim");
     const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (descriptor < 0 && errno != EEXIST)
-        fail("{}: cannot be written ({}); the study goes on from here when it is started again",
-             file.string(), std::generic_category().message(errno));
+        fail("{}: cannot be written ({}); run the study again to continue from here", file.string(),
+             std::generic_category().message(errno));
     if (descriptor >= 0) ::close(descriptor);
     return descriptor >= 0;
 }
@@ -193,7 +193,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
                 file.write<double>("displacement", flat(row.displacement), 3);
         });
     } catch (const Error& e) {
-        fail("{}; the study goes on from here when it is started again", e.what());
+        fail("{}; run the study again to continue from here", e.what());
     }
 }
 
@@ -254,7 +254,7 @@ StudyRow StudyStore::row(std::size_t k) const {
         if (!study_.options.keep_displacements) return row;
         row.displacement = read_vectors(file, "displacement");
     } catch (const json::exception&) {
-        fail("{}: does not say what it is of", file.shown());
+        fail("{}: invalid contents", file.shown());
     }
     return row;
 }
@@ -455,15 +455,15 @@ StudyTable read_study(const fs::path& path) {
         table.values = text("inputs").get<std::vector<std::vector<std::string>>>();
         table.failures = text("failures").get<std::vector<std::string>>();
     } catch (const json::exception&) {
-        fail("{}: does not say what its columns are", path.string());
+        fail("{}: invalid column names", path.string());
     }
     const std::size_t count = table.values.size(), columns = table.outputs.size();
     const auto results =
         columns > 0 ? file.read<double>("outputs", columns) : hdf5::Table<double>{count, {}};
     const auto seconds = file.read<double>("seconds", 3);
     if (results.rows != count || seconds.rows != count || table.failures.size() != count)
-        fail("{}: holds {} inputs, {} outputs and {} times, expected as many", path.string(), count,
-             results.rows, seconds.rows);
+        fail("{}: holds {} inputs, {} outputs and {} times, expected equal numbers", path.string(),
+             count, results.rows, seconds.rows);
     for (std::size_t k = 0; k < count; ++k) {
         table.results.emplace_back(
             results.values.begin() + static_cast<std::ptrdiff_t>(k * columns),

@@ -58,11 +58,11 @@ struct ViewFiles {
     std::filesystem::path image, surface;  ///< given by the user; empty: those of the scene
 };
 
-/// The constant data of a scene on this mesh. `told_by`: the scene file, or the result that holds
+/// The constant data of a scene on this mesh. `named_in`: the scene file, or the result that holds
 /// it. Files given by the user must exist; missing files of the scene are left out and listed in
 /// `left_out`. Throws Error.
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
-                          const std::filesystem::path& told_by, const ViewFiles& files);
+                          const std::filesystem::path& named_in, const ViewFiles& files);
 
 /// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
 /// if it has fewer.

@@ -49,8 +49,7 @@ struct TrackerOfRun {
             image_from_reference =
                 transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
         } catch (const json::exception& e) {
-            fail("{}: what it says of its replay is not what livetet track writes: {}", source,
-                 e.what());
+            fail("{}: invalid replay data, expected those of livetet track: {}", source, e.what());
         }
     }
     TrackedPose pose(const TrackerSample& sample, const std::string& tool) const {

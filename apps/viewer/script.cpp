@@ -48,7 +48,7 @@ struct Command {
 };
 
 void need_recording(bool there) {
-    if (!there) fail("a run that goes on has no frames to go to, expected `play`");
+    if (!there) fail("a run in progress has no frames to go to, expected `play`");
 }
 
 std::array<int, 2> pixel(const Arguments& a, std::size_t i) { return {a.whole(i), a.whole(i + 1)}; }

@@ -287,7 +287,7 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     const auto outcome =
         livetet(t.folder, "track scene.yaml --every-sample", "trap '' XFSZ && ulimit -f 12288 &&");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"),
+    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking continues"),
               std::string::npos)
         << outcome.err;
     const ResultReader result(t.folder / "result.h5");
