@@ -20,10 +20,9 @@ enum class Axes { ras, lps };
 
 constexpr const char* schema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
-    "Schema/"
-    "markups-schema-v1.0.3.json#";
+    "Schema/markups-schema-v1.0.3.json#";
 
-/// Metres, RAS. The same turn leads back: mirrored in x and y.
+/// Converts between RAS and LPS, which negates x and y in both directions.
 Eigen::Vector3d to_ras(const Eigen::Vector3d& position_mm, Axes axes, const std::string& where) {
     if (!position_mm.allFinite())
         fail("{}: the position is not finite, expected three numbers in mm", where);
@@ -81,7 +80,7 @@ std::vector<NamedPoint> read_markups(const fs::path& path) {
         for (std::size_t i = 0; i < controls.size(); ++i) {
             const std::string number = fmt::format("{}: control point {}", file, i + 1);
             if (!controls[i].is_object())
-                fail("{}: is no object, expected a label and a position", number);
+                fail("{}: is not an object, expected a label and a position", number);
             if (text_of(controls[i], "positionStatus", "defined", number) != "defined") continue;
             NamedPoint point{text_of(controls[i], "label", std::to_string(i + 1), number), {}};
             const std::string where = fmt::format("{} ('{}')", number, point.name);
@@ -92,7 +91,7 @@ std::vector<NamedPoint> read_markups(const fs::path& path) {
     return points;
 }
 
-/// Where an `.fcsv` keeps what: from its comments, else as before it had a version.
+/// The layout of an `.fcsv`, from its comments; without them that of the oldest version.
 struct FcsvColumns {
     std::size_t label = 0, x = 1, z = 3;
     Axes axes = Axes::ras;
@@ -170,7 +169,7 @@ void write_fiducials(const fs::path& path, const std::vector<NamedPoint>& points
     for (const NamedPoint& point : points) {
         const Eigen::Vector3d& p = point.position;
         if (!p.allFinite())
-            fail("{}: point '{}' is not at a finite place", path.string(), point.name);
+            fail("{}: point '{}' has a coordinate that is not finite", path.string(), point.name);
         controls.push_back({{"id", std::to_string(controls.size() + 1)},
                             {"label", point.name},
                             {"description", ""},

@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/text.hpp"
 #include "mesh/packed_mesh.hpp"
 
@@ -22,7 +22,7 @@ using Tags = std::vector<std::size_t>;
 
 constexpr int triangle_type = 2, tet_type = 4;
 
-/// The first error that Gmsh logged; empty where there was none.
+/// The first error that Gmsh logged; empty if there was none.
 std::string first_error() {
     std::vector<std::string> log;
     gmsh::logger::get(log);
@@ -31,8 +31,8 @@ std::string first_error() {
     return {};
 }
 
-/// Gmsh takes what it does not know for a script and runs it, and reads on where a file ends: look
-/// first.
+/// Checks the file before Gmsh reads it: Gmsh runs unknown files as scripts, and does not detect a
+/// truncated one.
 void check_is_whole_mesh(const fs::path& path) {
     const std::string text = read_text_file(path), where = path.string();
     const auto lines = split_lines(std::string_view(text).substr(0, 4096));
@@ -53,7 +53,7 @@ void check_is_whole_mesh(const fs::path& path) {
     }
 }
 
-/// Builds a mesh out of the model that Gmsh holds.
+/// Builds a mesh from Gmsh's current model.
 class Reader {
   public:
     Reader(std::string where, double metres_per_unit)
@@ -86,7 +86,7 @@ class Reader {
                 unit_ * Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
     }
 
-    /// The mesh's number for a node of Gmsh's; given on its first use by a tet.
+    /// The mesh's index of a Gmsh node, assigned at its first use by a tet.
     std::int32_t number_of(std::size_t tag) {
         if (const auto known = numbers_.find(tag); known != numbers_.end()) return known->second;
         const auto place = places_.find(tag);
@@ -98,7 +98,7 @@ class Reader {
         return number;
     }
 
-    /// The nodes of all elements of an entity, which must all be of `type`.
+    /// The nodes of all elements of an entity. All elements must be of `type`.
     Tags elements_of(int dimension, int entity, int type, const char* expected) {
         std::vector<int> types;
         std::vector<Tags> tags, nodes;
@@ -196,12 +196,12 @@ class Reader {
     std::map<Triangle, Triangle> outwards_;
 };
 
-/// The child process's work; the library and its state end with it.
+/// Runs in the child process, which also bounds the lifetime of Gmsh's state.
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     gmsh::initialize(0, nullptr, false);
     gmsh::option::setNumber("General.Terminal", 0);
-    gmsh::option::setNumber("General.NumThreads",
-                            1);  // a team of the parent's threads does not live on in a fork
+    // Threads of the parent do not exist in the fork.
+    gmsh::option::setNumber("General.NumThreads", 1);
     gmsh::logger::start();
     try {
         gmsh::open(path.string());
@@ -212,12 +212,12 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
         throw;
     } catch (const std::exception& error) {
         fail("{}: Gmsh cannot read it: {}", path.string(), error.what());
-    } catch (...) {  // Gmsh 4.8 throws int and std::string, too
+    } catch (...) {  // Gmsh 4.8 also throws int and std::string
         fail("{}: Gmsh cannot read it: {}", path.string(), first_error());
     }
 }
 
-/// The physical groups of a mesh as MSH 2.2 names them, and its elements, both as lines of text.
+/// The physical groups and the elements of a mesh as lines of an MSH 2.2 file.
 struct Lines {
     std::vector<std::string> names, elements;
     int last_tag = 0;
@@ -226,8 +226,8 @@ struct Lines {
         names.push_back(fmt::format("{} {} \"{}\"", dimension, ++last_tag, name));
         return last_tag;
     }
-    /// Element of Gmsh's `type` in physical group `tag`; the entity below it has the same number,
-    /// from 1.
+    /// Adds an element of Gmsh's `type` to physical group `tag`. Its elementary entity has the same
+    /// number, from 1.
     template <std::size_t N>
     void add(int type, int tag, int entity, const std::array<std::int32_t, N>& nodes) {
         std::string line = fmt::format("{} {} 2 {} {}", elements.size() + 1, type, tag, entity);
@@ -246,7 +246,7 @@ Lines lines_of(const TetMesh& mesh, const std::string& where) {
         const auto surface = mesh.triangle_sets.find(name);
         if (surface != mesh.triangle_sets.end() && nodes_of(surface->second) == nodes) continue;
         const int tag = lines.add_group(0, name);
-        // A point entity holds one node: each has one of its own, all in the group.
+        // A point entity has one node, so each node gets its own entity in the group.
         for (const std::int32_t n : nodes) lines.add(15, tag, n + 1, std::array{n});
     }
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
@@ -264,7 +264,7 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
     const TetMesh mesh = unpacked_mesh(
-        parse_apart(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
+        parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());
     check_tet_mesh(mesh, path.string());
     return mesh;

@@ -14,7 +14,7 @@
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 
 namespace livetet::hdf5 {
 
@@ -22,8 +22,8 @@ namespace {
 
 static_assert(std::is_same_v<hid_t, std::int64_t>, "HDF5 1.10 or later");
 
-/// HDF5 prints its errors unless told otherwise: ours say what is needed. And when the program ends
-/// it would try once more to write a file that a full disk would not take, and crash.
+/// Turns off HDF5's error output, since Errors carry the messages. Also keeps HDF5 from retrying
+/// failed writes at exit, where it would crash on a full disk.
 void begin() {
     static const herr_t not_at_exit = H5dont_atexit();
     (void)not_at_exit;
@@ -37,7 +37,7 @@ hid_t memory_type() {
     if constexpr (std::is_same_v<T, std::int32_t>) return H5T_NATIVE_INT32;
 }
 
-/// Written and read alike on any machine.
+/// Little-endian types in files, on any machine.
 template <class T>
 hid_t stored_type() {
     if constexpr (std::is_same_v<T, double>) return H5T_IEEE_F64LE;
@@ -46,8 +46,8 @@ hid_t stored_type() {
 }
 
 Handle space_of(std::size_t rows, std::size_t columns, bool growing = false) {
-    const hsize_t size[2] = {rows, columns}, most[2] = {H5S_UNLIMITED, columns};
-    return {H5Screate_simple(2, size, growing ? most : nullptr), H5Sclose};
+    const hsize_t size[2] = {rows, columns}, max_size[2] = {H5S_UNLIMITED, columns};
+    return {H5Screate_simple(2, size, growing ? max_size : nullptr), H5Sclose};
 }
 
 Handle with_groups() {
@@ -56,7 +56,8 @@ Handle with_groups() {
     return links;
 }
 
-/// The rows of a two-dimensional table of `columns`; an Error where it is something else.
+/// Number of rows of a two-dimensional table with `columns` columns; throws Error for anything
+/// else.
 std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::string& where,
                     bool integers) {
     const Handle space(H5Dget_space(dataset.id()), H5Sclose);
@@ -70,13 +71,14 @@ std::size_t rows_of(const Handle& dataset, std::size_t columns, const std::strin
     const auto kind = H5Tget_class(type.id());
     if (kind != H5T_INTEGER && (integers || kind != H5T_FLOAT))
         fail("{}: found other data, expected {}", where, integers ? "whole numbers" : "numbers");
-    constexpr hsize_t most = std::numeric_limits<std::int32_t>::max();
-    if (size[0] > most) fail("{}: found {} rows, expected at most {}", where, size[0], most);
+    constexpr hsize_t max_rows = std::numeric_limits<std::int32_t>::max();
+    if (size[0] > max_rows)
+        fail("{}: found {} rows, expected at most {}", where, size[0], max_rows);
     return size[0];
 }
 
-/// Whether so many values are in the file, none of it compressed: bounds what a hostile size may
-/// allocate, and what HDF5 would copy from beyond its own buffers.
+/// Whether the file stores this many values, uncompressed. Bounds the memory that a wrong size can
+/// request, and prevents HDF5 from reading beyond its buffers.
 bool is_stored(const Handle& dataset, std::size_t values) {
     const Handle type(H5Dget_type(dataset.id()), H5Tclose);
     const std::size_t size = H5Tget_size(type.id());
@@ -90,7 +92,7 @@ int close_descriptor(Handle::Id descriptor) { return ::close(static_cast<int>(de
 File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
     int rank = 0, ranks = 1;
-    if (comm != MPI_COMM_SELF) {  // who writes alone need not have MPI
+    if (comm != MPI_COMM_SELF) {  // a single writer need not have MPI
         MPI_Comm_rank(comm, &rank);
         MPI_Comm_size(comm, &ranks);
     }
@@ -109,11 +111,11 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
 
 File File::open_here(const std::filesystem::path& path) {
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file.id() < 0) fail("{}: is no HDF5 file, or truncated", path.string());
+    if (file.id() < 0) fail("{}: is not an HDF5 file, or is truncated", path.string());
     return File(std::move(file), path.string());
 }
 
-File File::open(const std::filesystem::path& path, bool is_checked) {
+File File::open(const std::filesystem::path& path, Validation validation) {
     begin();
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
@@ -121,7 +123,7 @@ File File::open(const std::filesystem::path& path, bool is_checked) {
         open_here(path).go_through("", 0);
         return std::vector<char>();
     };
-    if (!is_checked) parse_apart(path, "HDF5", look);
+    if (validation == Validation::now) parse_in_child(path, "HDF5", look);
     return open_here(path);
 }
 
@@ -144,10 +146,9 @@ void File::check(const std::vector<std::filesystem::path>& paths) {
 }
 
 void File::go_through(const std::string& group, int depth) const {
-    constexpr int deepest = 8;  // ours have four; links may lead round for ever
+    constexpr int deepest = 8;  // our files have four; links may form a cycle
     if (depth > deepest) fail("{}: has groups within groups deeper than {}", shown_, deepest);
-    (void)has(group +
-              "/?");  // what looks a name up goes another way through HDF5 than what lists them
+    (void)has(group + "/?");  // lookup takes another path through HDF5 than listing
     for (const std::string& name : names(group.empty() ? "/" : group)) {
         const std::string path = group + '/' + name;
         const Handle object(has(path) ? H5Oopen(file_.id(), path.c_str(), H5P_DEFAULT) : -1,
@@ -162,7 +163,7 @@ void File::go_through(const std::string& group, int depth) const {
         try {
             if (H5Tget_class(type.id()) == H5T_STRING) read_text(path);
             if (rank == 2 && size[0] > 0) read_row<double>(path, size[0] - 1, size[1]);
-        } catch (const Error&) {  // who needs it will say so
+        } catch (const Error&) {  // reported when the table is used
         }
     }
 }
@@ -260,7 +261,7 @@ std::vector<T> File::read_row(const std::string& name, std::size_t row, std::siz
 }
 
 bool File::has(const std::string& name) const {
-    // HDF5 wants each group on the way asked for by itself.
+    // H5Lexists requires that each parent group be tested first.
     for (std::size_t bar = name.find('/', 1);; bar = name.find('/', bar + 1)) {
         if (H5Lexists(file_.id(), name.substr(0, bar).c_str(), H5P_DEFAULT) <= 0) return false;
         if (bar == std::string::npos) return true;
@@ -285,8 +286,8 @@ std::vector<std::string> File::names(const std::string& group) const {
 }
 
 void File::write_text(const std::string& name, const std::string& text) {
-    // A data set, not an attribute: an attribute ends at 64 kB, and a scene or a provenance may
-    // not.
+    // A data set, not an attribute: attributes are limited to 64 kB, which a scene or a provenance
+    // may exceed.
     const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose),
         links = with_groups();
     H5Tset_size(type.id(), text.size() + 1);
@@ -305,7 +306,7 @@ std::string File::read_text(const std::string& name) const {
     const std::size_t size = H5Tget_size(type.id());
     if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 ||
         size > (1u << 28) || H5Sget_simple_extent_npoints(space.id()) != 1)
-        fail("{}: {} is no text, expected one", shown_, name);
+        fail("{}: {} is not a text", shown_, name);
     if (!is_stored(data, 1)) fail("{}: the text {} is not in the file: truncated", shown_, name);
     std::string text(size, '\0');
     if (H5Dread(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0)
@@ -326,10 +327,8 @@ bool File::reserve(std::size_t bytes) {
         while (::fallocate(descriptor, 0, end, wanted) != 0) {
             if (errno == EINTR) continue;
             struct statvfs disk {};
-            const bool cannot =
-                errno == EOPNOTSUPP ||
-                errno ==
-                    ENOSYS;  // some file systems take no room ahead: as much as is free will do
+            // Some file systems cannot reserve space: then check the free space.
+            const bool cannot = errno == EOPNOTSUPP || errno == ENOSYS;
             return cannot && ::fstatvfs(descriptor, &disk) == 0 &&
                    disk.f_bavail * disk.f_frsize >= static_cast<std::uint64_t>(wanted);
         }
@@ -337,8 +336,8 @@ bool File::reserve(std::size_t bytes) {
     };
     struct stat now {};
     const bool there = rank_ == 0 && ::fstat(descriptor, &now) == 0 && now.st_size >= end + more;
-    int taken = rank_ == 0 && (there || take(2 * more) ||
-                               take(more));  // room for the next one as well, where there is
+    // Twice the size if possible, so that the next call finds its space reserved.
+    int taken = rank_ == 0 && (there || take(2 * more) || take(more));
     if (ranks_ > 1) MPI_Bcast(&taken, 1, MPI_INT, 0, comm_);
     return taken != 0;
 }
@@ -382,8 +381,8 @@ LIVETET_HDF5_OF(std::int32_t)
 
 void write_whole(const std::filesystem::path& path, const std::string& format, int version,
                  std::size_t bytes, const std::function<void(File&)>& fill) {
-    constexpr std::size_t room_beside =
-        1 << 20;  // HDF5's own, and what is left to close the file where the disk is found full
+    // HDF5's own data, and what it needs to close the file on a full disk.
+    constexpr std::size_t room_beside = 1 << 20;
     PendingFile pending(path);
     {
         File file = File::create(pending.path(), path.string());

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* hierarchy_format = "livetet mesh hierarchy";
 constexpr int hierarchy_version = 1;
 
-/// The numbers of rows of a fixed size, one after the other.
+/// Flattens rows of fixed size.
 template <class T, class Row>
 std::span<const T> flat(const std::vector<Row>& rows) {
     static_assert(sizeof(Row) % sizeof(T) == 0);
@@ -40,7 +40,7 @@ void check_indices(std::span<const std::int32_t> indices, std::size_t count,
                  static_cast<std::int64_t>(count) - 1);
 }
 
-/// A set's name as an HDF5 name: '/' parts groups there, and "." is one.
+/// Escapes a set's name for HDF5, where '/' separates groups and "." is the group itself.
 std::string escape(const std::string& name) {
     std::string text;
     for (const char c : name)
@@ -73,12 +73,12 @@ BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, s
     check_indices(flat<std::int32_t>(map.nodes), nodes, where + "/nodes");
     for (std::size_t i = 0; i < points; ++i) {
         const auto& w = map.weights[i];
-        // Written so that NaN is refused as well.
-        const bool bounded = std::all_of(w.begin(), w.end(),
-                                         [](double v) { return v >= least_extrapolated - 1e-6; });
+        // Written so that NaN fails the test.
+        const bool bounded = std::all_of(
+            w.begin(), w.end(), [](double v) { return v >= min_extrapolated_weight - 1e-6; });
         if (!bounded || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
             fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1",
-                 where, i, w[0], w[1], w[2], w[3], least_extrapolated);
+                 where, i, w[0], w[1], w[2], w[3], min_extrapolated_weight);
         if (!(map.distance[i] >= 0))
             fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
     }
@@ -89,8 +89,7 @@ void write_grid(hdf5::File& file, const ImageGrid& image) {
     file.write<std::int32_t>("image/size", image.size, 3);
     const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = image.ras_from_voxel;
     file.write<double>("image/ras_from_voxel", {rows.data(), 16}, 4);
-    const Eigen::Vector3d spacing =
-        image.spacing();  // follows from the affine: for who looks into the file
+    const Eigen::Vector3d spacing = image.spacing();  // redundant; for readers of the file
     file.write<double>("image/spacing", {spacing.data(), 3}, 3);
 }
 
@@ -108,7 +107,7 @@ ImageGrid read_grid(const hdf5::File& file) {
     if (!image.ras_from_voxel.allFinite() || !(std::abs(volume) > 0) ||
         image.ras_from_voxel.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
         fail(
-            "{}: image/ras_from_voxel is no affine that spans space, expected voxels' places in "
+            "{}: image/ras_from_voxel is not an invertible affine, expected positions of voxels in "
             "metres",
             file.shown());
     return image;
@@ -120,7 +119,7 @@ void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh)
     file.write<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
     file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
     if (!mesh.edge_nodes.empty()) {
-        // All ten nodes in one table, as XDMF's Tetrahedron_10 wants them.
+        // One table with all ten nodes, as XDMF's Tetrahedron_10 requires.
         std::vector<std::int32_t> ten;
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
             ten.insert(ten.end(), mesh.tets[e].begin(), mesh.tets[e].end());

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 bool is_nifti(const fs::path& path) { return ending(path) == ".nii" || ending(path) == ".nii.gz"; }
 
-/// use(a number of that type).
+/// Calls use(value) with a value of the scalar's C++ type.
 template <class Use>
 void of_type(ScalarType type, const Use& use) {
     switch (type) {
@@ -47,7 +47,7 @@ void of_type(ScalarType type, const Use& use) {
     }
 }
 
-/// The volume's values as T, where `fits` allows each of them.
+/// The volume's values as T. `fits` decides whether a value is allowed.
 template <class T, class Stored, class Wrong, class Fits>
 void convert_from(const Volume& volume, const fs::path& path, const char* expected,
                   const Fits& fits, std::vector<T>& values) {
@@ -121,7 +121,7 @@ std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) 
         const std::optional<fs::path> voxels =
             is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
         if (voxels && *voxels != path) return voxels;
-    } catch (const Error&) {  // its reader says what is wrong with it
+    } catch (const Error&) {  // the reader reports the error
     }
 #endif
     return {};
@@ -139,16 +139,17 @@ Volume read_volume(const fs::path& path) {
 }
 
 GreyImage grey_image(const Volume& volume, const fs::path& path) {
-    constexpr double most = std::numeric_limits<float>::max();
-    return convert<float, Error>(volume, path, "a finite number",
-                                 [](double v) { return std::abs(v) <= most; });  // false for NaN
+    constexpr double max_value = std::numeric_limits<float>::max();
+    return convert<float, Error>(volume, path, "a finite number", [](double v) {
+        return std::abs(v) <= max_value;
+    });  // false for NaN
 }
 
 LabelImage label_image(const Volume& volume, const fs::path& path) {
-    constexpr double least = std::numeric_limits<std::int32_t>::min(),
-                     most = std::numeric_limits<std::int32_t>::max();
+    constexpr double min_value = std::numeric_limits<std::int32_t>::min(),
+                     max_value = std::numeric_limits<std::int32_t>::max();
     return convert<std::int32_t, NotALabel>(volume, path, "a label, a whole number", [](double v) {
-        return v >= least && v <= most && v == std::floor(v);
+        return v >= min_value && v <= max_value && v == std::floor(v);
     });
 }
 
@@ -173,12 +174,13 @@ void write_image(const fs::path& path, const GreyImage& image, ScalarType type) 
     check_image(image, path);
     of_type(type, [&]<class Stored>(Stored) {
         if constexpr (std::is_integral_v<Stored> && sizeof(Stored) <= 4) {
-            constexpr double least = std::numeric_limits<Stored>::min(),
-                             most = std::numeric_limits<Stored>::max();
+            constexpr double min_value = std::numeric_limits<Stored>::min(),
+                             max_value = std::numeric_limits<Stored>::max();
             std::vector<Stored> stored;
             stored.reserve(image.values.size());
             for (const double v : image.values)
-                stored.push_back(static_cast<Stored>(std::clamp(std::round(v), least, most)));
+                stored.push_back(
+                    static_cast<Stored>(std::clamp(std::round(v), min_value, max_value)));
             nifti::write(path, {image.size, image.ras_from_voxel}, type, bytes_of_values(stored));
         } else {
             write_as<float>(ScalarType::float32, path, image);
@@ -193,7 +195,7 @@ void write_displacement_field(const fs::path& path, const Image<Eigen::Vector3f>
     planes.reserve(3 * field.values.size());
     for (int d = 0; d < 3; ++d)
         for (const Eigen::Vector3f& v : field.values)
-            planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no -0
+            planes.push_back(mm * lps_from_ras[d] * v[d] + 0.0F);  // no negative zero
     nifti::write(path, {field.size, field.ras_from_voxel}, ScalarType::float32,
                  bytes_of_values(planes), nifti::Values::vectors);
 }
@@ -201,10 +203,11 @@ void write_displacement_field(const fs::path& path, const Image<Eigen::Vector3f>
 void write_image(const fs::path& path, const LabelImage& image) {
     check_image(image, path);
     if (image.values.empty()) fail("{}: the image has no voxels", path.string());
-    const auto [least, most] = std::minmax_element(image.values.begin(), image.values.end());
-    if (*least >= 0 && *most <= 255)
+    const auto [min_value, max_value] =
+        std::minmax_element(image.values.begin(), image.values.end());
+    if (*min_value >= 0 && *max_value <= 255)
         write_as<std::uint8_t>(ScalarType::uint8, path, image);
-    else if (*least >= -32768 && *most <= 32767)
+    else if (*min_value >= -32768 && *max_value <= 32767)
         write_as<std::int16_t>(ScalarType::int16, path, image);
     else
         write_as<std::int32_t>(ScalarType::int32, path, image);

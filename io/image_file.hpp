@@ -10,67 +10,63 @@
 
 namespace livetet {
 
-/// A label image's voxel that is no label: a grey image, most often.
+/// A voxel of a label image is not a label; most often the file is a grey image.
 class NotALabel : public Error {
   public:
     using Error::Error;
 };
 
-/// Whether the name is that of an image file: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd.
+/// Whether the path has the extension of an image file: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd.
 bool is_image_name(const std::filesystem::path& path);
 
-/// What a file holds, as a digest: of its bytes and, where it is an image's header, of those of the
-/// file that its voxels lie in. None where they lie in several. Throws Error as a reader of the
-/// header would.
+/// Digest of a file's bytes and, if it is an image header, of the file with its voxels. None if the
+/// voxels are in several files. Throws Error as a reader of the header does.
 std::optional<std::string> content_digest(const std::filesystem::path& path);
 
-/// The file that an image's header names for its voxels; none where they lie in itself or in
-/// several, and where the header is none that its reader would take.
+/// The file that an image header names for its voxels; none if they are in the same file, in
+/// several files, or the header is invalid.
 std::optional<std::filesystem::path> named_voxel_file(const std::filesystem::path& path);
 
-/// Reads an image; millimetres (or the unit that the file states) become metres, its world RAS.
-///   NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling: the
-///   affine is the sform,
-///     else the qform, else the spacing alone.
-///   NRRD (.nrrd, .nhdr with its data file; raw, gzip or text), Slicer's .seg.nrrd of one layer
-///   too: `space` RAS, LAS
-///     or LPS; axes that no `space` names lie along LPS, as ITK takes them.
-///   MetaImage (.mha, .mhd with its data file; compressed or not): LPS, axes by TransformMatrix
-///   (row i: axis i). Like
-///     ITK and Slicer we take nothing from AnatomicalOrientation.
-/// Axes may be oblique, sheared, left-handed, or flipped by a negative spacing. Throws Error where
-/// the file is missing, truncated, damaged, holds less or more than its header says, has another
-/// ending, more than three dimensions, several values a voxel, no spacing (NRRD, MetaImage), an
-/// affine that flattens space, or a voxel that is not finite. A build without images reads NIfTI
-/// alone.
+/// Reads an image as metres, RAS; files are in mm unless they state another unit. Axes may be
+/// oblique, sheared, left-handed, or flipped by a negative spacing.
+/// - NIfTI (.nii, .nii.gz; versions 1 and 2, either byte order), with its intensity scaling. The
+///   affine is the sform, else the qform, else the spacing alone.
+/// - NRRD (.nrrd, .nhdr with its data file; raw, gzip or text), also Slicer's .seg.nrrd with one
+///   layer. `space` may be RAS, LAS or LPS; without it the axes are LPS, as in ITK.
+/// - MetaImage (.mha, .mhd with its data file; compressed or not): LPS, axes by TransformMatrix
+///   (row i: axis i). AnatomicalOrientation is ignored, as in ITK and Slicer.
+///
+/// Throws Error if the file is missing, truncated or damaged, has more or less data than its header
+/// states, has another extension, more than three dimensions, several values a voxel, no spacing
+/// (NRRD, MetaImage), a singular affine, or a voxel that is not finite. A build without images
+/// reads NIfTI only.
 GreyImage read_grey_image(const std::filesystem::path& path);
 
-/// The same for labels: every voxel must be a whole number of 32 bits, else NotALabel.
+/// The same for labels. Throws NotALabel unless every voxel is a 32-bit integer.
 LabelImage read_label_image(const std::filesystem::path& path);
 
-/// The same for a mask: an Error where it looks like a grey image, whose every voxel would be in
-/// it.
+/// The same for a mask. Throws Error if it looks like a grey image, all of whose voxels would be in
+/// the mask.
 LabelImage read_mask(const std::filesystem::path& path);
 
-/// The two steps of these: what a file holds, as it is stored; and its values. `path`: of the file,
-/// for messages.
+/// The two steps of these functions: the stored data of a file, and its values. `path`: of the
+/// file, for messages.
 Volume read_volume(const std::filesystem::path& path);
 GreyImage grey_image(const Volume& volume, const std::filesystem::path& path);
 LabelImage label_image(const Volume& volume, const std::filesystem::path& path);
 
-/// Writes a NIfTI 1 image (.nii, or compressed .nii.gz) in mm, with sform and, where axes are
-/// square to each other, qform. Grey values as float; labels as 8, 16 or 32 bit integers, the
-/// smallest that fits.
+/// Writes a NIfTI 1 image (.nii, or compressed .nii.gz) in mm, with sform and, if the axes are
+/// orthogonal, qform. Grey values are stored as float, labels as the smallest of 8, 16 and 32 bit
+/// integers that fits.
 void write_image(const std::filesystem::path& path, const GreyImage& image);
 void write_image(const std::filesystem::path& path, const LabelImage& image);
 
-/// Grey values as voxels of `type`: rounded and clipped where those are integers of up to 32 bits,
-/// else as float.
+/// The same with voxels of `type`: rounded and clamped for integers of up to 32 bits, else float.
 void write_image(const std::filesystem::path& path, const GreyImage& image, ScalarType type);
 
-/// Displacements (metres, RAS) as ITK, and so ANTs and 3D Slicer, read a displacement field from
-/// NIfTI: a vector image (five-dimensional, intent 1007) of float, mm. NIfTI's world is RAS, but
-/// ITK turns no vectors of that intent: their components are LPS.
+/// Writes displacements (metres, RAS) as a displacement field for ITK, ANTs and 3D Slicer: a NIfTI
+/// vector image (five-dimensional, intent 1007) of float, mm. The components are LPS although
+/// NIfTI's world is RAS, because ITK does not convert vectors of that intent.
 void write_displacement_field(const std::filesystem::path& path,
                               const Image<Eigen::Vector3f>& field);
 

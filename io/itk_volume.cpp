@@ -25,11 +25,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The text before the voxels: what ITK does not tell of it, and what must be known before ITK
-/// reads on.
+/// The text header of a file: fields that ITK does not pass on or that must be checked before ITK
+/// reads the file.
 struct Header {
-    std::map<std::string, std::string> fields;  ///< by names in lower case
-    std::size_t end = 0;  ///< bytes: where voxels begin, if they are in the same file
+    std::map<std::string, std::string> fields;  ///< by lower-case name
+    /// Size of the header in bytes; the voxels start here if they are in the same file.
+    std::size_t end = 0;
 
     const std::string& of(const std::string& name) const {
         static const std::string none;
@@ -41,8 +42,8 @@ struct Header {
     }
 };
 
-/// `name: value` and `key:=value` up to a blank line (NRRD), `Name = value` up to ElementDataFile
-/// (MetaImage).
+/// Parses `name: value` and `key:=value` up to an empty line (NRRD), or `Name = value` up to
+/// ElementDataFile (MetaImage).
 Header read_header(const fs::path& path, bool nrrd) {
     const std::string where = path.string();
     std::error_code ignored;
@@ -50,11 +51,11 @@ Header read_header(const fs::path& path, bool nrrd) {
     std::ifstream in(path, std::ios::binary);
     if (!in) fail("{}: cannot be read", where);
     Header header;
-    constexpr std::size_t most = 1 << 24;
+    constexpr std::size_t max_header_bytes = 1 << 24;
     std::string line;
     for (bool first = true; std::getline(in, line); first = false) {
         header.end += line.size() + (in.eof() ? 0 : 1);
-        if (header.end > most) break;
+        if (header.end > max_header_bytes) break;
         if (nrrd && first && !line.starts_with("NRRD"))
             fail("{}:1: found '{}', expected NRRD0001 to NRRD0005, as NRRD files begin", where,
                  line.substr(0, 20));
@@ -65,23 +66,23 @@ Header read_header(const fs::path& path, bool nrrd) {
         if (nrrd && line[0] == '#') continue;
         const std::size_t sign = line.find(nrrd ? ':' : '=');
         if (sign == std::string::npos) {
-            // MetaIO would read on beyond the line's end, and take fields from the voxels.
+            // MetaIO would continue beyond the end of the line and take fields from the voxels.
             if (nrrd) continue;
             const bool is_text = std::all_of(line.begin(), line.end(), [](unsigned char c) {
                 return std::isprint(c) || std::isspace(c);
             });
-            fail(
-                "{}: found {}, expected Name = value, as lines of MetaImage's header are", where,
-                is_text ? fmt::format("'{}'", trim(line.substr(0, 60))) : "bytes that are no text");
+            fail("{}: found {}, expected Name = value, as lines of MetaImage's header are", where,
+                 is_text ? fmt::format("'{}'", trim(line.substr(0, 60)))
+                         : "bytes that are not text");
         }
-        // "key:=value" pairs of a NRRD are not its fields: they go by "=key".
+        // "key:=value" pairs of a NRRD are not its fields; they are stored as "=key".
         const bool pair = nrrd && line[sign + 1] == '=';
         const std::string name =
             (pair ? "=" : "") + lower(trim(std::string_view(line).substr(0, sign)));
         const bool added =
             header.fields.emplace(name, trim(std::string_view(line).substr(sign + (pair ? 2 : 1))))
                 .second;
-        // Readers differ in which one counts.
+        // Readers disagree on which one counts.
         if (!pair && !added) fail("{}: states '{}' twice", where, name);
         if (!nrrd && line.find(':') < sign)
             fail("{}: found '{}', expected Name = value", where, line.substr(0, 60));
@@ -94,13 +95,13 @@ Header read_header(const fs::path& path, bool nrrd) {
          where, nrrd ? "a blank line" : "ElementDataFile");
 }
 
-/// Where the voxels lie; no file where they are in several.
+/// Position of the voxel data; no file if it is in several files.
 struct Data {
     fs::path file;
     std::uint64_t offset = 0;
     bool attached = false;
     enum Coding { raw, deflated, text, hex } coding = raw;
-    bool skips = false;  ///< bytes or lines that the header says to skip
+    bool skips = false;  ///< the header requires skipping bytes or lines
 };
 
 Data data_of(const fs::path& path, const Header& header, bool nrrd) {
@@ -114,7 +115,7 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
         data.file = path;
         data.offset = header.end;
     } else if (name.find('%') != std::string::npos) {
-        // MetaIO and NrrdIO hand it to printf, with one number.
+        // MetaIO and NrrdIO pass the name to printf with one integer.
         const std::size_t sign = name.find('%'),
                           letter = name.find_first_not_of("0123456789", sign + 1);
         if (letter == std::string::npos || name[letter] != 'd' || letter - sign > 3 ||
@@ -123,7 +124,7 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
                 "{}: its voxels should lie in '{}', expected one %d, such as %03d, where the "
                 "number of the file goes",
                 where, name);
-        for (const std::string_view word : split_words(name))  // MetaIO has room for 80 characters
+        for (const std::string_view word : split_words(name))  // MetaIO's buffer has 80 characters
             if (word.size() > 79)
                 fail("{}: found {} characters in ElementDataFile's '{}...', expected at most 79",
                      where, word.size(), word.substr(0, 20));
@@ -159,14 +160,14 @@ Data data_of(const fs::path& path, const Header& header, bool nrrd) {
             if (const auto bytes = parse_index(skipped))
                 data.offset = *bytes;
             else
-                data.skips = true;  // -1: what is before the last bytes
+                data.skips = true;  // -1: the voxels are the last bytes
         }
     }
     return data;
 }
 
-/// How many bytes (at most `enough`) a zlib or gzip stream of `packed_size` bytes holds that begins
-/// at `offset`.
+/// Decompressed size, counted up to `enough`, of a zlib or gzip stream of `packed_size` bytes at
+/// `offset`.
 std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::uint64_t enough,
                             const std::string& where) {
     std::ifstream in(data.file, std::ios::binary);
@@ -190,7 +191,7 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::ui
         stream.avail_out = static_cast<uInt>(open.size());
         const int status = inflate(&stream, Z_NO_FLUSH);
         size += open.size() - stream.avail_out;
-        if (status == Z_STREAM_END) {  // gzip files may follow one another
+        if (status == Z_STREAM_END) {  // gzip members may be concatenated
             if (size + 1 >= enough ||
                 (stream.avail_in == 0 &&
                  (packed_size == 0 || in.peek() == std::ifstream::traits_type::eof())))
@@ -205,18 +206,17 @@ std::uint64_t inflated_size(const Data& data, std::uint64_t packed_size, std::ui
     return size;
 }
 
-/// The file must hold `count` voxels of `bytes` in all, whatever its header says: before memory is
-/// asked for.
+/// Checks, before memory is allocated, that the file has `count` voxels of `bytes` in all.
 void check_holds(const Data& data, const Header& header, std::uint64_t count, std::uint64_t bytes,
                  const std::string& where) {
-    if (data.file.empty()) {  // a list of files: ITK says which is missing or short, once there is
-                              // memory for all
+    // A list of files: only bound the allocation; ITK reports the file that is missing or short.
+    if (data.file.empty()) {
         std::uint64_t all = 0;
         for (const auto& entry :
              fs::directory_iterator(fs::absolute(fs::path(where)).parent_path()))
             if (entry.is_regular_file()) all += entry.file_size();
-        constexpr std::uint64_t most_deflated = 1032;
-        if (bytes > (data.coding == Data::raw ? all : most_deflated * all))
+        constexpr std::uint64_t max_deflated = 1032;
+        if (bytes > (data.coding == Data::raw ? all : max_deflated * all))
             fail("{}: found {} bytes in all files beside it, expected {} of voxels", where, all,
                  bytes);
         return;
@@ -250,7 +250,7 @@ void check_holds(const Data& data, const Header& header, std::uint64_t count, st
              kind, expected);
 }
 
-/// Metres in the unit of the header; mm where it names none.
+/// The header's unit in metres; mm if it names none.
 double metres_per_unit(const Header& header, bool nrrd, const std::string& where) {
     std::string unit = header.of("distanceunits");
     if (nrrd) {
@@ -273,8 +273,7 @@ double metres_per_unit(const Header& header, bool nrrd, const std::string& where
     fail("{}: its unit of length is '{}', expected mm, cm, m or um", where, unit);
 }
 
-/// ITK keeps sizes in 32 bits and would read more than it has memory for: beyond them nothing is
-/// right.
+/// Bounds the sizes: ITK stores them in 32 bits and would read past its buffer.
 void check_sizes(const std::vector<std::string_view>& sizes, const std::string& where) {
     for (const std::string_view size : sizes)
         if (const auto n = parse_index(size); !n || *n < 1 || *n > 1 << 20)
@@ -309,8 +308,7 @@ void check_nrrd(const Header& header, const std::string& where) {
     if (segments && *dimension == 4 && sizes[0] != "1")
         fail(
             "{}: is a Slicer segmentation of {} layers, whose segments overlap, expected one; in "
-            "Slicer's Segmentations "
-            "module export the segments wanted to a labelmap, and save that",
+            "Slicer's Segmentations module export the segments wanted to a labelmap, and save that",
             where, sizes[0]);
 }
 
@@ -370,8 +368,8 @@ ScalarType type_of(const itk::ImageIOBase& io, const std::string& where) {
         where);
 }
 
-/// ITK's axes and origin are LPS, in the header's unit; but of LAS it turns round x where LPS is y
-/// (5.2): what comes is RAS. A negative spacing turns its axis round.
+/// ras_from_voxel from ITK's axes and origin, which are LPS in the header's unit. For LAS, ITK 5.2
+/// negates x instead of y, so the result is RAS. A negative spacing flips its axis.
 Eigen::Matrix4d affine_of(const itk::ImageIOBase& io, bool las, double metres) {
     Eigen::Matrix4d affine = Eigen::Matrix4d::Identity();
     const double sign = las ? 1 : -1;
@@ -384,7 +382,7 @@ Eigen::Matrix4d affine_of(const itk::ImageIOBase& io, bool las, double metres) {
     return affine;
 }
 
-/// MetaIO writes its complaints to std::cerr and goes on: ours are one line.
+/// Captures the messages that MetaIO writes to std::cerr, for a one-line Error.
 class Hush {
   public:
     Hush() : error_(std::cerr.rdbuf(said_.rdbuf())), out_(std::cout.rdbuf(said_.rdbuf())) {
@@ -398,7 +396,7 @@ class Hush {
     Hush(const Hush&) = delete;
     Hush& operator=(const Hush&) = delete;
 
-    /// The first line said; empty where there was none.
+    /// The first captured line; empty if there was none.
     std::string first() const {
         const std::string said = said_.str();
         for (const auto line : split_lines(said))
@@ -411,7 +409,7 @@ class Hush {
     std::streambuf *error_, *out_;
 };
 
-/// The last line of what ITK says is the cause; before it come places in its own source.
+/// The last line of an ITK message is the cause; source locations precede it.
 std::string last_line(const std::string& text) {
     std::string last;
     for (const auto line : split_lines(text))
@@ -498,8 +496,8 @@ Volume read_itk_volume(const fs::path& path) {
     volume.bytes.resize(count * bytes_of(volume.type));
     itk::ImageIORegion region(3);
     for (int i = 0; i < 3; ++i) region.SetSize(i, static_cast<itk::SizeValueType>(size[i]));
-    // What lies in several files has not been measured; MetaIO only whispers where one of them is
-    // short.
+    // The size of voxels in several files was not checked, and MetaIO only prints a warning if one
+    // is short.
     through_itk(where, data.file.empty() || data.skips ? Whispers::errors : Whispers::ignored, [&] {
         io->SetIORegion(region);
         io->Read(volume.bytes.data());

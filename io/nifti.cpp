@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little,
               "the voxels are written in the machine's byte order");
 
-/// A file that is decompressed while it is read, if it is compressed.
+/// Reads a plain or gzip-compressed file.
 class GzReader {
   public:
     explicit GzReader(const fs::path& path)
@@ -39,10 +39,11 @@ class GzReader {
     GzReader(const GzReader&) = delete;
     GzReader& operator=(const GzReader&) = delete;
 
-    /// Up to `count` bytes more, added to `bytes`.
+    /// Appends up to `count` bytes to `bytes`.
     void read(std::vector<char>& bytes, std::size_t count) {
-        constexpr std::size_t piece =
-            1 << 24;  // a hostile header's size is not allocated before it is there
+        // Grow in steps, so that a wrong size in a header does not allocate memory before the data
+        // exist.
+        constexpr std::size_t piece = 1 << 24;
         while (count > 0) {
             const std::size_t wanted = std::min(count, piece), before = bytes.size();
             bytes.resize(before + wanted);
@@ -53,7 +54,7 @@ class GzReader {
             count -= wanted;
         }
     }
-    /// The end of the file, and of compressed data the check sum that lies behind the last voxel.
+    /// Checks that the file ends here and, if compressed, its checksum.
     void finish() {
         char rest = 0;
         const int more = gzread(file_, &rest, 1);
@@ -72,7 +73,7 @@ class GzReader {
     gzFile file_;
 };
 
-/// The fields of a header, wherever the version keeps them, in the machine's byte order.
+/// Reads header fields in the machine's byte order.
 class Fields {
   public:
     Fields(const std::vector<char>& bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
@@ -101,7 +102,8 @@ struct Header {
     Eigen::Matrix<double, 3, 4> srow;
 };
 
-/// Version 1 (348 bytes): 16-bit sizes and floats; version 2 (540 bytes): 64-bit sizes and doubles.
+/// Parses a header. Version 1 (348 bytes) has 16-bit sizes and floats, version 2 (540 bytes) 64-bit
+/// sizes and doubles. The arguments are byte offsets of the fields.
 template <class Size, class Real, class Code>
 Header parse(const Fields& f, std::size_t dim, std::size_t type, std::size_t pixdim,
              std::size_t offset, std::size_t slope, std::size_t units, std::size_t qform,
@@ -148,11 +150,10 @@ Header read_header(GzReader& in, std::vector<char>& bytes, const std::string& wh
         header.swapped = swapped;
         return header;
     }
-    fail("{}: is no NIfTI file in one piece, expected its header to hold 'n+1' or 'n+2'", where);
+    fail("{}: is not a single-file NIfTI image, expected its header to hold 'n+1' or 'n+2'", where);
 }
 
-/// A unit quaternion's rotation times the spacing; the third axis turned round where pixdim[0] is
-/// negative.
+/// Rotation of the unit quaternion times the spacing; a negative pixdim[0] flips the third axis.
 Eigen::Matrix4d qform_affine(const Header& h) {
     const double bcd = h.q[0] * h.q[0] + h.q[1] * h.q[1] + h.q[2] * h.q[2];
     const Eigen::Quaterniond quaternion(std::sqrt(std::max(0.0, 1 - bcd)), h.q[0], h.q[1], h.q[2]);
@@ -173,9 +174,7 @@ Eigen::Matrix4d affine_of(const Header& h, const std::string& where) {
         affine = qform_affine(h);
     else
         affine.diagonal().head<3>() << h.pixdim[1], h.pixdim[2], h.pixdim[3];
-    const double unit = h.xyz_units == 1   ? 1
-                        : h.xyz_units == 3 ? 1e-6
-                                           : 1e-3;  // mm where the file does not say
+    const double unit = h.xyz_units == 1 ? 1 : h.xyz_units == 3 ? 1e-6 : 1e-3;  // mm is the default
     affine.topRows<3>() *= unit;
     check_spans_space(affine, where, h.sform > 0 ? "sform" : h.qform > 0 ? "qform" : "spacing");
     return affine;
@@ -256,7 +255,7 @@ std::vector<char> make_header(const std::array<int, 3>& size, const Eigen::Matri
     put<float>(header, 76, {qfac, spacing[0], spacing[1], spacing[2], 1, 1, 1, 1});
     put<float>(header, 108, {352, 1, 0});
     header[123] = 2;                                          // mm
-    put<std::int16_t>(header, 252, {square ? 1.0 : 0.0, 1});  // scanner's axes
+    put<std::int16_t>(header, 252, {square ? 1.0 : 0.0, 1});  // code 1: scanner coordinates
     put<float>(header, 256, {q.x(), q.y(), q.z(), origin[0], origin[1], origin[2]});
     for (int i = 0; i < 3; ++i)
         put<float>(header, 280 + 16 * i,

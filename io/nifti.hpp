@@ -10,21 +10,21 @@
 #include "image/image.hpp"
 #include "io/volume.hpp"
 
-/// A reader of our own, though ITK reads NIfTI too: ITK 5.2 refuses a sheared sform or takes the
-/// qform in its stead without a word, takes a qform of code 1 before a sform of code 2, and a build
-/// without images still reads masks.
+/// NIfTI reader and writer. Not ITK's, because ITK 5.2 refuses a sheared sform or silently uses the
+/// qform instead, prefers a qform of code 1 to a sform of code 2, and is absent from builds without
+/// images, which still read masks.
 namespace livetet::nifti {
 
-/// What a voxel holds: a number, or three.
+/// Number of values in a voxel: one or three.
 enum class Values { scalars, vectors };
 
-/// Throws Error where `path` is no whole NIfTI file of one three-dimensional image of plain
-/// numbers.
+/// Reads a file. Throws Error unless it is a complete NIfTI file of one three-dimensional image of
+/// scalars.
 Volume read(const std::filesystem::path& path);
 
-/// Writes `bytes`, little-endian voxels of `type`; of `vectors`, first all of their first
-/// components, then all of their second and third ones, as the five-dimensional image with intent
-/// "vector" that NIfTI has for them. Throws Error where name or sizes cannot be a NIfTI file's.
+/// Writes little-endian voxels of `type`. For `vectors`, `bytes` has all first components, then all
+/// second and third ones; the file is the five-dimensional image with NIfTI's vector intent. Throws
+/// Error if the extension or the sizes do not fit a NIfTI file.
 void write(const std::filesystem::path& path, const ImageGrid& grid, ScalarType type,
            std::span<const char> bytes, Values values = Values::scalars);
 

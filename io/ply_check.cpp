@@ -17,7 +17,7 @@ namespace {
 using Words = std::vector<std::string_view>;
 
 struct Property {
-    std::size_t count_bytes, bytes;  ///< of a list's length (0: no list), and of a value
+    std::size_t count_bytes, bytes;  ///< size of a list's length (0: no list) and of a value
 };
 
 struct Element {
@@ -43,7 +43,8 @@ class PlyFile {
         left_ = text_;
         if (next_line() != Words{"ply"}) fail("{}:1: does not begin with ply", where_);
         for (Words words = next_line(); words != Words{"end_header"}; words = next_line())
-            if (!take_header_line(words)) fail("{}:{}: is no line of a PLY header", where_, line_);
+            if (!take_header_line(words))
+                fail("{}:{}: is not a line of a PLY header", where_, line_);
         if (format_ == "ascii") words_ = split_words(left_);
     }
 
@@ -90,7 +91,7 @@ class PlyFile {
         return true;
     }
 
-    /// A list's length; nothing where the file ends.
+    /// Length of a list; nothing at the end of the file.
     std::optional<std::size_t> take_count(std::size_t bytes) {
         if (format_ == "ascii")
             return at_ < words_.size() ? parse_index(words_[at_++]) : std::nullopt;

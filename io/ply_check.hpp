@@ -4,9 +4,9 @@
 
 namespace livetet {
 
-/// Steps over every row that the header of a .ply file announces, ascii or binary. VTK's reader
-/// does not see where a file ends: it takes what it read before for what is missing. Throws Error
-/// where the header is malformed or a row is not whole.
+/// Checks that a .ply file, ascii or binary, has every row that its header announces. VTK's reader
+/// does not detect a truncated file and repeats old values. Throws Error if the header is malformed
+/// or a row is incomplete.
 void check_ply_is_whole(const std::filesystem::path& path);
 
 }  // namespace livetet

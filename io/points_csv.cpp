@@ -53,7 +53,7 @@ std::vector<NamedPoint> read_points_csv(const fs::path& path) {
     for (std::string_view line : split_lines(text)) {
         const std::string where = fmt::format("{}:{}", path.string(), ++number);
         if (number == 1 && line.starts_with("\xEF\xBB\xBF"))
-            line.remove_prefix(3);  // a spreadsheet's byte order mark
+            line.remove_prefix(3);  // byte order mark
         if (trim(line).empty() || line.starts_with('#')) continue;
         if (!headed) {
             if (!is_header(line))

@@ -51,7 +51,7 @@ SimilarityTransform<ImageFrame, Base> from_matrix_mm(const json& j) {
     return t;
 }
 
-/// JSON has no NaN: null stands for a number that could not be determined.
+/// JSON has no NaN; null is a number that could not be determined.
 double number_or_nan_mm(const json& j) {
     return j.is_null() ? std::nan("") : j.get<double>() / 1e3;
 }
@@ -96,7 +96,7 @@ void write_registration(const std::filesystem::path& path,
                         {"iterations", s->iterations},
                         {"free_motions", s->free_motions}};
     write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) +
-                              "\n");  // names may be Latin-1
+                              "\n");  // names may be in Latin-1
 }
 
 FiducialRegistration read_registration(const std::filesystem::path& path) {

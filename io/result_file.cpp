@@ -15,13 +15,12 @@ namespace fs = std::filesystem;
 constexpr const char* result_format = "livetet result";
 constexpr int result_version = 1;
 
-/// What a frame's values and the texts at the end may take beside its displacement: tables grow by
-/// 64 kB each.
+/// Space for a frame's values and the final texts, beside its displacement; tables grow by 64 kB
+/// each.
 constexpr std::size_t room_beside = 4 << 20;
-constexpr std::size_t most_rows_waiting = 64;  // rows
+constexpr std::size_t max_rows_waiting = 64;  // rows
 
-/// A table of its own for each frame: every XDMF reader opens that, not every one a slab of a
-/// larger table.
+/// One table for each frame: every XDMF reader supports that, but not slabs of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
 std::string field_table(const std::string& name, std::size_t k) {
     return fmt::format("fields/{}/{:06}", name, k);
@@ -40,7 +39,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
-    const bool together = comm != MPI_COMM_SELF;  // who writes alone need not have MPI
+    const bool together = comm != MPI_COMM_SELF;  // a single writer need not have MPI
     int rank = 0;
     if (together) MPI_Comm_rank(comm, &rank);
     if (rank == 0) pending_ = std::make_unique<PendingFile>(path);
@@ -74,7 +73,7 @@ ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::
 
 void ResultWriter::add_row(GrowingTable& table, std::span<const double> row) {
     table.waiting.insert(table.waiting.end(), row.begin(), row.end());
-    if (++table.rows % most_rows_waiting == 0) write_waiting(table);
+    if (++table.rows % max_rows_waiting == 0) write_waiting(table);
 }
 
 void ResultWriter::write_waiting(GrowingTable& table) {
@@ -149,7 +148,7 @@ void ResultWriter::append_row(const std::string& name, std::span<const double> r
 void ResultWriter::write_text(const std::string& name, const std::string& text) {
     if (!file_->reserve(text.size()))
         fail("{}: no room on the disk for the text {}", path_.string(),
-             name);  // what is beside is there since the last frame
+             name);  // the companion files exist since the last frame
     file_->write_text("texts/" + name, text);
 }
 

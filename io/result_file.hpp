@@ -15,36 +15,39 @@
 
 namespace livetet {
 
-/// How displacements are kept: `full` (8 bytes a number) for solves that are compared, `single` (4)
-/// for many frames.
+/// Storage of displacements: `full` (double) for solves that are compared, `single` (float) for
+/// many frames.
 enum class Precision { single, full };
 
-/// Records a run: mesh and scene once, then a displacement (metres) for each frame, in HDF5;
-/// `close` moves the file to its place and writes an `.xdmf` of the same name beside it, which
-/// ParaView opens. Without `close` nothing is left behind, but where the program is killed: then
-/// all to the last `flush`, as `.NAME.partPID.h5`.
+/// Records a run as HDF5: mesh and scene once, then one displacement field (metres) a frame.
+/// `close` moves the file to its final name and writes an `.xdmf` file beside it for ParaView.
+/// Without `close` nothing is left behind. If the program is killed, the file `.NAME.partPID.h5`
+/// has everything up to the last `flush`.
+///
+/// Order of use: `append` starts a frame; `append_field` and `append_values` belong to the frame
+/// last appended.
 class ResultWriter {
   public:
-    /// Throws Error where the name does not end in .h5 or the file cannot be written. The ranks of
-    /// a communicator write together: each calls all of what follows alike, with the same values.
+    /// Throws Error if the extension is not .h5 or the file cannot be written. The ranks of a
+    /// communicator write collectively: each calls the member functions in the same order with the
+    /// same values.
     ResultWriter(const std::filesystem::path& path, const TetMesh& mesh,
                  const std::string& scene_text, Precision precision = Precision::full,
                  MPI_Comm comm = MPI_COMM_SELF);
 
-    /// One frame more: a displacement for each node. Throws Error where they are not as many as the
-    /// nodes or not finite, time goes backwards, or the disk has no room for it; the frames before
-    /// it can still be kept by `close`.
+    /// Appends a frame: one displacement a node. Throws Error if the number of displacements is
+    /// wrong, a value is not finite, time decreases, or the disk is full. `close` can still save
+    /// the frames before it.
     void append(double time_s, std::span<const Vector3> displacement);
-    /// A field of the frame last appended, shown by ParaView under its name: `components` (1, 3 or
-    /// 9) numbers for each node or tet, the same fields with each frame.
+    /// Appends a field of the current frame, shown by ParaView under its name: `components` (1, 3
+    /// or 9) numbers for each node or tet. Every frame must have the same fields.
     void append_field(const std::string& name, FieldPlace place, int components,
                       std::span<const double> values);
-    /// Numbers belonging to the frame last appended, under a name of their own: as many with each
-    /// frame.
+    /// Appends named values of the current frame, the same number in each frame.
     void append_values(const std::string& name, std::span<const double> values);
-    /// A row of a table that grows as it will, under a name of its own: as many numbers with each.
+    /// Appends a row to a named table, independent of the frames; all rows have the same length.
     void append_row(const std::string& name, std::span<const double> row);
-    /// A text about the run as a whole, under a name of its own.
+    /// Writes a named text about the whole run.
     void write_text(const std::string& name, const std::string& text);
     void flush();
     void close();
@@ -53,21 +56,21 @@ class ResultWriter {
 
   private:
     std::filesystem::path path_;
-    std::unique_ptr<PendingFile> pending_;  // the first rank's
-    std::unique_ptr<hdf5::File>
-        file_;  // after pending_: closed before a file without `close` is removed
+    std::unique_ptr<PendingFile> pending_;  // on the first rank
+    // Declared after pending_, so that the file is closed before it is removed.
+    std::unique_ptr<hdf5::File> file_;
     struct Field {
         std::string name;
         FieldPlace place;
         int components;
     };
     std::string xdmf() const;
-    /// A table that grows, and its rows that are not in the file yet: each goes there through a
-    /// dozen calls of HDF5, so many go together.
+    /// A growing table and its rows not yet written. Rows are written in batches, because each
+    /// write takes a dozen HDF5 calls.
     struct GrowingTable {
         std::string name;
         std::size_t columns;
-        std::size_t rows = 0;  ///< with those
+        std::size_t rows = 0;  ///< including the waiting rows
         std::vector<double> waiting{};
     };
     GrowingTable& growing(const std::string& name, std::size_t columns);
@@ -80,11 +83,10 @@ class ResultWriter {
     std::vector<Field> fields_;
     std::vector<double> times_;
     Precision precision_;
-    std::vector<float> row_;  ///< of single precision
+    std::vector<float> row_;  ///< buffer for single precision
 };
 
-/// Reads what ResultWriter wrote. Throws Error, naming file and table, where it does not hold
-/// together.
+/// Reads a file of ResultWriter. Throws Error, naming file and table, if it is inconsistent.
 class ResultReader {
   public:
     explicit ResultReader(const std::filesystem::path& path);
@@ -92,18 +94,17 @@ class ResultReader {
     const TetMesh& mesh() const { return mesh_; }
     const std::string& scene_text() const { return scene_text_; }
     bool has_text(const std::string& name) const { return file_.has("texts/" + name); }
-    /// A text given to `write_text`. Throws Error where there is none of that name.
+    /// A text of `write_text`. Throws Error if it does not exist.
     std::string text(const std::string& name) const { return file_.read_text("texts/" + name); }
     const std::vector<double>& times_s() const { return times_; }
     std::size_t frame_count() const { return times_.size(); }
     /// The displacement of frame k, in metres.
     std::vector<Vector3> displacement(std::size_t k) const;
-    /// A field of frame k under a name given to `append_field`.
+    /// A field of frame k, as given to `append_field`.
     std::vector<double> field(const std::string& name, std::size_t k, int components) const;
-    /// The values of frame k under a name given to `append_values`, `count` of them.
+    /// The `count` values of frame k, as given to `append_values`.
     std::vector<double> values(const std::string& name, std::size_t k, std::size_t count) const;
-    /// All rows given to `append_row` under a name, one behind the other. Throws Error where there
-    /// is no such table.
+    /// All rows of a table of `append_row`, row-major. Throws Error if it does not exist.
     std::vector<double> rows(const std::string& name, std::size_t columns) const {
         return file_.read<double>("rows/" + name, columns).values;
     }

@@ -26,17 +26,18 @@ constexpr std::string_view frame_prefix = "Seq_Frame", tracker_field = "ToTracke
 using Fields = std::map<std::string, std::string, std::less<>>;
 
 struct Header {
-    std::optional<std::size_t> frame_count;  ///< as the size in the header says
+    std::optional<std::size_t> frame_count;  ///< according to the size in the header
     std::map<std::size_t, Fields> frames;
-    std::vector<std::string> tools;   ///< in the order of their first appearance
-    std::vector<std::string> others;  ///< transforms that do not lead to the tracker
+    std::vector<std::string> tools;   ///< in order of first appearance
+    std::vector<std::string> others;  ///< transforms to other frames than the tracker's
 };
 
 void add_once(std::vector<std::string>& names, std::string_view name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
 }
 
-/// Takes in `Seq_Frame0012_StylusToTrackerTransform`: frame 12, field `StylusToTrackerTransform`.
+/// Parses a key such as `Seq_Frame0012_StylusToTrackerTransform`: frame 12, field
+/// `StylusToTrackerTransform`.
 void add_frame_field(Header& header, std::string_view key, std::string_view value,
                      const std::string& where) {
     const std::string_view rest = key.substr(frame_prefix.size());
@@ -54,7 +55,7 @@ void add_frame_field(Header& header, std::string_view key, std::string_view valu
         fail("{}: frame {} has the field {} twice, expected it once", where, *frame, field);
 }
 
-/// Takes in one line of the header, key and value apart.
+/// Parses one header line, already split into key and value.
 void add_field(Header& header, std::string_view key, std::string_view value,
                const std::string& where) {
     if (key.starts_with(frame_prefix)) return add_frame_field(header, key, value, where);
@@ -103,7 +104,7 @@ const std::string* find(const Fields& fields, std::string_view name) {
     return found == fields.end() ? nullptr : &found->second;
 }
 
-/// Sixteen numbers by rows, in mm.
+/// Parses a 4 x 4 matrix, 16 numbers by rows; translation in mm.
 Eigen::Matrix4d parse_matrix(std::string_view text, const std::string& where) {
     const auto words = split_words(text);
     if (words.size() != 16)
@@ -130,7 +131,7 @@ TrackedPose parse_pose(const Fields& fields, const std::string& tool, const std:
     }
     const Eigen::Matrix4d matrix = parse_matrix(*matrix_text, where + ", field " + name);
     if (!status) pose.status = PoseStatus::ok;
-    const auto tracker_from_tool = tracker_from_tool_of_mm(matrix);
+    const auto tracker_from_tool = tracker_from_tool_mm(matrix);
     if (!tracker_from_tool) {
         if (pose.status == PoseStatus::ok) pose.status = PoseStatus::broken;
         return pose;
@@ -149,7 +150,7 @@ double parse_time(const Fields& fields, const std::string& where) {
     return *time_s;
 }
 
-/// Every frame from 0 to the size that the header states, and no other.
+/// Checks that the frames are exactly those from 0 to the size in the header.
 void check_frames(const Header& header, const std::string& where) {
     if (header.tools.empty())
         fail(

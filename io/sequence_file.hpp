@@ -8,20 +8,19 @@
 
 namespace livetet {
 
-/// Reads the tracker's part of a PLUS sequence file (.mha, .mhd, .nrrd); pixels are ignored,
-/// compressed or not. `StylusToTracker` becomes the tool "Stylus"; transforms into other frames are
-/// skipped. Millimetres become metres and rotations are re-orthonormalised; a matrix that is not
-/// finite or not rigid makes the pose broken, a tool without a field in a frame is missing there.
-/// Throws Error, with frame and field, where the file is truncated or malformed, holds no tool, or
-/// its time stamps go backwards.
+/// Reads the tracker poses of a PLUS sequence file (.mha, .mhd, .nrrd), ignoring the pixels.
+/// `StylusToTracker` becomes the tool "Stylus"; transforms to other frames are skipped. Poses are
+/// in metres with re-orthonormalised rotations. A matrix that is not finite or not rigid makes the
+/// pose broken; a tool without a field in a frame is missing in it. Throws Error, with frame and
+/// field, if the file is truncated or malformed, has no tool, or its time stamps decrease.
 Recording read_sequence(const std::filesystem::path& path);
 
-/// Whether a sequence can hold a tool of this name: it is not empty and has no blanks, '=' and ':'.
+/// Whether a sequence can store a tool of this name: not empty, and without blanks, '=' and ':'.
 bool is_sequence_tool(std::string_view name);
 
-/// Writes a recording as PLUS does without images (`.igs.mha`), so that PLUS and `read_sequence`
-/// can read it. Throws Error where the name does not end in .mha, or the recording is one that
-/// `read_sequence` would refuse.
+/// Writes a recording as PLUS does without images (`.igs.mha`), readable by PLUS and
+/// `read_sequence`. Throws Error if the extension is not .mha or `read_sequence` would reject the
+/// recording.
 void write_sequence(const std::filesystem::path& path, const Recording& recording);
 
 }  // namespace livetet

@@ -23,7 +23,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/packing.hpp"
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/ply_check.hpp"
 #include "io/text.hpp"
 #include "io/vtk_reader.hpp"
@@ -34,12 +34,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The same turn both ways.
+/// Converts between RAS and LPS, in both directions.
 Vector3 turned(const Vector3& x, Space space) {
     return space == Space::lps ? Vector3(-x.x(), -x.y(), x.z()) : x;
 }
 
-/// Triangles in mm, as the file has them: what is a polygon there is cut into triangles.
+/// The file's triangles in mm; polygons are already split.
 struct Polygons {
     std::vector<Vector3> points;
     std::vector<std::array<vtkIdType, 3>> triangles;
@@ -52,14 +52,14 @@ std::vector<char> packed(const Polygons& polygons) {
     return packer.take_bytes();
 }
 
-/// The child process's work.
+/// Runs in the child process.
 template <class Reader>
 Polygons parse(const fs::path& path) {
     vtkNew<Reader> reader;
     update_reader(reader.GetPointer(), path);
     for (vtkCellArray* cells : {reader->GetOutput()->GetPolys(), reader->GetOutput()->GetStrips()})
         check_cells(cells, reader->GetOutput()->GetNumberOfPoints(),
-                    path.string());  // vtkTriangleFilter does not
+                    path.string());  // vtkTriangleFilter does not check
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputConnection(reader->GetOutputPort());
     triangulate->PassLinesOff();
@@ -80,7 +80,7 @@ Polygons parse(const fs::path& path) {
 template <class Reader>
 Polygons read_with(const fs::path& path) {
     const std::vector<char> bytes =
-        parse_apart(path, "VTK", [&] { return packed(parse<Reader>(path)); });
+        parse_in_child(path, "VTK", [&] { return packed(parse<Reader>(path)); });
     Unpacker unpacker(bytes, path.string());
     Polygons polygons{unpacker.take<Vector3>(), unpacker.take<std::array<vtkIdType, 3>>()};
     unpacker.finish();
@@ -92,7 +92,7 @@ Polygons read_with(const fs::path& path) {
     return polygons;
 }
 
-/// The numbers of an OFF file, one after the other, comments left out.
+/// The numbers of an OFF file in sequence, without comments.
 class OffWords {
   public:
     explicit OffWords(const fs::path& path) : where_(path.string()), text_(read_text_file(path)) {
@@ -124,10 +124,10 @@ class OffWords {
 Polygons read_off(const fs::path& path) {
     OffWords words(path);
     Polygons polygons;
-    constexpr std::size_t most = 1u << 30;
-    const std::size_t points = words.index("the number of points", most);
-    const std::size_t faces = words.index("the number of faces", most);
-    words.index("the number of edges", most);
+    constexpr std::size_t max_count = 1u << 30;
+    const std::size_t points = words.index("the number of points", max_count);
+    const std::size_t faces = words.index("the number of faces", max_count);
+    words.index("the number of edges", max_count);
     for (std::size_t n = 0; n < points; ++n) {
         Vector3 x;
         for (int i = 0; i < 3; ++i) x[i] = words.number("a coordinate");
@@ -144,8 +144,7 @@ Polygons read_off(const fs::path& path) {
     return polygons;
 }
 
-/// VTK's STL reader takes whatever a truncated file leaves: a binary one states how many triangles
-/// it holds.
+/// Checks the triangle count of a binary STL file, because VTK's reader accepts truncated files.
 void check_stl_is_whole(const fs::path& path) {
     const std::string text = read_text_file(path);
     if (text.starts_with("solid") && text.find("facet") != std::string::npos) {
@@ -180,15 +179,15 @@ Polygons read_polygons(const fs::path& path) {
     return read_with<vtkSTLReader>(path);
 }
 
-/// Writes with whichever VTK writer fits the ending.
+/// Writes with the VTK writer for the extension.
 template <class Writer>
 bool write_with(const std::string& path, vtkPolyData* data) {
     vtkNew<Writer> writer;
-    const Complaints complaints(writer.GetPointer());
+    const VtkMessages messages(writer.GetPointer());
     writer->SetFileName(path.c_str());
     writer->SetInputData(data);
     writer->SetFileTypeToBinary();
-    return writer->Write() == 1 && complaints.text().empty();
+    return writer->Write() == 1 && messages.text().empty();
 }
 
 }  // namespace
@@ -199,9 +198,10 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
     std::map<std::array<double, 3>, std::int32_t> numbers;
     const auto number_of = [&](vtkIdType n) {
         const Vector3& x = polygons.points[n];
-        if (!x.allFinite()) fail("{}: point {} is not at a finite place", path.string(), n);
+        if (!x.allFinite())
+            fail("{}: point {} has a coordinate that is not finite", path.string(), n);
         const auto [place, added] =
-            numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // + 0.0: -0 is 0
+            numbers.try_emplace({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0},  // adding 0.0 turns -0 into 0
                                 static_cast<std::int32_t>(surface.nodes.size()));
         if (added) surface.nodes.push_back(1e-3 * turned(x, space));
         return place->second;

@@ -8,37 +8,37 @@
 
 namespace livetet {
 
-/// `text` without blanks, tabs and line ends at either end.
+/// `text` without leading and trailing blanks, tabs and line ends.
 std::string_view trim(std::string_view text);
 
-/// The pieces of `text` between blanks, tabs and line ends.
+/// The words of `text`, separated by blanks, tabs and line ends.
 std::vector<std::string_view> split_words(std::string_view text);
 
-/// The lines of `text`, without their ends (LF, CR LF).
+/// The lines of `text`, without line ends (LF, CR LF).
 std::vector<std::string_view> split_lines(std::string_view text);
 
-/// Where two texts part, for a message: the first line of each that is not in the other at that
-/// place, `was "a: 1", is "a: 2"`; "nothing" for the one where the other only has more.
+/// The first difference of two texts, for a message: the first differing line of each, `was "a: 1",
+/// is "a: 2"`; "nothing" for a text that has ended.
 std::string first_difference(std::string_view was, std::string_view is);
 
-/// The whole of `text` as a number, whatever the locale; nothing where it is not one. NaN and
-/// infinities pass, also as old Windows programs wrote them ("-1.#IND"): the caller decides.
+/// Parses all of `text` as a number, independent of the locale; nothing if it is not one. Accepts
+/// NaN and infinities, also as old Windows programs write them ("-1.#IND").
 std::optional<double> parse_number(std::string_view text);
 
-/// The whole of `text` as an integer that is not negative; nothing where it is not one.
+/// Parses all of `text` as an integer that is not negative; nothing if it is not one.
 std::optional<std::size_t> parse_index(std::string_view text);
 
-/// In lower case (ASCII).
+/// `text` in lower case (ASCII).
 std::string lower(std::string_view text);
 
-/// The file's ending in lower case: ".mha"; both where it ends in ".gz": ".nii.gz".
+/// The file extension in lower case: ".mha"; the last two if the last is ".gz": ".nii.gz".
 std::string ending(const std::filesystem::path& path);
 
-/// A cell of comma-separated text, quoted where it must be.
+/// A cell of comma-separated text, quoted if necessary.
 std::string csv_cell(const std::string& text);
 
-/// The cells of one line of comma-separated text, trimmed; quotes around a cell are taken off,
-/// doubled ones undone. Nothing where a quote is never closed.
+/// The cells of a line of comma-separated text, trimmed and unquoted. Nothing if a quote is not
+/// closed.
 std::optional<std::vector<std::string>> split_csv(std::string_view line);
 
 }  // namespace livetet

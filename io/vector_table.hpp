@@ -9,7 +9,7 @@
 
 namespace livetet {
 
-/// Vectors as a table of three columns: their numbers one behind the other, and back.
+/// Vectors as a table of three columns, and back.
 inline std::span<const double> flat(const std::vector<Vector3>& values) {
     return {values.empty() ? nullptr : values.front().data(), 3 * values.size()};
 }

@@ -40,8 +40,9 @@ void check_spans_space(const Eigen::Matrix4d& ras_from_voxel, const std::string&
 }
 
 std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const std::string& where) {
-    const auto [least, most] = std::minmax_element(size.begin(), size.end());
-    if (*least < 1 || *most > 1 << 20 || static_cast<double>(size[0]) * size[1] * size[2] > 4e9)
+    const auto [smallest, largest] = std::minmax_element(size.begin(), size.end());
+    if (*smallest < 1 || *largest > 1 << 20 ||
+        static_cast<double>(size[0]) * size[1] * size[2] > 4e9)
         fail(
             "{}: has {} x {} x {} voxels, expected an image of three dimensions and at most 4e9 "
             "voxels",

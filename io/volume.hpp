@@ -9,7 +9,7 @@
 
 namespace livetet {
 
-/// Kinds of voxel.
+/// Types of a stored voxel.
 enum class ScalarType {
     uint8,
     int8,
@@ -23,11 +23,11 @@ enum class ScalarType {
     float64
 };
 
-/// How many bytes a voxel takes.
+/// Size of a voxel in bytes.
 std::size_t bytes_of(ScalarType type);
 
-/// What an image file holds, and where it lies: voxels in the machine's byte order and the file's
-/// own order, i fastest. A voxel's value is slope * stored + intercept.
+/// The stored data of an image file: voxels in the machine's byte order, i fastest, and their
+/// position. A voxel's value is slope * stored + intercept.
 struct Volume {
     std::array<int, 3> size{0, 0, 0};
     Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();  ///< metres
@@ -36,13 +36,12 @@ struct Volume {
     double slope = 1, intercept = 0;
 };
 
-/// Throws Error, naming the file `where` and its field `source`, if an affine in metres does not
-/// span space.
+/// Throws Error, naming the file `where` and its field `source`, if an affine (metres) is singular.
 void check_spans_space(const Eigen::Matrix4d& ras_from_voxel, const std::string& where,
                        const char* source);
 
-/// The number of voxels of an image of these sizes. Throws Error, naming `where`, where it is none
-/// or beyond 4e9.
+/// Number of voxels of an image of these sizes. Throws Error, naming `where`, if it is zero or
+/// above 4e9.
 std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const std::string& where);
 
 }  // namespace livetet

@@ -18,13 +18,13 @@
 
 namespace livetet {
 
-/// Keeps what a VTK object complains of instead of printing it.
-class Complaints {
+/// Captures the errors and warnings of a VTK object, which VTK would print.
+class VtkMessages {
   public:
-    explicit Complaints(vtkAlgorithm* object) {
+    explicit VtkMessages(vtkAlgorithm* object) {
         command_->SetClientData(this);
         command_->SetCallback([](vtkObject*, unsigned long, void* self, void* text) {
-            auto& first = static_cast<Complaints*>(self)->first_;
+            auto& first = static_cast<VtkMessages*>(self)->first_;
             if (first.empty()) first = text ? static_cast<const char*>(text) : "no text";
         });
         for (vtkObject* speaker :
@@ -34,10 +34,10 @@ class Complaints {
         }
         if (auto* xml = vtkXMLReader::SafeDownCast(object)) xml->SetParserErrorObserver(command_);
     }
-    Complaints(const Complaints&) = delete;
-    Complaints& operator=(const Complaints&) = delete;
+    VtkMessages(const VtkMessages&) = delete;
+    VtkMessages& operator=(const VtkMessages&) = delete;
 
-    /// The last line of the first complaint: VTK's own source lines come before it.
+    /// The last line of the first message; VTK's source location precedes it.
     std::string text() const {
         std::string last;
         for (const auto line : split_lines(first_))
@@ -50,26 +50,25 @@ class Complaints {
     std::string first_;
 };
 
-/// Lets a VTK reader read `path`, in the child process of `parse_apart`. Throws Error with the
-/// first thing that it complains of.
+/// Reads `path` with a VTK reader; call it within `parse_in_child`. Throws Error with the first
+/// message of the reader.
 template <class Reader>
 void update_reader(Reader* reader, const std::filesystem::path& path) {
-    const Complaints complaints(reader);
+    const VtkMessages messages(reader);
     reader->SetFileName(path.c_str());
     try {
         reader->Update();
-    } catch (const std::exception& e) {  // memory for what a damaged file says it holds
+    } catch (const std::exception& e) {  // such as std::bad_alloc for a damaged file's size
         fail("{}: cannot be read: {}", path.string(), e.what());
     }
-    if (!complaints.text().empty())
-        fail("{}: cannot be read: {}", path.string(), complaints.text());
+    if (!messages.text().empty()) fail("{}: cannot be read: {}", path.string(), messages.text());
     if (reader->GetErrorCode() != vtkErrorCode::NoError)
         fail("{}: cannot be read: {}", path.string(),
              vtkErrorCode::GetStringFromErrorCode(reader->GetErrorCode()));
 }
 
-/// Throws Error unless each cell is a piece of the list of points' numbers, and each number one of
-/// `points` points.
+/// Throws Error unless each cell is a valid range of the index list and each index is below
+/// `points`.
 inline void check_cells(vtkCellArray* cells, vtkIdType points, const std::string& where) {
     if (cells->GetNumberOfCells() == 0) return;
     if (!cells->IsValid()) fail("{}: its cells' offsets do not fit their list of points", where);

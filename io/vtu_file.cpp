@@ -12,7 +12,7 @@
 #include <limits>
 #include <map>
 
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
 #include "mesh/packed_mesh.hpp"
 
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Nothing but tets may fill space.
+/// Throws Error if the grid has volume cells other than tets.
 void check_kinds(vtkUnstructuredGrid* grid, const std::string& where) {
     std::map<int, vtkIdType> counts;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) ++counts[grid->GetCellType(c)];
@@ -65,7 +65,7 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
     return static_cast<std::int32_t>(value);
 }
 
-/// The tets of a file and their nodes, as yet unchecked.
+/// The tets of a file and their nodes, unchecked.
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
     vtkNew<vtkXMLUnstructuredGridReader> reader;
@@ -108,7 +108,7 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
     const TetMesh mesh = unpacked_mesh(
-        parse_apart(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
+        parse_in_child(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

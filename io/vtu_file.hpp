@@ -6,13 +6,13 @@
 
 namespace livetet {
 
-/// Reads the four-node tetrahedra of a VTK unstructured grid (.vtu; text, binary, appended,
-/// compressed). Points, lines and faces among its cells are left out, and so are points of no tet.
-/// The first of the cell arrays `region`, `regions`, `label`, `labels`, `material`, `materials`,
-/// `gmsh:physical`, `medit:ref`, `cell_tags`, `CellEntityIds` (in any case) becomes the regions,
-/// whole numbers of 32 bits. Throws Error where the file is malformed or truncated, has no tets, an
-/// inverted one, other cells that fill space (with how many of each; ten-node tetrahedra too), or a
-/// region that is no whole number.
+/// Reads the four-node tets of a VTK unstructured grid (.vtu; text, binary, appended, compressed).
+/// Points, lines and faces among its cells and unused points are dropped. The regions are the first
+/// of the cell arrays `region`, `regions`, `label`, `labels`, `material`, `materials`,
+/// `gmsh:physical`, `medit:ref`, `cell_tags`, `CellEntityIds` (in any case), with 32-bit integer
+/// values. Throws Error if the file is malformed or truncated, has no tets, an inverted tet, other
+/// volume cells (listing the number of each, ten-node tets included), or a region that is not an
+/// integer.
 TetMesh read_vtu(const std::filesystem::path& path, double metres_per_unit);
 
 }  // namespace livetet

@@ -50,8 +50,8 @@ Mask pick(const LabelImage& image, std::span<const std::int32_t> labels) {
     return mask;
 }
 
-/// Turns the voxels of value `from` that hang together with `seed` by faces into `to`; gives their
-/// indices.
+/// Flood fill: changes the voxels of value `from` that are connected to `seed` by faces to `to`.
+/// Returns their indices.
 std::vector<std::size_t> flood(Mask& mask, std::size_t seed, Voxel from, Voxel to) {
     const auto nx = static_cast<std::size_t>(mask.size[0]),
                ny = static_cast<std::size_t>(mask.size[1]);
@@ -85,8 +85,8 @@ std::vector<std::size_t> largest_component(Mask& mask) {
     return largest;
 }
 
-/// The voxels alone in a grid that leaves one empty voxel around them; `corner` gets its first
-/// voxel's place.
+/// Crops to the given voxels plus a margin of one empty voxel. `corner` receives the image index of
+/// the first voxel.
 Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels,
              std::array<int, 3>& corner) {
     Eigen::Array3i low = Eigen::Array3i::Constant(1 << 30), high = -low;
@@ -115,7 +115,7 @@ Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels,
 
 }  // namespace
 
-BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels) {
+BodyMask largest_component(const LabelImage& image, std::span<const std::int32_t> labels) {
     check_image(image);
     Mask all = pick(image, labels);
     BodyMask body;
@@ -123,7 +123,7 @@ BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> lab
     const std::vector<std::size_t> part = largest_component(all);
     for (const std::size_t v : part) ++body.label_voxels[image.values[v]];
     body.mask = cropped(all, part, body.corner);
-    flood(body.mask, 0, empty, outside);  // the empty rim is in one piece
+    flood(body.mask, 0, empty, outside);  // the empty margin is connected
     for (std::uint8_t& v : body.mask.values) v = v == outside ? 0 : 1;
     body.body_voxels = std::count(body.mask.values.begin(), body.mask.values.end(), 1);
     return body;

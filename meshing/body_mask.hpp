@@ -11,28 +11,29 @@
 
 namespace livetet {
 
-/// A body's voxels, cropped to it with one empty voxel all round.
+/// A body's voxels, cropped to their bounding box plus one empty voxel on each side.
 struct BodyMask {
-    Image<std::uint8_t> mask;        ///< 1 inside; its affine is that of the cropped grid
-    std::int64_t picked_voxels = 0;  ///< with the labels asked for, in the whole image
-    std::int64_t body_voxels = 0;    ///< of the largest part, holes filled
-    std::array<int, 3>
-        corner{};  ///< the mask's voxel (0, 0, 0) in the image, which may be one beyond its border
-    std::map<std::int32_t, std::int64_t>
-        label_voxels{};  ///< how many of each label the largest part has
+    Image<std::uint8_t> mask;        ///< 1 inside; the affine is that of the cropped grid
+    std::int64_t picked_voxels = 0;  ///< voxels with the requested labels in the whole image
+    std::int64_t body_voxels = 0;    ///< voxels of the largest part with its holes filled
+    /// Image index of the mask's voxel (0, 0, 0); may be one beyond the image's border.
+    std::array<int, 3> corner{};
+    /// Number of voxels of each label in the largest part.
+    std::map<std::int32_t, std::int64_t> label_voxels{};
 };
 
-/// The largest part (voxels that share a face; of equal ones the first in memory) of the voxels
-/// with these labels (all but 0 if empty), with the holes that background cannot reach through
-/// faces filled. Throws Error, listing the labels that are there, if one asked for is not.
-BodyMask largest_body(const LabelImage& image, std::span<const std::int32_t> labels);
+/// The largest part of the voxels with the given labels (all but 0 if empty), with its holes
+/// filled. Parts are connected by faces; of equal ones the first in memory counts. A hole is
+/// background that the outside does not reach through faces. Throws Error, listing the existing
+/// labels, if a requested one does not exist.
+BodyMask largest_component(const LabelImage& image, std::span<const std::int32_t> labels);
 
-/// The faces between the mask's voxels and the rest, two triangles each, in metres; nodes are not
-/// shared. Precondition: the mask's rim is empty.
+/// The faces between the mask's voxels and the rest as a surface in metres: two triangles each,
+/// nodes not shared. Precondition: the mask's outermost voxels are empty.
 TriangleMesh voxel_faces(const Image<std::uint8_t>& mask);
 
-/// The same of all voxels of an image whose label is not 0; the image's border counts as one of
-/// theirs. Throws Error where there are none.
+/// The same for all voxels of an image whose label is not 0, closed at the image's border. Throws
+/// Error if there are none.
 TriangleMesh mask_faces(const LabelImage& image);
 
 }  // namespace livetet

@@ -19,14 +19,14 @@ namespace {
 
 enum class Algorithm { hxt = 10, delaunay = 1 };
 
-/// Gmsh's tolerances are made for lengths near one: it works in mm.
+/// Gmsh works in mm, as its tolerances suit lengths near one.
 constexpr double mm_per_m = 1e3;
 
 void set_options(Algorithm algorithm, double edge_length_mm) {
     gmsh::option::setNumber("General.Terminal", 1);
     gmsh::option::setNumber("General.Verbosity", 2);  // errors and warnings
-    // One thread: an OpenMP team of the parent does not live on in a fork, and the mesh must not
-    // depend on their number.
+    // One thread: an OpenMP team of the parent does not exist in a fork, and the mesh must not
+    // depend on the number of threads.
     gmsh::option::setNumber("General.NumThreads", 1);
     gmsh::option::setNumber("Mesh.MaxNumThreads3D", 1);
     gmsh::option::setNumber("Mesh.Algorithm3D", static_cast<int>(algorithm));
@@ -56,10 +56,11 @@ void add_surface(const TriangleMesh& surface) {
     gmsh::model::geo::synchronize();
 }
 
-/// The child's work: tets in metres. The surface's nodes come first, in their order.
+/// Runs in the child process. Returns tets in metres; the surface's nodes come first, in their
+/// order.
 int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm,
                    const GmshOptions& options, int out) {
-    std::srand(1);  // whatever the parent drew before
+    std::srand(1);  // independent of the parent's use of rand
     gmsh::initialize(0, nullptr, false);
     set_options(algorithm, mm_per_m * edge_length_m);
     if (options.edge_length_at) {
@@ -101,9 +102,9 @@ int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm 
     return write_mesh(out, mesh) ? 0 : 1;
 }
 
-/// Runs `work` on a thread of its own, whose memory glibc takes from an arena of its own: Gmsh's
-/// HXT lets the order of addresses into its mesh, and the heap inherited from the parent is another
-/// one for every call.
+/// Runs `work` on a new thread, for which glibc uses a new memory arena. The mesh of Gmsh's HXT
+/// depends on the order of memory addresses, and the heap inherited from the parent differs between
+/// calls.
 int on_fresh_heap(const std::function<int()>& work) {
     return std::async(std::launch::async, work).get();
 }
@@ -113,8 +114,8 @@ void orient(TetMesh& mesh) {
         if (signed_volume(mesh, t) < 0) std::swap(t[2], t[3]);
 }
 
-/// What is wrong with a filled surface, or an empty text: tets whole, boundary the surface's own
-/// triangles.
+/// Checks a filled surface: valid tets, and the boundary is the given surface. Returns the fault,
+/// or an empty text.
 std::string fault_of(const TetMesh& mesh, const TriangleMesh& surface) {
     try {
         check_tet_mesh(mesh, "Gmsh");
@@ -149,14 +150,16 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
     double time_left = options.time_limit_s;
     std::array<Algorithm, 2> ways{Algorithm::hxt, Algorithm::delaunay};
     if (options.edge_length_at)
-        std::swap(ways[0], ways[1]);  // HXT of Gmsh 4.8 takes sizes from the boundary alone
+        std::swap(ways[0], ways[1]);  // HXT of Gmsh 4.8 uses the sizes of the boundary only
     for (const Algorithm algorithm : ways) {
         const auto work = [&](int out) {
             return on_fresh_heap(
                 [&] { return mesh_and_write(surface, edge_length_m, algorithm, options, out); });
         };
         const double limit =
-            algorithm == ways[0] ? time_left / 2 : time_left;  // a hang leaves time for the other
+            algorithm == ways[0]
+                ? time_left / 2
+                : time_left;  // leaves time for the second algorithm if the first hangs
         const ChildResult child = options.run(work, limit);
         const char* name = algorithm == Algorithm::hxt ? "HXT" : "Delaunay";
         std::string fault;
@@ -164,7 +167,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
             TetMesh mesh = unpacked_mesh(child.result, "Gmsh");
             orient(mesh);
             drop_unused_nodes(mesh, surface.nodes.size());
-            fault = mesh.tets.empty() ? "made no tets: " + last_words(child.log)
+            fault = mesh.tets.empty() ? "made no tets: " + last_error_lines(child.log)
                                       : fault_of(mesh, surface);
             if (fault.empty()) {
                 sort_for_locality(mesh);
@@ -172,7 +175,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
                 return mesh;
             }
         } else {
-            fault = end_text(child, limit);
+            fault = describe_end(child, limit);
         }
         faults += fmt::format("{}{} {}", faults.empty() ? "" : "; ", name, fault);
         time_left -= child.seconds;

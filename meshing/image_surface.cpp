@@ -23,17 +23,18 @@ namespace livetet {
 
 namespace {
 
-constexpr double surface_volume_limit = 0.01;  ///< relative, promised
-constexpr double volume_aim = 0.001;           ///< relative, aimed at
+constexpr double surface_volume_limit = 0.01;  ///< relative error of the volume, guaranteed
+constexpr double volume_aim = 0.001;           ///< relative error of the volume, target
 
-/// A grid finer than this shows nothing more of an organ, whatever its voxels.
+/// Finest useful grid for an organ, whatever its voxels.
 constexpr double organ_detail_mm = 1.5;
-constexpr double details_across = 60;  ///< and of a smaller body: this part of its size
-constexpr int most_halvings = 2;
+constexpr double details_across = 60;  ///< and for a smaller body, as a fraction of its size
+constexpr int max_halvings = 2;
 
-constexpr double most_samples = 1e8;  ///< of the grid, if the voxels are not more: 0.4 GB
+constexpr double max_samples = 1e8;  ///< of the grid (0.4 GB), unless the image has more voxels
 constexpr double largest_body_m = 10;
-constexpr double least_part = 0.02;  ///< of what was picked has to hang together
+constexpr double min_connected_share =
+    0.02;  ///< minimum share of the chosen voxels in the largest part
 
 struct Field {
     std::array<int, 3> size{};
@@ -41,31 +42,29 @@ struct Field {
     vtkNew<vtkImageData> image;
 };
 
-/// The most samples that `smooth` has at a time, while it goes from axis to axis.
+/// Largest number of samples that `smooth` holds at once; it filters axis by axis.
 double samples_of(const Image<std::uint8_t>& mask, double sigma_m, double step_m) {
-    double now = static_cast<double>(mask.values.size()), most = 0;
+    double now = static_cast<double>(mask.values.size()), max_voxels = 0;
     for (const int axis : {2, 1, 0}) {
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        now *=
-            gaussian_samples(mask.size[axis], std::max(sigma_m / spacing, least_smoothing_voxels),
-                             step_m / spacing) /
-            mask.size[axis];
-        most = std::max(most, now);
+        now *= gaussian_samples(mask.size[axis], std::max(sigma_m / spacing, min_smoothing_voxels),
+                                step_m / spacing) /
+               mask.size[axis];
+        max_voxels = std::max(max_voxels, now);
     }
-    return most;
+    return max_voxels;
 }
 
-/// The indicator of the mask, smoothed by `sigma_m` and sampled every `step_m` along the mask's
-/// axes.
+/// Smooths the mask's indicator by `sigma_m` and samples it every `step_m` along the mask's axes.
 void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Field& field) {
     std::vector<float> values(mask.values.begin(), mask.values.end());
     field.size = mask.size;
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     for (const int axis :
-         {2, 1,
-          0}) {  // the slow axis first: it is most often the coarse one, and long runs are fast
+         // Slowest axis first: it is usually the coarsest, and its filter runs over long rows.
+         {2, 1, 0}) {
         const double spacing = mask.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma = std::max(sigma_m / spacing, least_smoothing_voxels);
+        const double sigma = std::max(sigma_m / spacing, min_smoothing_voxels);
         const AxisFilter filter = gaussian_beyond(field.size[axis], sigma, step_m / spacing);
         values = apply(filter, values, field.size, axis);
         voxel_from_sample(axis, axis) = filter.step;
@@ -77,7 +76,7 @@ void smooth(const Image<std::uint8_t>& mask, double sigma_m, double step_m, Fiel
     std::copy(values.begin(), values.end(), static_cast<float*>(field.image->GetScalarPointer()));
 }
 
-/// The largest part of the iso-surface, in metres, wound outwards.
+/// The largest part of the iso-surface, metres, wound outwards.
 TriangleMesh iso_surface(const Field& field, double level) {
     vtkNew<vtkFlyingEdges3D> edges;
     edges->SetInputData(field.image);
@@ -99,17 +98,17 @@ TriangleMesh iso_surface(const Field& field, double level) {
         surface.triangles.push_back({static_cast<std::int32_t>(corner[0]),
                                      static_cast<std::int32_t>(corner[1]),
                                      static_cast<std::int32_t>(corner[2])});
-    // All parts are wound alike: the sum of their volumes has the sign of the bodies', less their
-    // cavities.
+    // All parts have the same winding, so the sign of the total volume (bodies minus cavities)
+    // tells the winding.
     if (signed_volume(surface) < 0)
         for (Triangle& t : surface.triangles) std::swap(t[1], t[2]);
     return largest_part(surface);
 }
 
-/// Bisects for the level whose surface encloses `volume`: the higher the level, the less.
+/// Finds by bisection the iso-value whose surface encloses `volume`; a higher value encloses less.
 TriangleMesh surface_of_volume(const Field& field, double volume, double& level) {
     double low = 0.05, high = 0.95;
-    level = 0.5 + 1e-4;  // just off the value that symmetric masks have right at grid points
+    level = 0.5 + 1e-4;  // avoids the exact value of symmetric masks at grid points
     TriangleMesh surface;
     for (int step = 0;; ++step) {
         surface = iso_surface(field, level);
@@ -121,8 +120,8 @@ TriangleMesh surface_of_volume(const Field& field, double volume, double& level)
     return surface;
 }
 
-/// Cuts the surface with the spacing and smoothing that `result` names; smooths more while it is
-/// not manifold.
+/// Cuts the surface with the spacing and smoothing in `result`; increases the smoothing until the
+/// surface is manifold.
 void cut(const Image<std::uint8_t>& mask, ImageSurface& result) {
     result.smoothing_mm = std::max(result.smoothing_mm, 0.3 * result.voxel_mm);
     for (int tries = 1;; ++tries, result.smoothing_mm *= 1.3) {
@@ -140,20 +139,18 @@ bool keeps_volume(const ImageSurface& cut) {
     return std::abs(cut.surface_volume_m3 / cut.body_volume_m3 - 1) <= surface_volume_limit;
 }
 
-/// The largest part of what is picked; refused where the labels or the unit cannot be what was
-/// meant.
+/// The largest part of the chosen voxels. Throws Error if the labels or the unit look wrong.
 BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     const double voxel_volume = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
     if (!(voxel_volume > 0) || !image.ras_from_voxel.allFinite())
         fail("image: its affine is singular (a voxel of {} mm^3), expected three independent axes",
              1e9 * voxel_volume);
-    BodyMask body = largest_body(image, options.labels);
+    BodyMask body = largest_component(image, options.labels);
     if (static_cast<double>(body.body_voxels) <
-        least_part * static_cast<double>(body.picked_voxels))
+        min_connected_share * static_cast<double>(body.picked_voxels))
         fail(
             "image: the largest part of the {} voxels picked, of those that share a face, has {}; "
-            "expected labels (or a "
-            "threshold) of a body that hangs together",
+            "expected labels (or a threshold) of a body that hangs together",
             body.picked_voxels, body.body_voxels);
     const Vector3 spacing = ImageGrid{image.size, image.ras_from_voxel}.spacing();
     const Vector3 extent = spacing.cwiseProduct(
@@ -161,8 +158,7 @@ BodyMask checked_body(const LabelImage& image, const MeshingOptions& options) {
     if (!(extent.maxCoeff() <= largest_body_m))
         fail(
             "image: the body is {:.0f} x {:.0f} x {:.0f} mm large, of voxels of {:.4g} x {:.4g} x "
-            "{:.4g} mm, expected at "
-            "most {:.0f} mm: is the unit right that the file states?",
+            "{:.4g} mm, expected at most {:.0f} mm: is the unit right that the file states?",
             1e3 * extent.x(), 1e3 * extent.y(), 1e3 * extent.z(), 1e3 * spacing.x(),
             1e3 * spacing.y(), 1e3 * spacing.z(), 1e3 * largest_body_m);
     return body;
@@ -179,10 +175,11 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
     result.body_volume_m3 = voxel_volume * static_cast<double>(body.body_voxels);
     result.label_voxels = body.label_voxels;
 
-    // The grid and the smoothing: asked for, or from the sizes of voxels and body.
+    // Grid and smoothing, as requested or from the sizes of voxels and body.
     const double voxel_size_mm = 1e3 * std::cbrt(voxel_volume),
                  body_size_mm = 1e3 * std::cbrt(result.body_volume_m3);
-    const double most = std::max(most_samples, static_cast<double>(body.mask.values.size()));
+    const double max_grid_samples =
+        std::max(max_samples, static_cast<double>(body.mask.values.size()));
     const auto samples = [&](double voxel_mm, double smoothing_mm) {
         return samples_of(body.mask, 1e-3 * smoothing_mm, 1e-3 * voxel_mm);
     };
@@ -190,15 +187,16 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
         std::max(voxel_size_mm / 2, std::min(body_size_mm / details_across, organ_detail_mm)));
     double smoothing_mm =
         options.smoothing_mm.value_or(std::max(voxel_mm, std::min(voxel_size_mm, organ_detail_mm)));
-    for (int wider = 0; !options.voxel_mm && wider < 50 && samples(voxel_mm, smoothing_mm) > most;
+    for (int wider = 0;
+         !options.voxel_mm && wider < 50 && samples(voxel_mm, smoothing_mm) > max_grid_samples;
          ++wider)
         voxel_mm *= 1.2;
-    if (const double n = samples(voxel_mm, smoothing_mm); !(n <= most))
+    if (const double n = samples(voxel_mm, smoothing_mm); !(n <= max_grid_samples))
         fail(
             "image: a grid of {:.3g} mm over the body has {:.2g} samples, expected at most {:.2g}: "
-            "take a larger "
-            "--voxel-mm (in a scene mesh.voxel_mm), or a smaller --smoothing-mm than {:.3g}",
-            voxel_mm, n, most, smoothing_mm);
+            "take a larger --voxel-mm (in a scene mesh.voxel_mm), or a smaller --smoothing-mm than "
+            "{:.3g}",
+            voxel_mm, n, max_grid_samples, smoothing_mm);
     for (int halvings = 0;; ++halvings) {
         result.voxel_mm = voxel_mm;
         result.smoothing_mm = smoothing_mm;
@@ -206,24 +204,21 @@ ImageSurface surface_of_labels(const LabelImage& image, const MeshingOptions& op
         if (!options.voxel_mm) voxel_mm /= 2;
         if (!options.smoothing_mm) smoothing_mm /= 2;
         const bool asked = options.voxel_mm && options.smoothing_mm;
-        if (keeps_volume(result) || asked || halvings == most_halvings ||
-            samples(voxel_mm, smoothing_mm) > most)
+        if (keeps_volume(result) || asked || halvings == max_halvings ||
+            samples(voxel_mm, smoothing_mm) > max_grid_samples)
             break;
     }
     if (!keeps_volume(result))
         fail(
             "image: smoothed by {:.2f} mm on a grid of {:.2f} mm, the surface encloses {:.3f} ml "
-            "of a body of {:.3f} ml; "
-            "expected within 1 %: the body is too small or thin, take a smaller --smoothing-mm and "
-            "--voxel-mm (in a scene "
-            "mesh.smoothing_mm, mesh.voxel_mm)",
+            "of a body of {:.3f} ml; expected within 1 %: the body is too small or thin, take a "
+            "smaller --smoothing-mm and --voxel-mm (in a scene mesh.smoothing_mm, mesh.voxel_mm)",
             result.smoothing_mm, result.voxel_mm, 1e6 * result.surface_volume_m3,
             1e6 * result.body_volume_m3);
     if (const SurfaceTopology t = check_topology(result.surface); !t.closed())
         fail(
             "image: smoothed by up to {:.2f} mm, the surface has {} border and {} non-manifold "
-            "edges, first at {}; take a "
-            "larger --smoothing-mm (in a scene mesh.smoothing_mm)",
+            "edges, first at {}; take a larger --smoothing-mm (in a scene mesh.smoothing_mm)",
             result.smoothing_mm, t.border_edges, t.non_manifold_edges, place_mm(t.place));
     const NearestTriangle tree(result.surface.nodes, result.surface.triangles);
     result.moved =

@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double longest_step = 0.1;  ///< of a node's mean edge
+constexpr double max_step = 0.1;  ///< of a node's mean edge
 
 struct Face {
     Triangle sorted;
@@ -23,7 +23,7 @@ struct Face {
     int side;
 };
 
-/// All faces of all tets, those between the same nodes next to each other.
+/// All faces of all tets, sorted so that equal faces are adjacent.
 std::vector<Face> sorted_faces(const TetMesh& mesh) {
     std::vector<Face> all;
     all.reserve(4 * mesh.tets.size());
@@ -40,7 +40,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
     return all;
 }
 
-/// The tet behind each face of each tet, or -1.
+/// The tet behind each face of each tet; -1: none.
 std::vector<std::array<std::int32_t, 4>> neighbours_of(const TetMesh& mesh) {
     std::vector<std::array<std::int32_t, 4>> next(mesh.tets.size(), {-1, -1, -1, -1});
     const std::vector<Face> all = sorted_faces(mesh);
@@ -52,15 +52,15 @@ std::vector<std::array<std::int32_t, 4>> neighbours_of(const TetMesh& mesh) {
     return next;
 }
 
-/// Turns the tets about a body into one that `make_one_body` wants.
+/// Implementation of `make_one_body`.
 class BodyCutter {
   public:
     explicit BodyCutter(TetMesh& mesh)
         : mesh_(mesh), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
 
     void run() {
-        constexpr int most_rounds = 30;
-        for (int round = 0; round < most_rounds; ++round) {
+        constexpr int max_rounds = 30;
+        for (int round = 0; round < max_rounds; ++round) {
             bool changed = keep_largest_piece();
             changed |= fill_hollows();
             for (std::size_t n = 0; n < stars_.size(); ++n)
@@ -85,8 +85,8 @@ class BodyCutter {
         return sum;
     }
 
-    /// Tets from `seed` on that hang together by faces for which `allowed` is true, all in the body
-    /// or all outside.
+    /// The tets connected to `seed` by faces for which `allowed` holds; all in the body or all
+    /// outside.
     Piece flood(std::int32_t seed, std::vector<bool>& seen, const auto& allowed) const {
         Piece piece{seed};
         seen[seed] = true;
@@ -143,7 +143,7 @@ class BodyCutter {
         for (const std::int32_t t : piece) mesh_.regions[t] = 0;
     }
 
-    /// Each tet gets the region of one behind its faces.
+    /// Gives each tet the region of a tet behind one of its faces.
     void fill(const Piece& piece) {
         for (std::size_t left = piece.size(), before = 0; left != before;) {
             before = left;
@@ -157,8 +157,8 @@ class BodyCutter {
         }
     }
 
-    /// The body is a manifold at a node if its tets there hang together by faces at the node, and
-    /// the others do.
+    /// The body is manifold at a node if the node's tets inside are connected by faces at the node,
+    /// and so are those outside.
     bool mend(std::int32_t n) {
         const auto& star = stars_[n];
         const auto body_count =
@@ -173,7 +173,7 @@ class BodyCutter {
             seen.insert(seen.end(), piece.begin(), piece.end());
             (in_body(t) ? inside : outside).push_back(std::move(piece));
         }
-        // What reaches the convex hull's faces at the node is in one piece behind them.
+        // Tets at the convex hull are connected through the outside of the hull.
         const auto at_hull = [&](const Piece& piece) {
             return std::any_of(piece.begin(), piece.end(), [&](std::int32_t t) {
                 for (int side = 0; side < 4; ++side)
@@ -221,16 +221,16 @@ class BodyCutter {
     std::int32_t last_ = 0;
 };
 
-double least_angle(const TetMesh& mesh, const Star& star) {
-    double least = 180;
+double min_angle(const TetMesh& mesh, const Star& star) {
+    double angle_deg = 180;
     for (const std::int32_t t : star) {
         const auto& [a, b, c, d] = mesh.tets[t];
         if (!(signed_volume(mesh, mesh.tets[t]) > 0)) return -1;
         const auto angles =
             dihedral_angles_deg(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c], mesh.nodes[d]);
-        least = std::min(least, *std::min_element(angles.begin(), angles.end()));
+        angle_deg = std::min(angle_deg, *std::min_element(angles.begin(), angles.end()));
     }
-    return least;
+    return angle_deg;
 }
 
 }  // namespace
@@ -271,7 +271,7 @@ std::map<std::int32_t, double> region_volumes(const TetMesh& mesh) {
 }
 
 void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3,
-                         double least_deg, int steps) {
+                         double min_deg, int steps) {
     const std::vector<InterfaceTriangle> triangles = interface_triangles(mesh);
     const auto stars = stars_of(mesh);
     std::map<std::int32_t, int> row;
@@ -318,13 +318,13 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
             for (const Gradient& a : gradients[n]) shift += p[a.row] * a.by_node / area[n];
             if (shift.isZero(0)) continue;
             const double longest =
-                longest_step * mean_edge(mesh, stars[n], static_cast<std::int32_t>(n));
+                max_step * mean_edge(mesh, stars[n], static_cast<std::int32_t>(n));
             shift *= std::min(1.0, longest / shift.norm());
-            const double bound = std::min(least_deg, least_angle(mesh, stars[n]));
+            const double bound = std::min(min_deg, min_angle(mesh, stars[n]));
             const Vector3 home = mesh.nodes[n];
             for (int halving = 0; halving < 4; ++halving, shift /= 2) {
                 mesh.nodes[n] = home + shift;
-                if (least_angle(mesh, stars[n]) >= bound) break;
+                if (min_angle(mesh, stars[n]) >= bound) break;
                 mesh.nodes[n] = home;
             }
         }

@@ -7,35 +7,38 @@
 
 namespace livetet {
 
-/// A triangle between tets of two regions, or on the boundary.
+/// A triangle between tets of different regions, or on the boundary.
 struct InterfaceTriangle {
     Triangle nodes;                        ///< wound outwards from `inside`
-    std::int32_t inside = 0, outside = 0;  ///< regions; outside 0: none, it is on the boundary
+    std::int32_t inside = 0, outside = 0;  ///< regions; outside 0: on the boundary
 };
 
-/// Each once, in the order of the tets; between two regions the lower is `inside`. A mesh without
-/// regions counts as one of region 1. O(tets log tets).
+/// All interface triangles, each once, in the order of the tets; the lower region is `inside`. A
+/// mesh without regions has the single region 1. O(n log n) in the number of tets.
 std::vector<InterfaceTriangle> interface_triangles(const TetMesh& mesh);
 
-/// Moves the nodes of interfaces and boundary, as little as will do, until the regions have the
-/// volumes wanted (m^3; a region that is not named: any). With g_an the gradient of region a's
-/// volume by node n and w_n the area about the node, the shifts x_n = sum_a p_a g_an / w_n are
-/// those of least sum w_n |x_n|^2 for the volumes missing, sum_n g_an x_n = dV_a, which gives the
-/// p_a (one Gauss-Newton step; `steps` of them). A node moves by at most a tenth of its mean edge a
-/// step, and no further than where the least dihedral angle about it falls below `least_deg`, or
-/// below what it was if that is less. Precondition: as for `raise_dihedral_angles` of several
-/// regions.
+/// Moves interface and boundary nodes as little as possible until the regions have the wanted
+/// volumes (m^3; regions that are not listed are free). Minimises sum_n w_n |x_n|^2 over the
+/// displacements x_n subject to the missing volumes,
+///
+///     sum_n g_an . x_n = dV_a   =>   x_n = sum_a p_a g_an / w_n
+///
+/// with g_an the gradient of region a's volume by node n, w_n the area around the node and p_a the
+/// multipliers. Takes `steps` such Gauss-Newton steps. A step moves a node by at most a tenth of
+/// its mean edge, and only as far as the smallest dihedral angle around it stays above `min_deg`,
+/// or above its current value if that is less. Precondition: as for `raise_dihedral_angles` of
+/// several regions.
 void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wanted_m3,
-                         double least_deg, int steps);
+                         double min_deg, int steps);
 
-/// Volume of each region, m^3; a mesh without regions counts as one of region 1.
+/// Volume of each region, m^3. A mesh without regions has the single region 1.
 std::map<std::int32_t, double> region_volumes(const TetMesh& mesh);
 
-/// Makes the tets of other regions than 0 one piece that hangs together by faces, without hollows,
-/// whose boundary is a manifold; those of region 0, the outside, fill the rest of a convex body.
-/// Smaller pieces and what hangs on by a node or an edge become outside; gaps that close at a node
-/// are filled, where they are smaller than what is about them. Then drops the outside and the nodes
-/// that no tet uses. Throws Error, with the place, where that does not come to an end.
+/// Makes the tets with a region other than 0 one body: connected by faces, without cavities, with a
+/// manifold boundary. Region 0 is the outside, which fills the rest of a convex hull. Smaller
+/// pieces, and parts connected only by a node or an edge, become outside; gaps that close at a node
+/// are filled if they are smaller than their surroundings. Then drops the outside and unused nodes.
+/// Throws Error, with the position, if this does not terminate.
 void make_one_body(TetMesh& mesh);
 
 }  // namespace livetet

@@ -16,17 +16,17 @@ namespace livetet {
 namespace {
 
 constexpr std::uint16_t off_body = 0xffff, mixed = 0xfffe;
-constexpr double most_samples = 16e6;
-constexpr float least_share = 2e-3f;  ///< votes below are left out
+constexpr double max_samples = 16e6;
+constexpr float min_share = 2e-3f;  ///< smaller votes are dropped
 constexpr int balance_rounds = 30;
-constexpr double balance_aim = 2e-3;  ///< relative miss of each volume that is good enough
-constexpr double heaviest =
-    2.5;  ///< weight of a label's votes, at most: a sheet of one voxel keeps its volume
+constexpr double balance_aim = 2e-3;  ///< accepted relative error of each volume
+/// Maximum weight of a label's votes; enough to keep the volume of a sheet one voxel thick.
+constexpr double max_weight = 2.5;
 
 constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
-/// The materials' numbers in the body's voxels, `off_body` elsewhere; what was a hole goes to the
-/// label nearest by steps through faces.
+/// Material numbers of the body's voxels, `off_body` elsewhere. Filled holes take the nearest label
+/// by steps through faces.
 Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
                                   std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
@@ -80,7 +80,7 @@ struct Box {
     std::array<int, 3> low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
 };
 
-/// Where each material's voxels lie, and how many they are.
+/// Bounding box and number of voxels of each material.
 std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materials,
                           std::vector<double>& counts) {
     std::vector<Box> boxes(materials);
@@ -104,7 +104,7 @@ std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materi
 
 LabelField::LabelField(const LabelImage& image, const LabelFieldOptions& options)
     : iso_level_(static_cast<float>(options.iso_level)) {
-    const BodyMask body = largest_body(image, options.labels);
+    const BodyMask body = largest_component(image, options.labels);
     std::vector<std::int32_t> labels;
     const Image<std::uint16_t> voxels = materials_of(body, image, options.labels, labels);
     for (const std::int32_t label : labels) materials_.push_back({label});
@@ -124,12 +124,11 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
     std::array<AxisFilter, 3> filters;
     Eigen::Matrix4d voxel_from_sample = Eigen::Matrix4d::Identity();
     const double voxel_m3 = std::abs(voxels.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    const double step_m = std::max(1e-3 * options.voxel_mm,
-                                   std::cbrt(voxel_m3 * voxels.values.size() / most_samples));
+    const double step_m =
+        std::max(1e-3 * options.voxel_mm, std::cbrt(voxel_m3 * voxels.values.size() / max_samples));
     for (int axis = 0; axis < 3; ++axis) {
         const double spacing = voxels.ras_from_voxel.col(axis).head<3>().norm();
-        const double sigma =
-            std::max(1e-3 * options.smoothing_mm / spacing, least_smoothing_voxels);
+        const double sigma = std::max(1e-3 * options.smoothing_mm / spacing, min_smoothing_voxels);
         filters[axis] = gaussian_beyond(voxels.size[axis], sigma, step_m / spacing);
         size_[axis] = filters[axis].size();
         voxel_from_sample(axis, axis) = filters[axis].step;
@@ -162,7 +161,7 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
         for (int k = 0; k < size[2]; ++k)
             for (int j = 0; j < size[1]; ++j)
                 for (int i = 0; i < size[0]; ++i, ++at)
-                    if (values[at] > least_share)
+                    if (values[at] > min_share)
                         entries.push_back({static_cast<std::uint32_t>(
                                                index(i + start[0], j + start[1], k + start[2])),
                                            {m, values[at]}});
@@ -176,24 +175,24 @@ void LabelField::vote(const Image<std::uint16_t>& voxels, const LabelFieldOption
 }
 
 std::uint16_t LabelField::winner(std::size_t sample) const {
-    float total = 0, most = 0;
+    float total = 0, max_votes = 0;
     std::uint16_t best = off_body;
     for (std::uint32_t v = first_[sample]; v < first_[sample + 1]; ++v) {
         total += votes_[v].share;
         if (const float weighted = votes_[v].share * weights_[votes_[v].material];
-            weighted > most) {
-            most = weighted;
+            weighted > max_votes) {
+            max_votes = weighted;
             best = votes_[v].material;
         }
     }
     return total < iso_level_ ? off_body : best;
 }
 
-/// Weighs the materials' votes until the samples that each has are as many as its voxels' volume
-/// asks for.
+/// Adjusts the weights of the votes until each material has as many samples as the volume of its
+/// voxels requires.
 void LabelField::balance() {
     weights_.assign(materials_.size(), 1.0f);
-    std::vector<std::uint32_t> contested;  // the samples whose winner depends on the weights
+    std::vector<std::uint32_t> contested;  // samples whose winner depends on the weights
     std::vector<double> sure(materials_.size(), 0);
     double inside = 0, body = 0;
     for (std::size_t s = 0; s + 1 < first_.size(); ++s) {
@@ -216,15 +215,16 @@ void LabelField::balance() {
             worst = std::max(worst, std::abs(ratio - 1));
             const double factor = std::clamp(std::sqrt(ratio), 0.8, 1.25);
             if (round + 1 < balance_rounds)
-                weights_[m] =
-                    static_cast<float>(std::clamp(weights_[m] * factor, 1 / heaviest, heaviest));
+                weights_[m] = static_cast<float>(
+                    std::clamp(weights_[m] * factor, 1 / max_weight, max_weight));
         }
         if (worst < balance_aim) break;
     }
 }
 
 void LabelField::settle_cells() {
-    std::vector<std::uint16_t> at(first_.size() - 1);  // the only one who has votes at a sample
+    std::vector<std::uint16_t> at(first_.size() -
+                                  1);  // the only material with votes at a sample, or `mixed`
     for (std::size_t s = 0; s < at.size(); ++s) {
         const std::uint32_t votes = first_[s + 1] - first_[s];
         at[s] = votes == 0                            ? off_body
@@ -254,9 +254,9 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
     }
     if (const std::uint16_t all = cells_[index(cell[0], cell[1], cell[2])]; all != mixed)
         return all;
-    constexpr int most = 24;
-    std::uint16_t who[most];
-    float sum[most], total = 0;
+    constexpr int max_labels = 24;
+    std::uint16_t who[max_labels];
+    float sum[max_labels], total = 0;
     int count = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
@@ -267,7 +267,7 @@ std::uint16_t LabelField::material_at(const Vector3& sample) const {
             total += share;
             int m = 0;
             while (m < count && who[m] != votes_[v].material) ++m;
-            if (m == most) continue;
+            if (m == max_labels) continue;
             if (m == count) {
                 who[count] = votes_[v].material;
                 sum[count++] = 0;
@@ -284,16 +284,16 @@ std::int32_t LabelField::label_at(const Vector3& place) const {
     return m == off_body ? 0 : materials_[m].label;
 }
 
-std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t most,
-                                                  double least_m3) const {
+std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t max_count,
+                                                  double min_m3) const {
     std::vector<std::uint16_t> at(first_.size() - 1);
     for (std::size_t s = 0; s < at.size(); ++s) at[s] = winner(s);
     const double sample_m3 = std::abs(ras_from_sample_.topLeftCorner<3, 3>().determinant());
     struct Piece {
         std::uint16_t material;
         double m3;
-        std::vector<std::array<Place, 2>>
-            edges;  ///< of samples, from one of the piece to one of another material
+        /// Pairs of neighbouring samples: one in the piece, one in another material.
+        std::vector<std::array<Place, 2>> edges;
     };
     std::vector<Piece> pieces;
     std::vector<double> largest(materials_.size(), 0);
@@ -336,11 +336,11 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
     std::vector<Vector3> places;
     std::mt19937 random(1);
     for (Piece& piece : pieces) {
-        if (piece.m3 < std::min(least_m3, largest[piece.material])) continue;
+        if (piece.m3 < std::min(min_m3, largest[piece.material])) continue;
         const double apart = std::min(spacing_m, 0.5 * std::cbrt(piece.m3));
         const std::size_t before = places.size();
-        std::size_t left = std::min<std::size_t>(piece.edges.size(), 50 * most);
-        for (std::size_t e = 0; e < left && places.size() < before + most; ++e) {
+        std::size_t left = std::min<std::size_t>(piece.edges.size(), 50 * max_count);
+        for (std::size_t e = 0; e < left && places.size() < before + max_count; ++e) {
             std::swap(piece.edges[e], piece.edges[e + random() % (piece.edges.size() - e)]);
             const Vector3 x = on_interface(piece.edges[e]);
             if (std::all_of(places.begin(), places.end(),

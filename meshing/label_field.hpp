@@ -9,45 +9,44 @@
 
 namespace livetet {
 
-/// How the field's interfaces are smoothed; as `surface_of_labels` did with the body's outer
-/// surface.
+/// Smoothing of the interfaces; use the values that `surface_of_labels` used for the outer surface.
 struct LabelFieldOptions {
-    std::vector<std::int32_t> labels;  ///< of the body; empty: all but 0
-    double voxel_mm =
-        1.5;  ///< spacing of the votes; greater for bodies of more than 16 million of them
-    double smoothing_mm =
-        1.5;  ///< Gaussian's standard deviation; at least 0.6 voxels along each axis is taken
-    double iso_level = 0.5;  ///< of all votes together on the body's outer surface
+    std::vector<std::int32_t> labels;  ///< labels of the body; empty: all but 0
+    /// Sample spacing; larger for bodies with more than 16 million samples.
+    double voxel_mm = 1.5;
+    /// Standard deviation of the Gaussian; at least 0.6 voxels along each axis.
+    double smoothing_mm = 1.5;
+    double iso_level = 0.5;  ///< sum of all votes on the body's outer surface
 };
 
-/// Materials with smooth interfaces: at each place the voxels around it vote, weighted by a
-/// Gaussian, and the label with the most votes has it; where all labels together have less than the
-/// iso-level it lies outside. Votes of a label count the more the more of its voxels' volume the
-/// smoothing would take away. Interfaces of any number of labels meet without gaps. The body is
-/// that of `largest_body`; its filled holes go to the labels next to them.
+/// Label map with smooth interfaces. At each position the surrounding voxels vote with the weights
+/// of a Gaussian, and the label with the most votes wins; if the sum of all votes is below the
+/// iso-level, the position is outside. A label's votes are scaled up to compensate for the volume
+/// that smoothing would take from it. Interfaces of any number of labels meet without gaps. The
+/// body is that of `largest_component`; filled holes take the labels next to them.
 class LabelField {
   public:
     /// A material of the body.
     struct Material {
         std::int32_t label = 0;
-        double voxels_m3 = 0;  ///< of its voxels in the body, filled holes among them
+        double voxels_m3 = 0;  ///< volume of its voxels in the body, filled holes included
     };
 
-    /// Throws Error as `largest_body` does.
+    /// Throws Error as `largest_component` does.
     LabelField(const LabelImage& image, const LabelFieldOptions& options);
 
-    /// The label at a place (metres, RAS); 0: outside.
+    /// The label at a position (metres, RAS); 0: outside.
     std::int32_t label_at(const Vector3& place) const;
-    /// In the order of their labels.
+    /// The materials in the order of their labels.
     const std::vector<Material>& materials() const { return materials_; }
-    /// A box of eight corners around all of the body (metres): low and high corner.
+    /// Bounding box of the body (metres): low and high corner.
     const std::array<Vector3, 2>& bounds() const { return bounds_; }
-    /// Places on the interfaces (to within a hundredth of a sample) of each connected piece of a
-    /// label, at least `spacing_m` apart within a piece, or nearer where the piece is small; at
-    /// most `most` for each piece. Pieces of less than `least_m3` are left out where their label
-    /// has a larger one.
-    std::vector<Vector3> interface_places(double spacing_m, std::size_t most,
-                                          double least_m3) const;
+    /// Positions on the interfaces (accurate to 1/100 of a sample) of each connected piece of a
+    /// label: at least `spacing_m` apart within a piece, closer in small pieces, at most
+    /// `max_count` for each piece. Skips pieces smaller than `min_m3` if their label has a larger
+    /// one.
+    std::vector<Vector3> interface_places(double spacing_m, std::size_t max_count,
+                                          double min_m3) const;
 
   private:
     struct Vote {
@@ -66,16 +65,16 @@ class LabelField {
     std::uint16_t winner(std::size_t sample) const;
     std::uint16_t material_at(const Vector3& sample) const;
 
-    std::array<int, 3> size_{};  ///< samples
+    std::array<int, 3> size_{};  ///< number of samples
     Eigen::Matrix4d ras_from_sample_;
     Eigen::Matrix<double, 3, 4> sample_from_ras_;
-    std::vector<std::uint32_t>
-        first_;  ///< votes of sample s: votes_[first_[s]] to votes_[first_[s + 1]]
+    /// Votes of sample s: votes_[first_[s]] to votes_[first_[s + 1] - 1].
+    std::vector<std::uint32_t> first_;
     std::vector<Vote> votes_;
-    std::vector<std::uint16_t>
-        cells_;  ///< whose all places of the cell from sample s on are, or `mixed`
+    /// Material of the whole cell that starts at sample s, or `mixed`.
+    std::vector<std::uint16_t> cells_;
     std::vector<Material> materials_;
-    std::vector<float> weights_;  ///< of each material's votes
+    std::vector<float> weights_;  ///< weight of each material's votes
     std::array<Vector3, 2> bounds_;
     float iso_level_ = 0.5f;
 };

@@ -23,23 +23,23 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using LabelledDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
 
-/// It works in mm: some of its tolerances are absolute.
+/// CGAL works in mm, as some of its tolerances are absolute.
 constexpr double mm_per_m = 1e3;
 
-constexpr double surface_radius =
-    0.65;  ///< bound of the circumradii of interface triangles, over the edge length
-constexpr double inside_radius = 0.65;  ///< of tets
-constexpr double surface_distance =
-    0.12;  ///< from interface triangles to the interface, over the edge length
-constexpr double least_angle_deg = 25;  ///< of interface triangles
+/// Maximum circumradius of interface triangles, in edge lengths.
+constexpr double surface_radius = 0.65;
+constexpr double inside_radius = 0.65;  ///< maximum circumradius of tets, in edge lengths
+/// Maximum distance from interface triangles to the interface, in edge lengths.
+constexpr double surface_distance = 0.12;
+constexpr double min_angle_deg = 25;  ///< of interface triangles
 constexpr double radius_edge_ratio = 2.2;
-constexpr double place_error = 0.01;  ///< of interface nodes, over the edge length
+constexpr double place_error = 0.01;  ///< of interface nodes, in edge lengths
 constexpr std::size_t seeds_a_piece = 30;
 
 Vector3 metres(const Point& p) { return Vector3(p.x(), p.y(), p.z()) / mm_per_m; }
 
-/// A labelled domain that starts from places on every piece's interface: from its own, which are
-/// random rays, small pieces are not found.
+/// A labelled domain with given initial points on the interface of every piece. CGAL's own initial
+/// points come from random rays, which miss small pieces.
 class SeededDomain : public LabelledDomain {
   public:
     SeededDomain(const LabelledDomain& domain, std::vector<Point> seeds)
@@ -65,7 +65,7 @@ using Triangulation =
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
-/// `factor` times the edge length wanted at a place, in mm.
+/// `factor` times the wanted edge length at a position, mm.
 struct SizeField {
     using FT = double;
     using Point_3 = Point;
@@ -81,7 +81,7 @@ struct SizeField {
     }
 };
 
-/// All of the triangulation's tets in metres, those outside with region 0.
+/// All tets of the triangulation in metres; those outside have region 0.
 TetMesh all_tets(const Complex& complex) {
     const auto& triangulation = complex.triangulation();
     TetMesh mesh;
@@ -101,7 +101,7 @@ TetMesh all_tets(const Complex& complex) {
 
 int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVolumeOptions& options,
                    int out) {
-    CGAL::get_default_random() = CGAL::Random(1);  // else it is the time's
+    CGAL::get_default_random() = CGAL::Random(1);  // the default seed is the time
     const auto [low, high] = field.bounds();
     const Vector3 a = mm_per_m * low, b = mm_per_m * high;
     const double edge = mm_per_m * edge_length_m;
@@ -120,11 +120,11 @@ int mesh_and_write(const LabelField& field, double edge_length_m, const LabelVol
     const SizeField distance{edge_length_m, surface_distance, 1, &options.shorter_at};
     const SizeField inside{edge_length_m, inside_radius, options.inside_growth,
                            &options.shorter_at};
-    const Criteria criteria(p::facet_angle = least_angle_deg, p::facet_size = on_surface,
+    const Criteria criteria(p::facet_angle = min_angle_deg, p::facet_size = on_surface,
                             p::facet_distance = distance,
                             p::cell_radius_edge_ratio = radius_edge_ratio, p::cell_size = inside);
     Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, p::no_perturb(), p::no_exude());
-    const double seconds = options.time_limit_s / 4, bound = options.least_dihedral_deg;
+    const double seconds = options.time_limit_s / 4, bound = options.min_dihedral_deg;
     CGAL::perturb_mesh_3(complex, domain, p::time_limit = seconds, p::sliver_bound = bound);
     CGAL::exude_mesh_3(complex, p::time_limit = seconds, p::sliver_bound = bound);
     return write_mesh(out, all_tets(complex)) ? 0 : 1;
@@ -141,7 +141,8 @@ TetMesh fill_labels(const LabelField& field, double edge_length_m,
                     options.time_limit_s);
     if (child.end != ChildResult::End::returned)
         fail("CGAL: no mesh of the labels from {} with edges of {:.2f} mm: {}",
-             box_mm(field.bounds()), 1e3 * edge_length_m, end_text(child, options.time_limit_s));
+             box_mm(field.bounds()), 1e3 * edge_length_m,
+             describe_end(child, options.time_limit_s));
     TetMesh mesh = unpacked_mesh(child.result, "CGAL");
     make_one_body(mesh);
     return mesh;

@@ -24,37 +24,34 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// tets = c V / h^3 for the edge length h that remeshing is asked for: 4.57 to 5.43 on six organs
-/// and an elephant at 60,000 and 360,000 tets, so that the first guess is within the usual
-/// tolerance for all of them. It is less than the 6 sqrt(2) of regular tets since edges inside
-/// grow. Only the first guess depends on it.
+/// Constant c of tets = c V / h^3, with h the edge length of remeshing; used for the first guess
+/// only. Less than the 6 sqrt(2) of regular tets, as edges grow towards the inside.
 constexpr double tets_per_cubed_edge = 4.98;
-/// The same where tets are made from labels: 5.5 on a liver with tumours, 10 where many thin organs
-/// meet.
+/// The same for tets made from labels.
 constexpr double tets_per_cubed_edge_of_labels = 5.6;
 
-/// A level is coarser than the one before it if it has at most this part of its tets.
+/// A coarser level must have at most this fraction of the tets of the one before it.
 constexpr double coarser = 0.75;
 
-/// A level that comes out badly is tried again with slightly other edges: a sharp crease of the
-/// remeshed surface, which the filling has to keep, mostly lies otherwise then.
+/// A bad level is tried again with slightly different edge lengths. Sharp creases of the remeshed
+/// surface, which the filling must keep, then mostly move.
 constexpr int shape_tries = 4;
 constexpr double other_edges = 0.93;
 
-/// With labels to turn to, a level's surface is given up after so many tries, or so many seconds.
+/// If labels are available, a level's surface is abandoned after this many attempts or seconds.
 constexpr int surface_tries = 2;
-constexpr double surface_patience_s = 20;
+constexpr double surface_time_limit_s = 20;
 constexpr int remesh_tries_with_labels = 3;
 constexpr int volume_steps = 4;
 
-/// The optimiser aims so many degrees higher than the least angle that is accepted.
+/// The optimiser's target exceeds the smallest accepted angle by this.
 constexpr double aim_over_bound_deg = 5;
 
-/// The finest level's volume is within this of the body's, relative; where a coarser one misses it
-/// by more than the second, the user is told.
+/// Relative error of the finest level's volume, and the error of a coarser one that is worth a
+/// note.
 constexpr double volume_limit = 0.01, volume_worth_a_note = 0.1;
 
-/// How fast edges grow away from where they are asked to be short.
+/// Growth of the edge length with the distance from a refined place.
 constexpr double gradation = 0.3;
 
 struct Level {
@@ -67,38 +64,38 @@ TriangleMesh boundary_surface(const TetMesh& mesh) {
     return largest_part(surface);
 }
 
-/// `remesh_surface` in a child process of `seconds_left`, which get less by what it takes: CGAL's
-/// ways out of self-intersections can take for ever.
-TriangleMesh remesh_apart(const TriangleMesh& from, double& edge_length_m, int iterations,
-                          int tries, const EdgeLengthField& shorter_at, double& seconds_left) {
+/// `remesh_surface` in a child process: CGAL's removal of self-intersections may not terminate.
+/// Reduces `seconds_left` by the time taken.
+TriangleMesh remesh_in_child(const TriangleMesh& from, double& edge_length_m, int iterations,
+                             int tries, const EdgeLengthField& shorter_at, double& seconds_left) {
     const ChildResult child = run_in_child(
         [&](int out) {
             const TriangleMesh surface =
                 remesh_surface(from, edge_length_m, iterations, tries, shorter_at);
-            TetMesh parcel;  // a surface travels as a mesh without tets
-            parcel.nodes = surface.nodes;
-            parcel.triangle_sets["surface"] = surface.triangles;
-            return write_all(out, &edge_length_m, sizeof edge_length_m) && write_mesh(out, parcel)
+            TetMesh carrier;  // a surface is sent as a mesh without tets
+            carrier.nodes = surface.nodes;
+            carrier.triangle_sets["surface"] = surface.triangles;
+            return write_all(out, &edge_length_m, sizeof edge_length_m) && write_mesh(out, carrier)
                        ? 0
                        : 1;
         },
         seconds_left);
     if (child.end == ChildResult::End::failed) {
-        const std::string words = last_words(child.log),
-                          mark = "Error   : ";  // as a child says what was thrown
+        const std::string words = last_error_lines(child.log),
+                          mark = "Error   : ";  // as `run_in_child` reports an exception
         fail("{}", words.starts_with(mark) ? words.substr(mark.size()) : words);
     }
     if (child.end != ChildResult::End::returned || child.result.size() < sizeof edge_length_m)
         fail("surface: remeshing it from {} to edges of {:.2f} mm {}", box_mm(from.nodes),
-             1e3 * edge_length_m, end_text(child, seconds_left));
+             1e3 * edge_length_m, describe_end(child, seconds_left));
     seconds_left -= child.seconds;
     std::memcpy(&edge_length_m, child.result.data(), sizeof edge_length_m);
-    TetMesh parcel = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m),
-                                   "the remeshed surface");
-    return {std::move(parcel.nodes), std::move(parcel.triangle_sets.at("surface"))};
+    TetMesh carrier = unpacked_mesh(std::span(child.result).subspan(sizeof edge_length_m),
+                                    "the remeshed surface");
+    return {std::move(carrier.nodes), std::move(carrier.triangle_sets.at("surface"))};
 }
 
-/// What stays the same from level to level.
+/// The inputs common to all levels.
 struct Maker {
     const TriangleMesh& surface;
     const MeshingOptions& options;
@@ -106,8 +103,8 @@ struct Maker {
     const Materials& materials;
     NearestTriangle body{surface.nodes, surface.triangles};
     double body_volume = materials.volume_m3.value_or(signed_volume(surface));
-    TriangleMesh finest{};  ///< the finest level's surface, once there: coarser levels are remeshed
-                            ///< from it, which is quick
+    /// The finest level's surface; coarser levels are remeshed from it, which is faster.
+    TriangleMesh finest{};
     std::optional<NearestTriangle> finer_at{};
     mutable std::optional<LabelField> labels{};
 
@@ -116,8 +113,8 @@ struct Maker {
         return *labels;
     }
 
-    /// The first of at most `shape_tries` tries that is good enough. `scale`: edges over those of
-    /// the finest level.
+    /// The first of at most `shape_tries` attempts that is good enough. `scale`: ratio of the edge
+    /// length to that of the finest level.
     Level make(double edge_length_m, double scale) const {
         const auto start = Clock::now();
         std::vector<std::string> dropped;
@@ -128,7 +125,7 @@ struct Maker {
              tries < shape_tries && (tries == 0 || passed() < options.gmsh_time_limit_s); ++tries) {
             const bool from_labels =
                 materials.several ||
-                (materials.field && (tries >= surface_tries || passed() > surface_patience_s));
+                (materials.field && (tries >= surface_tries || passed() > surface_time_limit_s));
             const double edge =
                 edge_length_m * std::pow(other_edges, from_labels ? tries_of_labels++ : tries);
             const double time_left = options.gmsh_time_limit_s - passed();
@@ -148,7 +145,7 @@ struct Maker {
                              std::move(tried));
     }
 
-    /// The edge length at places on the surface, where it is not the same for all.
+    /// The edge length as a function of position on the surface; empty if it is uniform.
     EdgeLengthField on_surface(double edge_length_m, double scale) const {
         if (options.finer.empty() && !finer_at) return {};
         return [=, this](const Vector3& x) {
@@ -164,7 +161,8 @@ struct Maker {
         };
     }
 
-    /// Throws Error, with the place, where the level is not good enough; `tried` gets its surface.
+    /// Throws Error, with the position, if the level is not good enough. `tried` receives its
+    /// surface.
     Level make_from_surface(double edge_length_m, double scale, double time_limit_s,
                             TriangleMesh& tried) const {
         Level level;
@@ -176,7 +174,7 @@ struct Maker {
             std::min(options.remesh_tries, materials.field ? remesh_tries_with_labels : 1 << 30);
         double edge = edge_length_m;
         tried =
-            remesh_apart(from, edge, options.remesh_iterations, tries, shorter_at, time_limit_s);
+            remesh_in_child(from, edge, options.remesh_iterations, tries, shorter_at, time_limit_s);
         report.edge_length_m = edge;
         GmshOptions filling = gmsh;
         filling.time_limit_s = time_limit_s;
@@ -187,7 +185,7 @@ struct Maker {
             filling.edge_length_at = [&](const Vector3& x) {
                 if (const double near = shorter_at ? shorter_at(x) : edge; near < edge) return near;
                 return std::min(edge + gradation * tree->find(x).distance,
-                                edge * options.inside_growth.value_or(usual_inside_growth));
+                                edge * options.inside_growth.value_or(default_inside_growth));
             };
         }
         level.mesh = fill_surface(tried, edge, filling, &report.filled_by);
@@ -195,8 +193,7 @@ struct Maker {
             TetMesh filled = level.mesh;
             report.optimise = raise_dihedral_angles(level.mesh, body,
                                                     options.min_dihedral_deg + aim_over_bound_deg);
-            // In plates as thin as the tets' angles allow, better angles cost volume: what was good
-            // enough stays.
+            // In very thin plates better angles cost volume: keep the mesh that was good enough.
             if (std::abs(volume(level.mesh) / volume(filled) - 1) > volume_limit / 2 &&
                 measure_quality(filled).min_dihedral_deg >= options.min_dihedral_deg) {
                 level.mesh = std::move(filled);
@@ -207,7 +204,7 @@ struct Maker {
         return level;
     }
 
-    /// The same from the labels, whose interfaces the tets share.
+    /// The same from the labels; tets share the interfaces.
     Level make_from_labels(double edge_length_m, double scale, double time_limit_s,
                            TriangleMesh& tried) const {
         Level level;
@@ -215,7 +212,7 @@ struct Maker {
         const double bound = options.min_dihedral_deg, aim = bound + aim_over_bound_deg;
         LabelVolumeOptions filling;
         filling.time_limit_s = time_limit_s;
-        filling.least_dihedral_deg = aim;
+        filling.min_dihedral_deg = aim;
         filling.shorter_at = on_surface(edge_length_m, scale);
         if (options.inside_growth) filling.inside_growth = *options.inside_growth;
         level.mesh = fill_labels(field(), edge_length_m, filling);
@@ -238,7 +235,7 @@ struct Maker {
         return level;
     }
 
-    /// Measures the level, and throws Error where it is not good enough; `tried` gets its surface.
+    /// Measures the level and throws Error if it is not good enough. `tried` receives its surface.
     void finish(Level& level, double scale, TriangleMesh& tried) const {
         LevelReport& report = level.report;
         check_tet_mesh(level.mesh, "the level");
@@ -255,8 +252,7 @@ struct Maker {
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
             fail(
                 "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from "
-                "it, by {:.2f} mm, "
-                "at {}",
+                "it, by {:.2f} mm, at {}",
                 1e6 * report.quality.volume_m3, 1e6 * body_volume,
                 1e3 * report.distance.from_body.max_m,
                 place_mm(report.distance.from_body.farthest));
@@ -264,7 +260,7 @@ struct Maker {
     }
 };
 
-/// The finest level, at the edge length that gives about the number of tets asked for.
+/// The finest level, with the edge length that gives about the requested number of tets.
 Level find_finest(const Maker& maker, std::vector<std::string>& notes,
                   const std::function<void(int)>& tell) {
     const MeshingOptions& o = maker.options;
@@ -334,7 +330,7 @@ std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result
     return text;
 }
 
-/// Materials of which the finest level has no tets.
+/// Materials without tets in the finest level.
 void note_missing(HierarchyResult& result, const TetMesh& finest) {
     const auto volumes = region_volumes(finest);
     for (const LabelField::Material& m : result.materials)
@@ -361,7 +357,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
         maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);
 
-    // The finest level takes nearly all of the time, and most tries need two meshes of it.
+    // The finest level takes most of the time and usually needs two meshes.
     if (materials.several) {
         tell(0.02, "smoothing the labels");
         result.materials = maker.field().materials();

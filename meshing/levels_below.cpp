@@ -10,8 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// Of each tet of `coarse`: the region of the tet of `fine` that its centre lies in, or is nearest
-/// to.
+/// For each tet of `coarse` the region of the tet of `fine` that contains, or is nearest to, its
+/// centre.
 std::vector<std::int32_t> regions_at_centres(const TetMesh& coarse, const TetMesh& fine) {
     std::map<Tet, std::int32_t> region_of_corners;
     const auto sorted = [](Tet t) {
@@ -37,7 +37,7 @@ HierarchyResult levels_below(TetMesh finest, MeshingOptions options,
                              const ProgressCallback& progress) {
     const auto finest_tets = static_cast<double>(finest.tets.size());
     options.target_tets = std::max<std::int64_t>(
-        least_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
+        min_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
     --options.levels;
     HierarchyResult result;
     std::vector<TetMesh> levels;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int bits = 20;  // along each axis
 
-/// Distance along the Hilbert curve of a cell; Skilling's transform, then the bits of the axes
-/// interleaved.
+/// Index of a cell along the Hilbert curve: Skilling's transform, then interleaving of the axes'
+/// bits.
 std::uint64_t hilbert_index(std::array<std::uint32_t, 3> x) {
     for (std::uint32_t q = 1u << (bits - 1); q > 1; q >>= 1) {
         const std::uint32_t p = q - 1;
@@ -60,8 +60,8 @@ std::vector<std::int32_t> order_of_nodes(const std::vector<Vector3>& nodes) {
     return order;
 }
 
-/// The even permutation of a tet's nodes that brings its lowest node to the front and the second
-/// lowest next.
+/// The even permutation of a tet's nodes that puts its lowest node first and the second lowest
+/// next.
 Tet canonical(Tet t) {
     const auto low = std::min_element(t.begin(), t.end()) - t.begin();
     if (low != 0) {

@@ -4,8 +4,8 @@
 
 namespace livetet {
 
-/// A mesh for `unpacked_mesh` in the parent of a child process; false, said on stderr, where the
-/// system refuses.
+/// Writes a mesh to a parent process, which reads it with `unpacked_mesh`. Returns false, with a
+/// message on stderr, if the system refuses.
 bool write_mesh(int descriptor, const TetMesh& mesh);
 
 }  // namespace livetet

@@ -17,17 +17,18 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_passes = 12;
-constexpr double crease_slack =
-    0.05;  ///< of a node's mean edge: how far it may leave the body's surface
-constexpr double turned_normal =
-    0.5;  ///< cosine: a boundary triangle may not turn further in one move
-constexpr std::size_t widest_ring = 7;  ///< tets about an edge that is removed
-constexpr double least_gain = 1e-4;     ///< of `shape`, for a move to be worth it
-constexpr double inverted = -2;         ///< worse than any angle
+constexpr int max_passes = 12;
+/// Maximum distance of a crease node from the body's surface, in mean edges.
+constexpr double crease_slack = 0.05;
+/// Minimum cosine of the angle by which one move may turn a boundary triangle.
+constexpr double min_normal_cosine = 0.5;
+constexpr std::size_t max_ring = 7;  ///< maximum number of tets around an edge to remove
+constexpr double min_gain = 1e-4;    ///< minimum increase of `shape` of a node move
+constexpr double inverted = -2;      ///< below any value of `shape`
 
-/// Minus the cosine of the least dihedral angle, which grows with it; `inverted` for no or negative
-/// volume. The outward normals n_i, n_j of two faces make the angle acos(-n_i . n_j).
+/// Quality of a tet: minus the cosine of its smallest dihedral angle, which increases with the
+/// angle; `inverted` for a volume that is not positive. Two faces with outward normals n_i, n_j
+/// have the dihedral angle acos(-n_i . n_j).
 double shape(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) {
     const Vector3 ab = b - a, ac = c - a, ad = d - a;
     if (!(ab.dot(ac.cross(ad)) > 0)) return inverted;
@@ -39,12 +40,12 @@ double shape(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3
     return worst;
 }
 
-/// The regions on the two sides of an interface, the lower first.
+/// The two regions of an interface, the lower one first.
 using Patch = std::array<std::int32_t, 2>;
 
 Patch patch_of(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// The surface that the nodes of a patch stay near; none: they stay where they are.
+/// The surface along which a patch's nodes move; null: they stay in place.
 using Guide = std::function<const NearestTriangle*(const Patch&)>;
 
 class Optimiser {
@@ -61,7 +62,7 @@ class Optimiser {
     }
 
     void run() {
-        for (int pass = 0; pass < most_passes; ++pass) {
+        for (int pass = 0; pass < max_passes; ++pass) {
             Star poor;
             for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
                 if (alive_[t] && shape(mesh_.tets[t]) < aim_)
@@ -92,7 +93,7 @@ class Optimiser {
         return std::find(t.begin(), t.end(), n) != t.end();
     }
 
-    /// The tets that hold all of these nodes.
+    /// The tets that contain all of these nodes.
     Star tets_with(std::initializer_list<std::int32_t> nodes) const {
         Star found;
         for (const std::int32_t t : stars_[*nodes.begin()])
@@ -110,13 +111,13 @@ class Optimiser {
         return tets_with({a, b, c}).size() == 1;
     }
 
-    /// Whether a region ends at the triangle.
+    /// Whether the triangle is on the boundary of a region.
     bool on_boundary(std::int32_t a, std::int32_t b, std::int32_t c) const {
         const Star both = tets_with({a, b, c});
         return both.size() == 1 || region(both[0]) != region(both[1]);
     }
 
-    /// Whether a boundary triangle has the edge.
+    /// Whether the edge belongs to a boundary triangle.
     bool on_boundary(std::int32_t a, std::int32_t b) const {
         if (!on_surface_[a] || !on_surface_[b]) return false;
         for (const std::int32_t t : tets_with({a, b}))
@@ -130,7 +131,7 @@ class Optimiser {
         Patch patch;
     };
 
-    /// The boundary triangles of a node.
+    /// The boundary triangles around a node.
     std::vector<BoundaryTriangle> boundary_about(std::int32_t n) const {
         std::vector<BoundaryTriangle> found;
         if (!on_surface_[n]) return found;
@@ -175,8 +176,8 @@ class Optimiser {
         for (const std::int32_t n : mesh_.tets[t]) std::erase(stars_[n], t);
     }
 
-    /// Puts `fresh` in the place of `old` if their least angle is greater; `regions`: theirs, where
-    /// those of `old` differ.
+    /// Replaces the tets `old` by `fresh` if that raises the smallest angle. `regions`: the regions
+    /// of `fresh` if those of `old` differ.
     bool replace(const Star& old, const std::vector<Tet>& fresh, std::int64_t& count,
                  const std::vector<std::int32_t>& regions = {}) {
         const double worst = worst_of(old);
@@ -206,8 +207,8 @@ class Optimiser {
         return moved;
     }
 
-    /// Whether a tet is so flat that its faces with edge a b and those with edge c d are nearly in
-    /// one plane.
+    /// Whether a tet is so flat that the faces at edge a b, and those at edge c d, are nearly
+    /// coplanar.
     bool flat(std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) const {
         const Vector3 ab = mesh_.nodes[b] - mesh_.nodes[a], cd = mesh_.nodes[d] - mesh_.nodes[c];
         const Vector3 across = ab.cross(cd).normalized();
@@ -215,8 +216,8 @@ class Optimiser {
                crease_slack * (ab.norm() + cd.norm());
     }
 
-    /// Asks `take` with the nodes a, b, c, d of the tet for each of its edges a b, the others
-    /// behind, until it is true.
+    /// Calls `take` with the nodes a, b, c, d of the tet for each of its edges a b, until it
+    /// returns true.
     bool any_edge(const Tet& tet, const auto& take) {
         if (std::count_if(tet.begin(), tet.end(), [&](std::int32_t n) { return on_surface_[n]; }) <
             4)
@@ -228,7 +229,7 @@ class Optimiser {
         return false;
     }
 
-    /// Leaves out a tet whose two faces on the boundary of the whole are nearly in one plane.
+    /// Removes a tet with two nearly coplanar faces on the outer boundary.
     bool peel(std::int32_t t) {
         return any_edge(Tet(mesh_.tets[t]), [&](std::int32_t a, std::int32_t b, std::int32_t c,
                                                 std::int32_t d) {
@@ -240,8 +241,8 @@ class Optimiser {
         });
     }
 
-    /// Gives a tet whose two faces towards another region are nearly in one plane to that region,
-    /// if the edge between them, which then lies inside of it, can be removed.
+    /// Moves a tet with two nearly coplanar faces towards another region to that region, if the
+    /// edge between these faces, then an inner edge, can be removed.
     bool hand_over(std::int32_t t) {
         if (mesh_.regions.empty()) return false;
         const auto other_side = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
@@ -261,15 +262,14 @@ class Optimiser {
                         });
     }
 
-    /// Takes the edge a b and the tets about it away: the best triangles of their ring's polygon
-    /// are joined with a and with b (G. Klincsek, Minimal triangulations of polygonal domains,
-    /// 1980).
+    /// Removes the edge a b and its ring of tets: the best triangulation of the ring's polygon is
+    /// joined with a and with b (G. Klincsek, Minimal triangulations of polygonal domains, 1980).
     bool remove_edge(std::int32_t a, std::int32_t b) {
         const Star old = tets_with({a, b});
         const std::size_t n = old.size();
-        if (n < 3 || n > widest_ring || on_boundary(a, b)) return false;
-        std::vector<std::array<std::int32_t, 2>>
-            sides;  // of the ring, each turning from a to b like a right-hand screw
+        if (n < 3 || n > max_ring || on_boundary(a, b)) return false;
+        // Edges of the ring, oriented as a right-hand screw from a to b.
+        std::vector<std::array<std::int32_t, 2>> sides;
         for (const std::int32_t t : old) {
             std::array<std::int32_t, 2> side{};
             std::copy_if(mesh_.tets[t].begin(), mesh_.tets[t].end(), side.begin(),
@@ -284,8 +284,8 @@ class Optimiser {
             if (next == sides.end()) return false;
             ring.push_back((*next)[1]);
         }
-        double best[widest_ring][widest_ring];
-        std::size_t apex[widest_ring][widest_ring];
+        double best[max_ring][max_ring];
+        std::size_t apex[max_ring][max_ring];
         for (std::size_t i = 0; i + 1 < n; ++i) best[i][i + 1] = 1;
         for (std::size_t width = 2; width < n; ++width)
             for (std::size_t i = 0; i + width < n; ++i) {
@@ -316,8 +316,8 @@ class Optimiser {
         return replace(old, fresh, report.flips);
     }
 
-    /// Three tets about a new edge in the place of two that share the face opposite to corner i of
-    /// t.
+    /// Replaces the two tets that share the face opposite to corner i of t by three tets around a
+    /// new edge.
     bool swap_face(std::int32_t t, int i) {
         const Tet tet = mesh_.tets[t];
         const std::int32_t a = tet[i];
@@ -331,7 +331,7 @@ class Optimiser {
         return replace(old, {{p, q, b, a}, {q, r, b, a}, {r, p, b, a}}, report.flips);
     }
 
-    /// A pattern search for the place of a node where the least angle about it is greatest.
+    /// Pattern search for the node position that maximises the smallest angle around the node.
     bool move(std::int32_t n) {
         const Star& star = stars_[n];
         const double scale = mean_edge(mesh_, star, n), start = worst_of(star);
@@ -343,7 +343,8 @@ class Optimiser {
         for (const Patch& patch : patches_of(boundary)) guides.push_back(guide_(patch));
         if (std::find(guides.begin(), guides.end(), nullptr) != guides.end()) return false;
         const auto allowed = [&](Vector3 x) -> Vector3 {
-            // Where patches meet a node is led to each in turn, which ends near all of them.
+            // At the junction of patches the node is projected onto each in turn, which ends near
+            // all of them.
             for (std::size_t turn = 0; turn < (guides.size() > 1 ? 3 : 1); ++turn)
                 for (const NearestTriangle* guide : guides) {
                     const Vector3 foot = guide->find(x).place, off = x - foot;
@@ -358,10 +359,10 @@ class Optimiser {
             const Vector3 x = mesh_.nodes[n] = allowed(wanted);
             double worst = 1;
             for (std::size_t f = 0; f < boundary.size(); ++f)
-                if (normal(boundary[f].nodes).dot(normals[f]) < turned_normal) worst = inverted;
+                if (normal(boundary[f].nodes).dot(normals[f]) < min_normal_cosine) worst = inverted;
             for (std::size_t i = 0; i < star.size() && worst > value; ++i)
                 worst = std::min(worst, shape(mesh_.tets[star[i]]));
-            if (worst < value + least_gain) return false;
+            if (worst < value + min_gain) return false;
             value = worst;
             at = x;
             return true;
@@ -387,7 +388,7 @@ class Optimiser {
         return found;
     }
 
-    /// How many nodes boundary edges join to both.
+    /// Number of nodes that boundary edges connect to both nodes.
     std::size_t shared_boundary_neighbours(std::int32_t a, std::int32_t b) const {
         std::array<std::vector<std::int32_t>, 2> near;
         for (const int side : {0, 1}) {
@@ -404,12 +405,12 @@ class Optimiser {
         return shared.size();
     }
 
-    /// Draws node `from` onto `to`. One on the boundary goes along a boundary edge, without turning
-    /// the surface about it; one where more than two regions meet stays.
+    /// Collapses node `from` into `to`. A boundary node moves along a boundary edge and must not
+    /// turn the surface around it; a node where more than two regions meet is kept.
     bool collapse(std::int32_t from, std::int32_t to) {
         if (on_surface_[from] && !on_boundary(from, to)) return false;
         const Star gone = tets_with({from, to});
-        // The link condition: who is near both is on a tet of the edge.
+        // Link condition: every common neighbour must share a tet with the edge.
         std::vector<std::int32_t> near_from = neighbours(from), near_to = neighbours(to), both,
                                   ring;
         std::set_intersection(near_from.begin(), near_from.end(), near_to.begin(), near_to.end(),
@@ -421,7 +422,7 @@ class Optimiser {
         if (both != ring) return false;
         const std::vector<BoundaryTriangle> boundary = boundary_about(from);
         if (patches_of(boundary).size() > 1) return false;
-        // And on the boundary: else a narrow neck would be pinched.
+        // The same on the boundary, so that a narrow neck is not pinched.
         if (on_surface_[from] && shared_boundary_neighbours(from, to) != 2) return false;
         const auto drawn = [&](auto corners) {
             std::replace(corners.begin(), corners.end(), from, to);

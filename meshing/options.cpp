@@ -20,23 +20,23 @@ void positive(const char* name, double value) {
 int automatic_levels(std::int64_t finest_tets, double coarsening) {
     const double ratio = coarsening * coarsening * coarsening;
     int levels = 1;
-    for (auto tets = static_cast<double>(finest_tets); tets > coarsest_tets && levels < most_levels;
+    for (auto tets = static_cast<double>(finest_tets); tets > coarsest_tets && levels < max_levels;
          tets /= ratio)
         ++levels;
     return std::max(levels, 2);
 }
 
 std::int64_t tets_for_budget(double budget_s) {
-    return std::llround(std::clamp<double>(budget_s / live_seconds_per_tet, least_tets, most_tets));
+    return std::llround(std::clamp<double>(budget_s / live_seconds_per_tet, min_tets, max_tets));
 }
 
 void check_options(const MeshingOptions& o) {
     if (o.voxel_mm) positive("mesh.voxel_mm", *o.voxel_mm);
     if (o.smoothing_mm) positive("mesh.smoothing_mm", *o.smoothing_mm);
-    if (o.levels < 0 || o.levels > most_levels)
-        fail("mesh.levels = {} must be 1 to {}, or 0: automatic", o.levels, most_levels);
-    if (o.target_tets < least_tets)
-        fail("mesh.tets = {} must be at least {}", o.target_tets, least_tets);
+    if (o.levels < 0 || o.levels > max_levels)
+        fail("mesh.levels = {} must be 1 to {}, or 0: automatic", o.levels, max_levels);
+    if (o.target_tets < min_tets)
+        fail("mesh.tets = {} must be at least {}", o.target_tets, min_tets);
     if (!(o.coarsening > 1)) fail("MeshingOptions::coarsening = {} must be > 1", o.coarsening);
     for (std::size_t l = 0; l < o.edge_lengths_mm.size(); ++l) {
         positive("mesh.edge_lengths_mm", o.edge_lengths_mm[l]);

@@ -29,7 +29,7 @@ double radius_ratio(const Vector3& a, const Vector3& b, const Vector3& c, const 
 
 std::array<double, 6> dihedral_angles_deg(const Vector3& a, const Vector3& b, const Vector3& c,
                                           const Vector3& d) {
-    // At the edge p-q, between the half-planes towards r and s.
+    // Angle at the edge p-q between the half-planes towards r and s.
     const auto angle = [](const Vector3& p, const Vector3& q, const Vector3& r, const Vector3& s) {
         const Vector3 m = (q - p).cross(r - p), n = (q - p).cross(s - p);
         return std::atan2(m.cross(n).norm(), m.dot(n)) * 180 / std::numbers::pi;
@@ -61,13 +61,14 @@ MeshQuality measure_quality(const TetMesh& mesh) {
         for (const double angle : angles)
             ++q.dihedral_counts[std::min<std::size_t>(static_cast<std::size_t>(angle / 10),
                                                       q.dihedral_counts.size() - 1)];
-        const auto [least, greatest] = std::minmax_element(angles.begin(), angles.end());
-        q.max_dihedral_deg = std::max(q.max_dihedral_deg, *greatest);
+        const auto [min_angle, max_angle] = std::minmax_element(angles.begin(), angles.end());
+        q.max_dihedral_deg = std::max(q.max_dihedral_deg, *max_angle);
         const double ratio = radius_ratio(a, b, c, d);
         ratios += ratio;
         q.min_radius_ratio = std::min(q.min_radius_ratio, ratio);
-        if (q.worst.size() == q.worst_listed && *least >= q.worst.back().min_dihedral_deg) continue;
-        const MeshQuality::WorstTet tet{static_cast<std::int64_t>(e), *least, ratio,
+        if (q.worst.size() == q.worst_listed && *min_angle >= q.worst.back().min_dihedral_deg)
+            continue;
+        const MeshQuality::WorstTet tet{static_cast<std::int64_t>(e), *min_angle, ratio,
                                         (a + b + c + d) / 4};
         q.worst.insert(std::upper_bound(q.worst.begin(), q.worst.end(), tet,
                                         [](const auto& s, const auto& t) {

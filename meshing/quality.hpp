@@ -15,9 +15,9 @@ struct MeshQuality {
     double min_edge_m = 0, mean_edge_m = 0, max_edge_m = 0;
     double min_dihedral_deg = 0, max_dihedral_deg = 0;
     double min_radius_ratio = 0, mean_radius_ratio = 0;  ///< 3 r_in / r_circ: 1 regular, 0 flat
-    std::array<std::int64_t, 18>
-        dihedral_counts{};  ///< all six angles of each tet: 0 to 10 degrees, 10 to 20, ...
-    /// The tets with the least dihedral angles, the worst first: at most `worst_listed`.
+    /// Histogram of all six angles of each tet in steps of 10 degrees.
+    std::array<std::int64_t, 18> dihedral_counts{};
+    /// The tets with the smallest dihedral angles, worst first; at most `worst_listed`.
     struct WorstTet {
         std::int64_t tet = -1;
         double min_dihedral_deg = 180, radius_ratio = 1;
@@ -27,23 +27,25 @@ struct MeshQuality {
     static constexpr std::size_t worst_listed = 5;
 };
 
-/// 3 r_in / r_circ of a tet, with r_in = 3 V / A and, from the products p, q, r of opposite edges'
-/// lengths, r_circ = sqrt((p + q + r)(p + q - r)(p - q + r)(-p + q + r)) / (24 V). 1 for a regular
-/// tet; 0 for a flat one.
+/// Radius ratio 3 r_in / r_circ of a tet: 1 for a regular tet, 0 for a flat one.
+///
+///     r_in = 3 V / A,   r_circ = sqrt((p + q + r)(p + q - r)(p - q + r)(-p + q + r)) / (24 V)
+///
+/// with p, q, r the products of the lengths of opposite edges.
 double radius_ratio(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d);
 
 /// The dihedral angles at the six edges, in degrees.
 std::array<double, 6> dihedral_angles_deg(const Vector3& a, const Vector3& b, const Vector3& c,
                                           const Vector3& d);
 
-/// Precondition: a mesh that `check_tet_mesh` lets pass.
+/// Measures a mesh. Precondition: it passes `check_tet_mesh`.
 MeshQuality measure_quality(const TetMesh& mesh);
 
-/// A table with a row for each level, in mm, ml and degrees; every line ends with a line break.
+/// A table with one row for each level, in mm, ml and degrees. Every line ends with a line break.
 std::string quality_table(std::span<const MeshQuality> levels);
 
-/// The shares of dihedral angles in steps of ten degrees as bars, then the worst tets with their
-/// places.
+/// Text histogram of the dihedral angles in steps of ten degrees, followed by the worst tets with
+/// their positions.
 std::string dihedral_histogram(const MeshQuality& quality);
 
 }  // namespace livetet

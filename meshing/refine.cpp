@@ -10,8 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// The four tets about the diagonal between the middles `a` and `b` of opposite edges; `ring`: the
-/// other four middles in their order about it.
+/// The four tets around the diagonal between the midpoints `a` and `b` of opposite edges. `ring`:
+/// the other four midpoints in order around it.
 void add_inner_tets(TetMesh& mesh, std::int32_t a, std::int32_t b,
                     const std::array<std::int32_t, 4>& ring) {
     for (int i = 0; i < 4; ++i) {
@@ -28,7 +28,7 @@ TetMesh refined_mesh(const TetMesh& quadratic) {
     mesh.tets.reserve(8 * quadratic.tets.size());
     for (std::size_t e = 0; e < quadratic.tets.size(); ++e) {
         const Tet& t = quadratic.tets[e];
-        const auto& m = quadratic.edge_nodes[e];  // of 01, 12, 20, 03, 13, 23
+        const auto& m = quadratic.edge_nodes[e];  // midpoints of 01, 12, 20, 03, 13, 23
         for (const Tet& corner : {Tet{t[0], m[0], m[2], m[3]}, Tet{m[0], t[1], m[1], m[4]},
                                   Tet{m[2], m[1], t[2], m[5]}, Tet{m[3], m[4], m[5], t[3]}})
             mesh.tets.push_back(corner);

@@ -4,11 +4,11 @@
 
 namespace livetet {
 
-/// `hierarchy` with a finer level in front, `times` over: each tet of the finest is cut into eight,
-/// four at its corners and four about the shortest of the three inner diagonals (J. Bey,
-/// Tetrahedral grid refinement, 1995: angles stay bounded however often). The body stays what it
-/// was, straight edges and all; node sets grow as quadratic_mesh says. Nodes are in the order of
-/// sort_for_locality. Throws Error where there would be more tets than can be counted.
+/// Adds `times` finer levels. Each tet of the finest level is cut into eight: four at its corners,
+/// and four around the shortest of the three inner diagonals, so angles stay bounded for any number
+/// of refinements (J. Bey, Tetrahedral grid refinement, 1995). The body and its straight edges are
+/// unchanged; node sets grow as in quadratic_mesh. Nodes are in the order of sort_for_locality.
+/// Throws Error if the number of tets would overflow.
 MeshHierarchy with_refined_levels(MeshHierarchy hierarchy, int times);
 
 }  // namespace livetet

@@ -29,12 +29,12 @@ using Point = Kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 using Face = Mesh::Face_index;
 
-/// Widest hole that is filled, over the diagonal of the surface's bounding box.
+/// Largest hole to fill, relative to the diagonal of the surface's bounding box.
 constexpr double widest_hole = 0.1;
 
 Vector3 vector(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
-/// Precondition: manifold and turned alike.
+/// Precondition: manifold and consistently wound.
 Mesh to_cgal(const TriangleMesh& surface) {
     Mesh mesh;
     for (const Vector3& x : surface.nodes) mesh.add_vertex({x.x(), x.y(), x.z()});
@@ -60,7 +60,8 @@ TriangleMesh from_cgal(Mesh& mesh) {
     return surface;
 }
 
-/// Same places merged, degenerate and double triangles dropped, neighbours turned alike.
+/// Merges nodes at the same position, drops degenerate and duplicate triangles, makes the winding
+/// consistent.
 TriangleMesh cleaned_soup(const TriangleMesh& surface) {
     std::vector<Point> points;
     std::vector<std::vector<std::size_t>> polygons;
@@ -80,8 +81,7 @@ TriangleMesh cleaned_soup(const TriangleMesh& surface) {
     };
     take();
     if (polygons.empty() || check_topology(clean).non_manifold_edges > 0) return clean;
-    PMP::orient_polygon_soup(
-        points, polygons);  // also gives each sheet at a pinched node a node of its own
+    PMP::orient_polygon_soup(points, polygons);  // also duplicates the node where sheets touch
     take();
     return clean;
 }
@@ -92,7 +92,7 @@ double diagonal(const TriangleMesh& surface) {
     return box.diagonal().norm();
 }
 
-/// What it filled is noted in a line.
+/// Fills small holes and notes them in one line.
 void fill_small_holes(Mesh& mesh, double widest, std::vector<std::string>& notes) {
     std::vector<Mesh::Halfedge_index> holes;
     PMP::extract_boundary_cycles(mesh, std::back_inserter(holes));
@@ -113,8 +113,8 @@ void fill_small_holes(Mesh& mesh, double widest, std::vector<std::string>& notes
                                     place_mm(largest.center())));
 }
 
-/// The part that encloses most; a line about the others: bodies of their own, and hollows (wound
-/// inwards).
+/// The part that encloses the largest volume. Notes the others in one line: separate bodies and
+/// cavities (wound inwards).
 TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& notes) {
     std::vector<TriangleMesh> parts = parts_of(surface);
     const auto by_volume = [](const TriangleMesh& a, const TriangleMesh& b) {
@@ -139,9 +139,8 @@ TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& n
 [[noreturn]] void refuse(const SurfaceTopology& t) {
     fail(
         "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at "
-        "{}; expected none, "
-        "and merging double nodes, dropping degenerate triangles and filling small holes did not "
-        "mend it",
+        "{}; expected none, and merging double nodes, dropping degenerate triangles and filling "
+        "small holes did not mend it",
         t.border_edges, t.non_manifold_edges, place_mm(t.place));
 }
 
@@ -155,7 +154,7 @@ SelfIntersections self_intersections(const Mesh& mesh) {
     return result;
 }
 
-/// What is still wrong with a remeshed surface, or nothing.
+/// The remaining fault of a remeshed surface; nothing if there is none.
 std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface,
                                     double asked_volume) {
     const SurfaceTopology topology = check_topology(surface);
@@ -173,10 +172,10 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
     return {};
 }
 
-/// Step by step those faces again that want edges shorter than they have.
+/// Remeshes the faces that need shorter edges again, step by step.
 void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthField& shorter_at) {
-    constexpr double step = 0.7, least = 0.01;
-    for (double length = step * edge_length; length > least * edge_length; length *= step) {
+    constexpr double step = 0.7, min_factor = 0.01;
+    for (double length = step * edge_length; length > min_factor * edge_length; length *= step) {
         std::vector<Face> faces;
         for (const Face f : mesh.faces()) {
             Vector3 centre = Vector3::Zero();
@@ -190,8 +189,9 @@ void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthFiel
     }
 }
 
-/// Shifts the nodes along their normals, all by as much, until the mesh encloses `volume` again:
-/// chords of triangles lie inside of what is round. In three steps of at most a tenth of an edge.
+/// Shifts all nodes along their normals by the same distance until the mesh encloses `volume`
+/// again: the chords of triangles on a convex surface lie inside. Three steps of at most a tenth of
+/// an edge.
 void keep_volume(Mesh& mesh, double volume, double edge_length) {
     for (int step = 0; step < 3; ++step) {
         const TriangleMesh now = from_cgal(mesh);
@@ -259,13 +259,12 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, 
         const Mesh unshifted = mesh;
         keep_volume(mesh, asked_volume, edge_length_m);
         if (fault_of(mesh, from_cgal(mesh), asked_volume))
-            mesh = unshifted;  // a thin place met itself: rather less volume
+            mesh = unshifted;  // a thin part intersected itself: accept the smaller volume
         return largest_part(from_cgal(mesh));
     }
     fail(
         "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed "
-        "surface that does not cut "
-        "itself: ask for smaller edges",
+        "surface that does not cut itself: ask for smaller edges",
         1e3 * asked_length, 1e3 * edge_length_m,
         fault.value_or(fmt::format("nothing of the body from {}", box_mm(surface.nodes))));
 }

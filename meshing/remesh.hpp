@@ -8,31 +8,31 @@
 
 namespace livetet {
 
-/// Pairs of triangles that cut each other.
+/// Pairs of triangles that intersect.
 struct SelfIntersections {
     std::int64_t pairs = 0;
-    Vector3 place = Vector3::Zero();  ///< metres: of the first pair
+    Vector3 place = Vector3::Zero();  ///< of the first pair, metres
 };
 
-/// Counts the pairs of triangles that meet elsewhere than in a shared node or edge. Precondition:
+/// Counts the pairs of triangles that intersect other than in a shared node or edge. Precondition:
 /// closed and manifold.
 SelfIntersections find_self_intersections(const TriangleMesh& surface);
 
-/// A surface that bounds one body: closed, manifold, wound outwards, the largest part only. Simple
-/// faults are mended: nodes at the same place merged, degenerate and double triangles dropped,
-/// triangles turned alike, holes narrower than a tenth of the body filled. `notes`, if given, gets
-/// a line for what that changes of the body: holes filled, parts left out. Throws Error (counts of
-/// border and non-manifold edges, a place in mm) where that is not enough.
+/// Repairs a surface so that it bounds one body: closed, manifold, wound outwards, the largest part
+/// only. Merges nodes at the same position, drops degenerate and duplicate triangles, makes the
+/// winding consistent, and fills holes narrower than a tenth of the body. `notes`, if given,
+/// receives a line for each change of the body: holes filled, parts dropped. Throws Error (counts
+/// of border and non-manifold edges, a position in mm) if that is not enough.
 TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string>* notes = nullptr);
 
-/// Triangles of about the same size and shape over a repaired surface (M. Botsch and L. Kobbelt, A
-/// Remeshing Approach to Multiresolution Modeling, 2004, as CGAL has it). Then all nodes are
-/// shifted along their normals, as far as makes the volume that of the input (by at most 0.3
-/// edges). The result is closed, manifold, free of self-intersections and wound outwards: where
-/// `edge_length_m` is too coarse for that it is made smaller, up to `tries` times in all, and comes
-/// back as what worked. Throws Error with the place in mm of what stayed wrong, or the surface's
-/// box. Where `shorter_at` wants edges shorter than `edge_length_m`, they are so, in steps of a
-/// factor of 0.7.
+/// Remeshes a repaired surface with triangles of about the same size and shape (M. Botsch and L.
+/// Kobbelt, A Remeshing Approach to Multiresolution Modeling, 2004, as implemented in CGAL). Then
+/// shifts all nodes along their normals, by at most 0.3 edges, to restore the volume of the input.
+/// The result is closed, manifold, free of self-intersections and wound outwards. If
+/// `edge_length_m` is too coarse for that, it is reduced, in at most `tries` attempts; it returns
+/// the value that worked. Edges are shorter, in steps of a factor of 0.7, where `shorter_at` asks
+/// for less than `edge_length_m`. Throws Error with the position (mm) of the remaining fault, or
+/// the surface's bounding box.
 TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations,
                             int tries, const EdgeLengthField& shorter_at = {});
 

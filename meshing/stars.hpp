@@ -6,14 +6,14 @@
 
 namespace livetet {
 
-/// The tets about a node.
+/// The tets around a node.
 using Star = std::vector<std::int32_t>;
 
-/// Those of each node.
+/// The star of each node.
 std::vector<Star> stars_of(const TetMesh& mesh);
 
-/// The mean length of the edges from node `n`, each counted once for every tet of its star that has
-/// it; metres.
+/// Mean length of the edges from node `n`, metres. An edge counts once for every tet of the star
+/// that contains it.
 double mean_edge(const TetMesh& mesh, const Star& star, std::int32_t n);
 
 }  // namespace livetet

@@ -11,7 +11,7 @@ namespace livetet {
 
 namespace {
 
-/// Twice the area over the squared longest edge, below which a triangle counts as degenerate.
+/// A triangle is degenerate if twice its area divided by its squared longest edge is below this.
 constexpr double degenerate_shape = 1e-12;
 
 bool is_degenerate(const TriangleMesh& surface, const Triangle& t) {
@@ -29,10 +29,11 @@ void check_indices(const TriangleMesh& surface) {
             if (n < 0 || n >= count)
                 fail("surface: triangle {} names node {}, expected 0 to {}", i, n, count - 1);
     for (std::int32_t n = 0; n < count; ++n)
-        if (!surface.nodes[n].allFinite()) fail("surface: node {} is not at a finite place", n);
+        if (!surface.nodes[n].allFinite())
+            fail("surface: node {} has a coordinate that is not finite", n);
 }
 
-/// An edge as its triangle runs through it.
+/// A directed edge of a triangle.
 struct DirectedEdge {
     std::int32_t low, high;
     bool upwards;
@@ -82,8 +83,8 @@ SurfaceTopology check_topology(const TriangleMesh& surface) {
 
 double signed_volume(const TriangleMesh& surface) {
     if (surface.nodes.empty()) return 0;
-    const Vector3 origin =
-        surface.nodes.front();  // near the surface: less cancellation than about the world's
+    // An origin near the surface avoids cancellation.
+    const Vector3 origin = surface.nodes.front();
     double sum = 0;
     for (const Triangle& t : surface.triangles)
         sum += (surface.nodes[t[0]] - origin)

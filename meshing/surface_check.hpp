@@ -9,44 +9,42 @@
 
 namespace livetet {
 
-/// What keeps a surface from bounding a body. Edges are counted once each, whatever the number of
-/// their triangles.
+/// Defects that keep a surface from bounding a body. Each edge counts once, whatever the number of
+/// its triangles.
 struct SurfaceTopology {
-    std::int64_t border_edges = 0;        ///< with one triangle
-    std::int64_t non_manifold_edges = 0;  ///< with more than two
-    std::int64_t misoriented_edges =
-        0;  ///< with two triangles that run through it in the same direction
-    std::int64_t degenerate_triangles = 0;  ///< with a node twice, or (nearly) no area
-    Vector3 place =
-        Vector3::Zero();  ///< metres: the worst kind's first edge or triangle; else the origin
+    std::int64_t border_edges = 0;        ///< edges with one triangle
+    std::int64_t non_manifold_edges = 0;  ///< edges with more than two triangles
+    /// Edges that both of their triangles traverse in the same direction.
+    std::int64_t misoriented_edges = 0;
+    std::int64_t degenerate_triangles = 0;  ///< with a repeated node, or (nearly) no area
+    /// Position of the first defect of the worst kind, metres; the origin if there is none.
+    Vector3 place = Vector3::Zero();
 
     bool closed() const {
         return border_edges == 0 && non_manifold_edges == 0 && misoriented_edges == 0;
     }
 };
 
-/// Counts the border, non-manifold and misoriented edges and the degenerate triangles. Throws Error
-/// if the surface has no triangles, an index out of range or a node that is not finite.
+/// Counts the defects. Throws Error if the surface has no triangles, an index out of range or a
+/// node that is not finite.
 SurfaceTopology check_topology(const TriangleMesh& surface);
 
-/// The enclosed volume, in m^3, of a closed surface; negative if it is wound inwards.
+/// The enclosed volume of a closed surface, m^3; negative if it is wound inwards.
 double signed_volume(const TriangleMesh& surface);
 
-/// For each triangle the number of its part, parts counted from 0: triangles that share a node
-/// belong together.
+/// The part number, from 0, of each triangle. Triangles that share a node belong to the same part.
 std::vector<std::int32_t> connected_parts(const TriangleMesh& surface);
 
-/// The parts, each with nodes of its own.
+/// The parts as separate surfaces.
 std::vector<TriangleMesh> parts_of(const TriangleMesh& surface);
 
-/// The part with the largest enclosed volume (signed: a cavity's inside-out wall never wins), its
-/// nodes renumbered.
+/// The part with the largest signed volume, renumbered. A cavity's inward wound wall never wins.
 TriangleMesh largest_part(const TriangleMesh& surface);
 
-/// A place for messages: "(1.00, 2.00, 3.00) mm" of a position in metres.
+/// Formats a position (metres) for messages: "(1.00, 2.00, 3.00) mm".
 std::string place_mm(const Vector3& position);
 
-/// Where many positions lie, the same way: the low and the high corner of their box.
+/// Formats the bounding box of positions (metres) the same way: low and high corner.
 std::string box_mm(std::span<const Vector3> positions);
 
 }  // namespace livetet

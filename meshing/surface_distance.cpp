@@ -12,7 +12,7 @@ namespace {
 
 constexpr int finest_split = 20;
 
-/// Sums over a range of triangles.
+/// Partial sums over a range of triangles.
 struct Sum {
     double max = 0, moment = 0, area = 0;
     Vector3 farthest = Vector3::Zero();

@@ -5,25 +5,26 @@
 
 namespace livetet {
 
-/// How far a surface lies from another, metres.
+/// Distance of a surface from another, metres.
 struct SurfaceDistance {
-    double max_m = 0;                    ///< one-sided Hausdorff distance, of the points tried
-    double mean_m = 0;                   ///< by area
-    Vector3 farthest = Vector3::Zero();  ///< the point of the surface where it is greatest
+    double max_m = 0;                    ///< one-sided Hausdorff distance of the sample points
+    double mean_m = 0;                   ///< mean over the area
+    Vector3 farthest = Vector3::Zero();  ///< the point of the surface at the maximum
 };
 
-/// From `surface` to `other`, taken at the centres of n^2 equal pieces of each triangle, n so great
-/// that their edges are at most `spacing_m`, but no greater than 20: the maximum misses less than
-/// `spacing_m`, or than a twentieth of the longest edge where that is more. On all cores.
+/// Distance from `surface` to `other`, sampled at the centres of n^2 equal pieces of each triangle.
+/// n is the smallest number for which the pieces' edges are at most `spacing_m`, but at most 20.
+/// The maximum is underestimated by less than `spacing_m`, or a twentieth of the longest edge if
+/// that is more. Uses all cores.
 SurfaceDistance distance_between(const TriangleMesh& surface, const NearestTriangle& other,
                                  double spacing_m);
 
-/// Both directions.
+/// The distances in both directions.
 struct HausdorffDistance {
     SurfaceDistance to_body, from_body;
 };
 
-/// Between a level's boundary and the surface that it stands for.
+/// Distance between a level's boundary and the surface that it represents.
 HausdorffDistance hausdorff_distance(const TriangleMesh& level, const TriangleMesh& body,
                                      const NearestTriangle& tree);
 

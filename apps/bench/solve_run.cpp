@@ -31,7 +31,7 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     const int status = run_program(command, log);
     if (!std::filesystem::exists(figures))
         fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status,
-             last_words(read_text_file(log)));
+             last_error_lines(read_text_file(log)));
     const json j = json::parse(read_text_file(figures));
     SolveRun run{.name = name,
                  .solver = j.at("solver"),

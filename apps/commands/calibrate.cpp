@@ -27,9 +27,9 @@ auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     options.seconds = a.seconds;
     options.title = "calibrate";
     const Recording recording = read_until_signal(a.source, options);
-    return naming(a.source, [&] {
+    return with_context(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
-        return naming(a.tool, [&] { return calibrate(poses); });
+        return with_context(a.tool, [&] { return calibrate(poses); });
     });
 }
 

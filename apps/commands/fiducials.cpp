@@ -35,7 +35,7 @@ int find(const FiducialsArguments& a) {
 #endif
     }
     const GreyImage image = read_grey_image(a.image);
-    std::vector<ImageMarker> found = naming(a.image.string(), [&] {
+    std::vector<ImageMarker> found = with_context(a.image.string(), [&] {
         return find_markers(image, {.diameter = a.diameter_mm / 1e3, .shade = a.shade});
     });
     if (found.size() < a.count)

@@ -131,7 +131,7 @@ void prepare_process() {
     // printed.
     for (int stream = 0; stream < 3; ++stream)
         if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
-    livetet::remove_leftovers_at_signals();
+    livetet::remove_temporary_files_at_signals();
     // A file over the user's limit becomes an error of the write, which has its own message.
     std::signal(SIGXFSZ, SIG_IGN);
 }

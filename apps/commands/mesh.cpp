@@ -300,7 +300,8 @@ void run(MeshArguments& a) {
         }
         if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
-            a.options.finer_at = naming(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
+            a.options.finer_at =
+                with_context(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
@@ -352,13 +353,13 @@ void add_source_options(CLI::App* command, MeshArguments* a) {
         ->add_option("--tets", a->source.tets,
                      "approximate number of tetrahedra of the finest level")
         ->capture_default_str()
-        ->check(CLI::Range(least_tets, most_tets));
+        ->check(CLI::Range(min_tets, max_tets));
     command
         ->add_option("--levels", a->source.levels,
                      "number of levels; 0: as many as bring the coarsest to about 150 tets, but "
                      "one for a .msh or .vtu")
         ->capture_default_str()
-        ->check(CLI::Range(0, most_levels));
+        ->check(CLI::Range(0, max_levels));
     command
         ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
                      "edge length of each level, finest first; instead of --tets and --levels")
@@ -380,8 +381,8 @@ void add_meshing_options(CLI::App* command, MeshArguments* a) {
     command
         ->add_option("--budget-ms", a->budget_ms,
                      "instead of --tets: as many as a frame of this time can solve (0.1 us a tet)")
-        ->check(CLI::Range(1e3 * live_seconds_per_tet * least_tets,
-                           1e3 * live_seconds_per_tet * most_tets))
+        ->check(CLI::Range(1e3 * live_seconds_per_tet * min_tets,
+                           1e3 * live_seconds_per_tet * max_tets))
         ->excludes("--tets");
     command
         ->add_option("--refine-sphere", a->spheres,

@@ -37,7 +37,7 @@ std::string numbered(const std::vector<std::size_t>& order) {
 
 void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
     const OrderSearch search =
-        naming(a.tracker, [&] { return find_order(places_in_base(r), places_in_image(r)); });
+        with_context(a.tracker, [&] { return find_order(places_in_base(r), places_in_image(r)); });
     if (is_ambiguous(search))
         fail(
             "{}: the orders {} and {} fit equally well, FRE {:.2f} and {:.2f} mm: their layout "
@@ -179,7 +179,7 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     SimilarityTransform<ImageFrame, Base>& t = r.image_from_base;
     std::vector<Eigen::Vector3d> points = collect_surface_points(a, read_until_signal);
     for (Eigen::Vector3d& p : points) p = t * p;
-    const SurfaceFit fit = naming(a.surface.string(), [&] {
+    const SurfaceFit fit = with_context(a.surface.string(), [&] {
         return fit_to_surface(points, surface, {.left_out = a.surface_left_out});
     });
     if (fit.free_motions == fit.motions.size())
@@ -222,7 +222,7 @@ void register_fiducials(const RegisterArguments& a) {
     const auto from = places_in_base(r), to = places_in_image(r);
     const auto weights = weights_of(r);
     if (!a.scale) refuse_other_size(a, from, to);
-    const PointFit fit = naming(fmt::format("{}, {}", a.tracker, a.image.string()), [&] {
+    const PointFit fit = with_context(fmt::format("{}, {}", a.tracker, a.image.string()), [&] {
         return fit_points_cross_checked(from, to, scaling, weights);
     });
     refuse_wrong_order(a, r);

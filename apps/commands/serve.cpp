@@ -30,7 +30,7 @@ void serve_file(const ServeArguments& a) {
     std::fflush(stdout);
     const StopSignals signals;
     const Repeat repeat = a.loop ? Repeat::until_stopped : Repeat::once;
-    naming(a.source, [&] { serve(server, played, repeat, signals.token()); });
+    with_context(a.source, [&] { serve(server, played, repeat, signals.token()); });
 }
 
 }  // namespace

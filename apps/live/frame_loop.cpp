@@ -34,7 +34,7 @@ class SampleCount {
     void take(const StreamSample& sample, FrameCounts& counts) {
         const double now_s =
             clock_ == SampleClock::arrival ? sample.arrived_s : sample.sample.time_s;
-        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        const bool came = std::ranges::any_of(sample.sample.poses, was_reported);
         if (first_s_) {
             const std::uint64_t steps = sample.number - number_;
             counts.missed += steps - 1;

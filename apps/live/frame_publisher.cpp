@@ -10,7 +10,7 @@
 
 #include "apps/live/tracker_source.hpp"
 #include "base/log.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {

@@ -81,7 +81,7 @@ std::vector<Dwell> collect_dwells(const RegisterArguments& a, const SourceReader
     std::vector<FrameWindow> windows;
     if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
     const Recording recording = read_poses(a, read, a.tracker, "fiducials");
-    const std::vector<Dwell> dwells = naming(a.tracker, [&] {
+    const std::vector<Dwell> dwells = with_context(a.tracker, [&] {
         return windows.empty()
                    ? find_dwells(recording, tool_from_tip, dwell_options(a))
                    : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
@@ -191,8 +191,8 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
     const Recording recording = read_poses(a, read, source, "surface");
-    return naming(source,
-                  [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
+    return with_context(
+        source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
 }
 
 TriangleMesh read_organ_surface(const RegisterArguments& a) {

@@ -208,7 +208,7 @@ void TrackedBody::follow(const TrackerSample& sample) {
 
 void TrackedBody::place_patches() {
     for (Sensor& s : sensors_) {
-        if (s.leaving || !s.patch.is_to_be_placed()) continue;
+        if (s.leaving || !s.patch.awaits_placement()) continue;
         const Vector3 place = s.patch.drive().base()->translation;
         const double distance =
             s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -15,6 +14,7 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/progress.hpp"
+#include "io/openigtlink/plus_pose.hpp"
 #include "io/sequence_file.hpp"
 #include "tracking/poses.hpp"
 
@@ -22,14 +22,12 @@ namespace livetet {
 
 namespace {
 
-constexpr std::string_view to_tracker = "ToTracker";
-
 /// Collects samples of the source's thread.
 class SampleLog {
   public:
     void keep(const StreamSample& sample) {
         const std::lock_guard lock(mutex_);
-        const bool came = std::ranges::any_of(sample.sample.poses, has_come);
+        const bool came = std::ranges::any_of(sample.sample.poses, was_reported);
         if (!came && samples_.empty()) return;
         if (samples_.empty()) first_s_ = sample.arrived_s;
         samples_.push_back(sample.sample);
@@ -52,7 +50,7 @@ class SampleLog {
             const std::lock_guard lock(mutex_);
             samples = samples_;
         }
-        while (!samples.empty() && std::ranges::none_of(samples.back().poses, has_come))
+        while (!samples.empty() && std::ranges::none_of(samples.back().poses, was_reported))
             samples.pop_back();
         for (TrackerSample& sample : samples) sample.poses.resize(recording.tools.size());
         return recording;
@@ -206,7 +204,7 @@ Recording part_of(Recording whole, const RecordingOptions& options) {
 TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options) {
     if (is_stream(source)) return record_stream(source, options);
     Recording recording = read_stored(source).recording;
-    return {naming(source, [&] { return part_of(std::move(recording), options); })};
+    return {with_context(source, [&] { return part_of(std::move(recording), options); })};
 }
 
 Recording read_source(const std::string& source, const RecordingOptions& options) {

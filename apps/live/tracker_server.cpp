@@ -5,7 +5,7 @@
 
 #include "apps/live/tracker_source.hpp"
 #include "base/progress.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 #include "tracking/playback.hpp"
 
@@ -53,7 +53,7 @@ std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools
         const bool seen = pose.status == PoseStatus::ok;
         const RigidTransform<Tracker, Tool> tracker_from_tool{pose.rotation, pose.translation};
         igtl::Message& m = messages.emplace_back(
-            igtl::transform_message(tools[i] + "ToTracker", tracker_from_tool, time_s));
+            igtl::transform_message(tools[i] + std::string(to_tracker), tracker_from_tool, time_s));
         m.metadata = {{"TransformValid", 3, seen ? "true" : "false"},
                       {"TransformStatus", 3, std::string(pose_status_word(pose.status))}};
         m.version = seen ? 1 : 2;

@@ -90,7 +90,8 @@ OpenSource open_source(const std::string& name, const std::vector<std::string>& 
         return {std::make_unique<OpenIgtLinkSource>(host, port, tools, stream)};
     }
     auto [recording, delays_s] = read_stored(name);
-    for (const std::string& tool : tools) naming(name, [&] { return tool_index(recording, tool); });
+    for (const std::string& tool : tools)
+        with_context(name, [&] { return tool_index(recording, tool); });
     OpenSource open;
     open.samples = recording.samples.size();
     open.interval_s = sample_interval(recording);

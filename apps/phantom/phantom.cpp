@@ -48,7 +48,7 @@ class PendingFolder {
         temporary_ = place / fmt::format(".phantom.part{}", ::getpid());
         if (!fs::create_directory(temporary_, error) && error)
             fail("{}: cannot be written to: {}", place.string(), error.message());
-        leftover_.emplace(temporary_);
+        signal_guard_.emplace(temporary_);
     }
     ~PendingFolder() {
         std::error_code ignored;
@@ -77,7 +77,7 @@ class PendingFolder {
 
   private:
     fs::path target_, temporary_;
-    std::optional<Leftover> leftover_;
+    std::optional<TemporaryPath> signal_guard_;
     std::vector<fs::path> names_;
 };
 

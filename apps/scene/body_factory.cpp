@@ -138,7 +138,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         MeshHierarchy read = read_tets(source);
         MeshingOptions options;
         options.levels = source.levels;
-        MeshHierarchy made = naming(source.file.string(), [&] {
+        MeshHierarchy made = with_context(source.file.string(), [&] {
             return log_notes(levels_below(std::move(read.levels.front()), options, progress));
         });
         made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);

@@ -110,7 +110,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         labels = source.threshold.empty() ? labels_of(source) : between_thresholds(source);
         if (progress) progress(0, "surface of the image");
         meshed.image =
-            naming(source.file.string(), [&] { return surface_of_labels(labels, options); });
+            with_context(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
         materials.several = meshed.image->label_voxels.size() > 1;
         materials.volume_m3 = meshed.image->body_volume_m3;

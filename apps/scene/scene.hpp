@@ -211,10 +211,10 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "edge length of each level, finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "approximate number of tetrahedra of the finest level",
             Check<int>{"from 100 to 20000000",
-                       [](const int& n) { return n >= least_tets && n <= most_tets; }});
+                       [](const int& n) { return n >= min_tets && n <= max_tets; }});
     v.field("levels", m.levels, "",
             "number of levels; 0: as many as bring the coarsest to about 150 tets",
-            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= most_levels; }});
+            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
     v.field("refine", m.refine, "",
             "number of uniform refinements, each tet into eight and each a level more: for meshes "
             "larger than a mesher can write",

@@ -116,7 +116,7 @@ void CheckpointStore::check_frames(std::size_t count) const {
 }
 
 ResultFrame CheckpointStore::frame(std::size_t number) const {
-    const hdf5::File file = hdf5::File::open(frame_file(number), true);
+    const hdf5::File file = hdf5::File::open(frame_file(number), hdf5::Validation::done);
     hdf5::check_format(file, frame_format, checkpoint_version);
     return read_about(file, [&](const json& about) {
         if (about.at("number") != number)

@@ -221,7 +221,7 @@ void StudyStore::check_rows() const {
 }
 
 StudyRow StudyStore::row(std::size_t k) const {
-    const hdf5::File file = hdf5::File::open(row_file(k), true);
+    const hdf5::File file = hdf5::File::open(row_file(k), hdf5::Validation::done);
     hdf5::check_format(file, row_format, study_version);
     StudyRow row;
     try {

@@ -144,7 +144,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         for (std::size_t i = 0; i < patches.size(); ++i) {
             patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name), reference,
                               tracker.image_from_reference);
-            if (patches[i].is_to_be_placed()) {
+            if (patches[i].awaits_placement()) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),
                                        farthest_from_organ);
                 sensors[i].patch = patches[i].nodes();

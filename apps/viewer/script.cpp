@@ -173,7 +173,7 @@ ViewScript::ViewScript(const std::string& text, const std::string& source, Print
 
 void ViewScript::run(ViewWindow& window, const Stage& stage) const {
     for (const Line& line : lines_) {
-        naming(fmt::format("{}:{}", source_, line.number), [&] {
+        with_context(fmt::format("{}:{}", source_, line.number), [&] {
             commands[line.command].run(window, stage, {line.words, print_});
         });
         window.draw();

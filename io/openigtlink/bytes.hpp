@@ -19,7 +19,7 @@ namespace livetet::igtl {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-/// Whether a text could do more on a terminal than be read.
+/// Whether a text has control characters, which could affect a terminal.
 inline bool holds_controls(std::string_view text) {
     return std::any_of(text.begin(), text.end(),
                        [](unsigned char c) { return c < 0x20 || c == 0x7f; });
@@ -34,12 +34,12 @@ using BitsOf = std::conditional_t<
     std::conditional_t<sizeof(T) == 2, std::uint16_t,
                        std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
 
-/// Reads big-endian values from the front of a message's content. Whatever is asked for is compared
-/// with what is left before anything is allocated. Throws Error, naming `what`, where there is too
-/// little.
+/// Reads big-endian values from the front of a byte range. Every request is checked against the
+/// remaining bytes before anything is allocated. Throws Error, naming `what`, if too few bytes are
+/// left.
 ///
-/// Reader and ByteWriter have the same calls, so that one declaration of a content's fields serves
-/// both ways.
+/// ByteReader and ByteWriter have the same member functions, so one declaration of a message's
+/// fields serves both directions.
 class ByteReader {
   public:
     static constexpr bool reading = true;
@@ -82,7 +82,8 @@ class ByteReader {
         values.resize(count);
         for (T& value : values) (*this)(value);
     }
-    /// A name in `width` bytes, ended by the first NUL if there is one. Refuses control characters.
+    /// A name in a field of `width` bytes, ended by the first NUL if there is one. Throws Error for
+    /// control characters.
     void name(std::string& text, std::size_t width) {
         const ByteView field = take(width);
         text.assign(field.begin(), std::find(field.begin(), field.end(), 0));
@@ -92,7 +93,7 @@ class ByteReader {
         const ByteView field = take(size);
         text.assign(field.begin(), field.end());
     }
-    /// Text behind its length, which is a `Length`.
+    /// Text preceded by its length, of type `Length`.
     template <std::unsigned_integral Length>
     void counted_text(std::string& value) {
         text(value, number<Length>());
@@ -102,7 +103,7 @@ class ByteReader {
         values.assign(field.begin(), field.end());
     }
     void unused(std::size_t size) { take(size); }
-    /// Elements to the content's end, each read by `fields`.
+    /// Elements up to the end of the content, each read by `fields`.
     template <class T, class F>
     void rest(std::vector<T>& elements, F&& fields) {
         elements.clear();
@@ -117,7 +118,7 @@ class ByteReader {
     std::string what_;
 };
 
-/// Appends big-endian values to `bytes()`. Throws Error where a value does not fit its field.
+/// Appends big-endian values to `bytes()`. Throws Error if a value does not fit its field.
 class ByteWriter {
   public:
     static constexpr bool reading = false;
@@ -138,7 +139,7 @@ class ByteWriter {
     void operator()(const std::array<T, n>& values) {
         for (const T& value : values) (*this)(value);
     }
-    /// `value` as a `T`. Throws Error where it is larger than that holds.
+    /// Writes `value` as a T. Throws Error if it is too large.
     template <std::unsigned_integral T>
     void count(std::uint64_t value) {
         if (value > std::numeric_limits<T>::max())

@@ -13,7 +13,8 @@ constexpr std::size_t type_size = 12, extended_header_size = 12;
 constexpr std::string_view device_name_key = "IGTL_DEVICE_NAME";
 constexpr std::size_t longest_name = 128;
 
-/// The sizes of a version-2 body's parts: its content lies between extended header and metadata.
+/// Sizes of the parts of a version-2 body. The content lies between the extended header and the
+/// metadata.
 struct ExtendedHeader {
     std::uint16_t size = extended_header_size, metadata_header_size = 2;
     std::uint32_t metadata_size = 0, id = 0;
@@ -37,7 +38,7 @@ ExtendedHeader read_extended_header(ByteReader& body) {
 
 std::vector<MetadataItem> read_metadata(ByteReader headers, ByteReader texts) {
     std::vector<MetadataItem> items;
-    if (headers.left() == 0) return items;  // some senders leave out the count of none
+    if (headers.left() == 0) return items;  // some senders omit a count of zero
     const auto count = headers.number<std::uint16_t>();
     for (int i = 0; i < count; ++i) {
         const auto key_size = headers.number<std::uint16_t>();
@@ -96,8 +97,8 @@ Header decode_header(ByteView bytes) {
     if (header.version == 0) fail("{}: version 0, expected 1 to {}", in.what(), newest_version);
     if (header.type.empty() || std::any_of(header.type.begin(), header.type.end(),
                                            [](unsigned char c) { return c > 0x7e; }))
-        fail("{}: the type is no printable text", in.what());
-    // A device's name may be in any encoding; what is wrong with it concerns this message only.
+        fail("{}: the type is not printable text", in.what());
+    // The device name may be in any encoding; an error in it concerns this message only.
     in.text(header.device, device_name_size);
     if (const auto end = header.device.find('\0'); end != std::string::npos)
         header.device.resize(end);
@@ -105,9 +106,9 @@ Header decode_header(ByteView bytes) {
     in(header.body_size);
     in(header.crc);
     in.end();
-    if (header.body_size > largest_body)
+    if (header.body_size > max_body_size)
         fail("{}: {} with a body of {} bytes, expected at most {}", in.what(), header.type,
-             header.body_size, largest_body);
+             header.body_size, max_body_size);
     return header;
 }
 
@@ -140,9 +141,9 @@ Message decode_body(const Header& header, ByteView body) {
 
 Bytes encode(const Message& message) {
     const Bytes body = encode_body(message);
-    if (body.size() > largest_body)
+    if (body.size() > max_body_size)
         fail("{}: a body of {} bytes, expected at most {}", message.type, body.size(),
-             largest_body);
+             max_body_size);
     ByteWriter out(message.type);
     out(message.version);
     out.name(message.type, type_size);

@@ -8,7 +8,7 @@ namespace livetet::igtl {
 
 namespace {
 
-// Contents whose two ways differ.
+// Contents whose reading and writing differ.
 
 void fields(ByteReader& in, Position& x) {
     using enum Position::Layout;
@@ -63,7 +63,7 @@ void fields(ByteWriter& out, const Sensor& x) {
     out.numbers(x.values, x.values.size());
 }
 
-/// Calls f with a value of the scalar's C++ type (for complex: of its two parts).
+/// Calls f with a value of the scalar's C++ type; for complex scalars the type of their parts.
 template <class F>
 void with_scalar(ScalarType type, const std::string& what, F&& f) {
     switch (type) {
@@ -89,7 +89,7 @@ void with_scalar(ScalarType type, const std::string& what, F&& f) {
     }
 }
 
-/// Numbers in an array of this shape; throws where they cannot be `largest_body` or fewer.
+/// Number of values in an array of this shape. Throws Error if they exceed `max_body_size`.
 std::uint64_t number_count(const NdArray& x, const std::string& what) {
     std::uint64_t count = x.scalar == 13 ? 2 : 1;
     for (const std::uint16_t n : x.size) {
@@ -138,7 +138,7 @@ void read_cells(ByteReader& in, Cells& cells, std::uint32_t bytes, std::size_t p
     if (count != cells.count) fail("{}: {} cells, expected {}", in.what(), count, cells.count);
 }
 
-/// The names' table: each ended by a NUL, the whole of even length.
+/// The name table: each name ends with a NUL, and the table has an even length.
 std::size_t padding_of(std::size_t size) { return size % 2; }
 
 std::string read_ended_name(ByteReader& in) {
@@ -208,16 +208,16 @@ void fields(ByteWriter& out, const PolyData& x) {
     for (const Attribute& a : x.attributes) out.numbers(a.values, a.values.size());
 }
 
-/// The devices' names of `count` messages, behind the table's size in bytes.
+/// The device names of `count` messages, preceded by the size of the name table in bytes.
 std::vector<std::string> read_names(ByteReader& in, std::size_t count) {
     ByteReader table(in.take(in.number<std::uint16_t>()), in.what() + ", names");
     std::vector<std::string> names;
     for (std::size_t i = 0; i < count; ++i) names.push_back(read_ended_name(table));
-    if (table.left() > 1) table.end();  // one byte may be padding
+    if (table.left() > 1) table.end();  // one byte of padding is allowed
     return names;
 }
 
-/// `name_of(i)`: the i-th of `count` names.
+/// `name_of(i)` returns the i-th of `count` names.
 template <class F>
 void write_names(ByteWriter& out, std::size_t count, F&& name_of) {
     std::size_t size = 0;
@@ -238,7 +238,7 @@ void fields(ByteReader& in, Bind& x) {
     for (int i = 0; i < count; ++i) {
         x.messages[i].device = names[i];
         in.bytes(x.messages[i].content, sizes[i]);
-        // Behind the last one some senders leave out the padding.
+        // Some senders omit the padding after the last one.
         if (in.left() > 0) in.unused(padding_of(sizes[i]));
     }
 }

@@ -7,16 +7,16 @@
 
 namespace livetet::igtl {
 
-/// The alternative of `Content` that a type of message has, with nothing in it; nothing where the
-/// type is not known.
+/// The empty alternative of `Content` for a message type; nothing if the type is unknown.
 std::optional<Content> blank_content(std::string_view type);
 
-/// The content of a message of this type: what is in the body between extended header and metadata.
-/// Throws Error where the type is not known, sizes and counts do not agree with the bytes, an index
-/// points nowhere, or bytes are left over.
+/// Decodes the content of a message of this type: the part of the body between extended header and
+/// metadata. Throws Error if the type is unknown, if sizes and counts do not match the bytes, if an
+/// index is out of range, or if bytes are left over.
 Content decode_content(std::string_view type, ByteView bytes);
 
-/// The way back. Throws Error where the content is not the type's or does not fit its fields.
+/// Encodes a content. Throws Error if it does not belong to the type or a value does not fit its
+/// field.
 Bytes encode_content(std::string_view type, const Content& content);
 
 }  // namespace livetet::igtl

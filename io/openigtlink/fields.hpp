@@ -10,7 +10,7 @@ namespace livetet::igtl {
 template <class T, class Of>
 concept Is = std::same_as<std::remove_const_t<T>, Of>;
 
-/// Bytes of one scalar; 0 where the type is not known.
+/// Size of a scalar in bytes; 0 if the type is unknown.
 constexpr std::size_t scalar_size(ScalarType type) {
     switch (type) {
         case 2:
@@ -38,7 +38,7 @@ inline std::size_t known_scalar_size(ScalarType type, const std::string& what) {
     return size;
 }
 
-// One declaration of each content's fields, in their order on the wire, for reading and writing.
+// The fields of each content, in wire order; used for reading and writing.
 
 template <class Wire, Is<Raw> T>
 void fields(Wire& wire, T& x) {

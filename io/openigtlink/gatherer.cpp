@@ -3,26 +3,25 @@
 #include <algorithm>
 #include <set>
 
-#include "io/openigtlink/border.hpp"
 #include "io/openigtlink/codec.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 
 namespace livetet {
 
 namespace {
 
-constexpr std::string_view to_tracker = "ToTracker";
-constexpr std::size_t most_names = 256;
+constexpr std::size_t max_names = 256;
 constexpr double clock_was_set_s = 1;
 
-/// While no tool comes, samples say so this often: a twentieth of the quiet is a small step of
-/// whatever is let go in it.
+/// While no tool is reported, empty samples are posted at intervals of this fraction of the
+/// silence, so that a gradual release of the patches proceeds in small steps.
 constexpr double quiet_share = 0.05, shortest_quiet_step_s = 0.05, longest_quiet_step_s = 0.5;
 
 std::string cut(const std::string& name) { return name.substr(0, igtl::device_name_size); }
 
-/// What the metadata say of a pose; `prefix` names the tool where a message has several. OK where
-/// they say nothing.
+/// The pose status in the metadata, ok if there is none. `prefix` names the tool in messages with
+/// several tools.
 PoseStatus status_of(const igtl::Message& message, const std::string& prefix) {
     if (const auto* word = find_metadata(message, prefix + "TransformStatus"))
         return parse_pose_status(*word);
@@ -49,7 +48,7 @@ PoseGatherer::PoseGatherer(const std::vector<std::string>& tools,
                            double utc_s)
     : options_(options),
       post_(std::move(post)),
-      heard_s_(now_s),
+      last_tool_s_(now_s),
       posted_s_(now_s),
       utc_from_steady_s_(utc_s - now_s) {
     check_tools_differ(tools);
@@ -99,8 +98,8 @@ void PoseGatherer::take_list(const igtl::Message& m,
             update(name, pose, status_of(m, by_tool ? tool->name : name), m.time_stamp, now_s);
         if (updated) updated->list = device;
     }
-    if (!stamp_ &&
-        std::ranges::any_of(tools_, &State::left_out)) {  // all of them are gone: that is news, too
+    // That all tools are gone is worth a sample.
+    if (!stamp_ && std::ranges::any_of(tools_, &State::left_out)) {
         stamp_ = m.time_stamp;
         due_s_ = now_s;
     }
@@ -109,7 +108,7 @@ void PoseGatherer::take_list(const igtl::Message& m,
 
 PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& pose,
                                           PoseStatus status, std::uint64_t stamp, double now_s) {
-    if (names_.size() < most_names || names_.contains(name)) ++names_[name];
+    if (names_.size() < max_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
     if (!tool) return nullptr;
     if (tool->clock != stamp) {
@@ -117,9 +116,9 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
         tool->clock_since_s = now_s;
     }
     tool->left_out = false;
-    tool->stands = clock_stands(*tool, now_s) && others_go_on(*tool);
-    if (tool->stands) return tool;  // a pose of long ago, sent again and again
-    if (clock_stands(*tool, now_s)) stamp = 0;
+    tool->is_frozen = clock_is_frozen(*tool, now_s) && other_clocks_advance(*tool);
+    if (tool->is_frozen) return tool;  // an old pose, sent repeatedly
+    if (clock_is_frozen(*tool, now_s)) stamp = 0;
     if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
     if (!stamp_) {
         stamp_ = stamp;
@@ -134,11 +133,11 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
     return tool;
 }
 
-bool PoseGatherer::clock_stands(const State& tool, double now_s) const {
+bool PoseGatherer::clock_is_frozen(const State& tool, double now_s) const {
     return tool.clock != 0 && now_s - tool.clock_since_s > options_.stale_after_s;
 }
 
-bool PoseGatherer::others_go_on(const State& tool) const {
+bool PoseGatherer::other_clocks_advance(const State& tool) const {
     return std::ranges::any_of(tools_, [&](const State& t) {
         return t.clock != 0 && t.clock_since_s - tool.clock_since_s > options_.stale_after_s;
     });
@@ -146,8 +145,8 @@ bool PoseGatherer::others_go_on(const State& tool) const {
 
 double PoseGatherer::due_s() const {
     if (stamp_) return due_s_;
-    const double quiet_s = posted_s_ - heard_s_;
-    if (quiet_s == 0) return heard_s_ + options_.stale_after_s;
+    const double quiet_s = posted_s_ - last_tool_s_;
+    if (quiet_s == 0) return last_tool_s_ + options_.stale_after_s;
     return posted_s_ +
            std::clamp(quiet_share * quiet_s, shortest_quiet_step_s, longest_quiet_step_s);
 }
@@ -167,7 +166,7 @@ void PoseGatherer::post_if_complete(double now_s) {
         post(now_s);
 }
 
-/// By the arrivals alone.
+/// The time of a sample, extrapolated from the previous one by arrival times.
 double PoseGatherer::expected_time_s(double now_s) const {
     const bool first = sample_.arrived_s == 0;
     return first ? now_s + utc_from_steady_s_ : sample_.sample.time_s + (now_s - sample_.arrived_s);
@@ -185,7 +184,7 @@ void PoseGatherer::post(double now_s) {
             time_s = expected_s;
         }
     }
-    heard_s_ = now_s;
+    last_tool_s_ = now_s;
     ++samples_;
     hand_over(first ? time_s : std::max(time_s, last_s), now_s);
 }
@@ -214,13 +213,13 @@ PoseGatherer::State* PoseGatherer::find(const std::string& name) {
     return found == tools_.end() ? nullptr : &*found;
 }
 
-/// Whether the tool has come for the sample under way, or before it with the same time stamp.
+/// Whether the tool was reported for the current sample, or earlier with the same time stamp.
 bool PoseGatherer::is_up_to_date(const State& tool) const {
     return tool.in_sample || (*stamp_ != 0 && tool.stamp == *stamp_);
 }
 
 bool PoseGatherer::is_alive(const State& tool, double now_s) const {
-    return tool.times.arrived_s > 0 && !tool.left_out && !tool.stands &&
+    return tool.times.arrived_s > 0 && !tool.left_out && !tool.is_frozen &&
            now_s - tool.times.arrived_s < options_.stale_after_s;
 }
 

@@ -11,30 +11,30 @@
 
 namespace livetet {
 
-/// Throws Error where two tools' names are the same in the bytes that the wire has for a name.
+/// Throws Error if two tool names are identical in the 20 bytes that the wire has for a name.
 void check_tools_differ(const std::vector<std::string>& tools);
 
-/// Turns tracking messages into samples as `OpenIgtLinkSource` says; no sockets, no clock of its
-/// own: `now_s` is the steady clock's.
+/// Assembles tracking messages into samples by the rules of `OpenIgtLinkSource`. Has no sockets and
+/// no clock; every `now_s` is the steady clock's time.
 class PoseGatherer {
   public:
     using Post = std::function<void(const StreamSample&)>;
-    /// It begins at `now_s`, when the wall clock shows `utc_s`.
+    /// Starts at `now_s`, when the UTC time is `utc_s`.
     PoseGatherer(const std::vector<std::string>& tools, const OpenIgtLinkSourceOptions& options,
                  Post post, double now_s, double utc_s);
 
-    /// One tool more, behind the others.
+    /// Appends a tool.
     void add_tool(const std::string& tool);
 
-    /// Takes in a message; others than of tracking data are left alone.
+    /// Processes a message; ignores messages without tracking data.
     void take(const igtl::Message& message, double now_s);
-    /// When the next sample is to be posted whatever comes: the one under way, or one in which
-    /// every tool is missing.
+    /// The time at which the next sample must be posted at the latest: the current one, or one in
+    /// which every tool is missing.
     double due_s() const;
-    /// Posts what is due.
+    /// Posts the sample that is due at `now_s`, if any.
     void post_due(double now_s);
 
-    /// Samples for which a tool came.
+    /// Number of samples that a tool's message completed.
     std::uint64_t samples() const { return samples_; }
     const std::map<std::string, std::uint64_t>& names() const { return names_; }
     std::vector<std::string> never_came() const;
@@ -42,16 +42,16 @@ class PoseGatherer {
   private:
     struct State {
         std::string name, transform;  ///< "Stylus", "StylusToTracker"
-        std::string list;             ///< the device of the TDATA that it came in, if it did
+        std::string list;  ///< device of the TDATA message that last reported it; empty if none did
         TrackedPose pose;
         PoseTimes times;
-        std::uint64_t stamp =
-            0;  ///< of the newest pose, as sent; 0 where the sender's clock stands
-        std::uint64_t clock = 0;   ///< what the sender's clock showed last,
-        double clock_since_s = 0;  ///< and when it first showed that
-        bool in_sample = false;    ///< came since the last post
-        bool left_out = false;     ///< of the last TDATA of its device
-        bool stands = false;       ///< its time stamp does, while others go on
+        /// Time stamp of the newest pose, as sent; 0 if the sender's clock has stopped.
+        std::uint64_t stamp = 0;
+        std::uint64_t clock = 0;   ///< the sender's last time stamp
+        double clock_since_s = 0;  ///< arrival of the first message with that time stamp
+        bool in_sample = false;    ///< reported since the last post
+        bool left_out = false;     ///< missing from its device's last TDATA
+        bool is_frozen = false;  ///< its time stamp is constant while those of other tools advance
     };
     using Pose = std::optional<RigidTransform<Tracker, Tool>>;
 
@@ -64,8 +64,8 @@ class PoseGatherer {
     void post_quiet(double now_s);
     void hand_over(double time_s, double now_s);
     double expected_time_s(double now_s) const;
-    bool clock_stands(const State& tool, double now_s) const;
-    bool others_go_on(const State& tool) const;
+    bool clock_is_frozen(const State& tool, double now_s) const;
+    bool other_clocks_advance(const State& tool) const;
     State* find(const std::string& name);
     bool is_up_to_date(const State& tool) const;
     bool is_alive(const State& tool, double now_s) const;
@@ -75,14 +75,14 @@ class PoseGatherer {
     Post post_;
     std::vector<State> tools_;
     std::map<std::string, std::uint64_t> names_;
-    std::optional<std::uint64_t> stamp_;  ///< of the sample under way
+    std::optional<std::uint64_t> stamp_;  ///< time stamp of the current sample
     double due_s_ = 0;
     StreamSample sample_;
     std::uint64_t samples_ = 0;
-    double heard_s_,
-        posted_s_;  ///< when a tool last came (or this began), and when a sample was last posted
+    double last_tool_s_;  ///< arrival of the last tool, or the start
+    double posted_s_;     ///< time of the last posted sample
     const double utc_from_steady_s_;
-    double clock_shift_s_ = 0;  ///< added to the sender's clock since it was set
+    double clock_shift_s_ = 0;  ///< correction of the sender's time stamps after its clock was set
 };
 
 }  // namespace livetet

@@ -9,8 +9,8 @@
 
 namespace livetet::igtl {
 
-// What OpenIGTLink messages hold, as it is on the wire: RAS, millimetres, single precision.
-// border.hpp turns it into metres and transforms. Source: the protocol's pages for each type
+// The contents of OpenIGTLink messages as they are on the wire: RAS, millimetres, single precision.
+// conversions.hpp converts them to metres and transforms. Source: the protocol's page for each type
 // (openigtlink.org, protocol versions 2 and 3).
 
 /// TRANSFORM: R11 R21 R31 R12 R22 R32 R13 R23 R33 Tx Ty Tz, the columns of a 3 x 4 matrix; mm.
@@ -48,8 +48,8 @@ struct QuaternionTrackingData {
     std::vector<QuaternionTool> tools;
 };
 
-/// STT_TDATA, STT_QTDATA: send tracking data, at least `resolution_ms` apart (0: as fast as they
-/// come).
+/// STT_TDATA, STT_QTDATA: requests tracking data at intervals of at least `resolution_ms` (0: as
+/// fast as possible).
 struct StartTracking {
     std::int32_t resolution_ms = 0;
     std::string coordinates;
@@ -99,13 +99,13 @@ struct Trajectories {
     std::vector<Trajectory> trajectories;
 };
 
-/// Cells one behind the other: how many nodes, then their indices. `count` cells.
+/// Consecutive cells: for each the number of nodes and then their indices. `count` cells.
 struct Cells {
     std::uint32_t count = 0;
     std::vector<std::uint32_t> list;
 };
 
-/// Values at points (or, with 0x10 added to `kind`, cells). `kind`: 0 scalar, 1 vector, 2 normal, 3
+/// Point data or, with 0x10 added to `kind`, cell data. `kind`: 0 scalar, 1 vector, 2 normal, 3
 /// tensor, 4 RGBA.
 struct Attribute {
     std::uint8_t kind = 0, components = 1;
@@ -120,12 +120,12 @@ struct PolyData {
     std::vector<Attribute> attributes;
 };
 
-/// Scalars of IMAGE, NDARRAY and their kin: 2 i8, 3 u8, 4 i16, 5 u16, 6 i32, 7 u32, 10 f32, 11 f64,
-/// 13 complex.
+/// Scalar types of IMAGE, NDARRAY and similar: 2 i8, 3 u8, 4 i16, 5 u16, 6 i32, 7 u32, 10 f32, 11
+/// f64, 13 complex.
 using ScalarType = std::uint8_t;
 
-/// IMAGE. `matrix`: the axes times the spacing, then the image's centre, mm. `voxels` as on the
-/// wire: byte order by `endian` (1 big, 2 little), those of the sub-volume.
+/// IMAGE. `matrix`: the axes times the spacing, then the image's centre, mm. `voxels`: the bytes of
+/// the sub-volume as on the wire, in the byte order of `endian` (1 big, 2 little).
 struct Image {
     std::uint16_t version = 1;
     std::uint8_t components = 1;
@@ -193,21 +193,21 @@ struct Command {
     std::string text;
 };
 
-/// SENSOR: values in SI units that `unit` packs (the protocol's page on units).
+/// SENSOR: values in the SI unit encoded in `unit` (see the protocol's page on units).
 struct Sensor {
     std::uint8_t status = 0;
     std::uint64_t unit = 0;
     std::vector<double> values;
 };
 
-/// NDARRAY, the last index fastest; a complex value is two numbers.
+/// NDARRAY: the last index varies fastest; a complex value is two numbers.
 struct NdArray {
     ScalarType scalar = 11;
     std::vector<std::uint16_t> size;
     std::vector<double> values;
 };
 
-/// One message in a BIND: its content as it is on the wire, for `decode_content`.
+/// One message in a BIND; `content` is as on the wire, for `decode_content`.
 struct BoundMessage {
     std::string type, device;
     std::vector<std::uint8_t> content;
@@ -216,13 +216,13 @@ struct Bind {
     std::vector<BoundMessage> messages;
 };
 
-/// GET_BIND and STT_BIND (which has a resolution): the messages asked for, none for all.
+/// GET_BIND and STT_BIND (which has a resolution): the requested messages; empty: all.
 struct BindQuery {
     std::uint64_t resolution = 0;
     std::vector<std::pair<std::string, std::string>> types_and_devices;
 };
 
-/// Content of a query for which the protocol states no layout, mostly none.
+/// Content of a query whose layout the protocol does not state; usually empty.
 struct Raw {
     std::vector<std::uint8_t> bytes;
 };
@@ -242,9 +242,10 @@ struct MetadataItem {
 struct Message {
     std::uint16_t version = 1;  ///< of the header: 1 for protocols 1 and 2, 2 for protocol 3
     std::string type;
-    std::string device;  ///< the sender's name of it; 20 bytes in the header
-    std::uint64_t time_stamp =
-        0;  ///< UTC seconds, and 2^32nds of one in the low half; 0 where unused
+    std::string device;  ///< device name; the header has 20 bytes for it
+    /// UTC seconds in the high half and their binary fraction (2^-32 s) in the low half; 0 if
+    /// unused.
+    std::uint64_t time_stamp = 0;
     Content content;
     std::uint32_t id = 0;                ///< version 2 only
     std::vector<MetadataItem> metadata;  ///< version 2 only

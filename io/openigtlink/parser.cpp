@@ -35,7 +35,8 @@ void MessageParser::end_message(const Sink& sink) {
     kept_.clear();
     missing_ = header_size;
     keep_ = true;
-    if (header.version > newest_version) {  // a sender that would else just seem silent
+    if (header.version >
+        newest_version) {  // reported, so that the sender does not just seem silent
         ++counts_.malformed;
         counts_.last_error = fmt::format("{}: version {} of the header, expected 1 to {}",
                                          header.type, header.version, newest_version);

@@ -8,10 +8,10 @@
 
 namespace livetet::igtl {
 
-/// Bytes in pieces of any size into messages. A message that is wrong in itself (CRC, sizes,
-/// counts, names), or of a later header version, is dropped and counted; one that is not wanted, or
-/// of an unknown type, is passed over by its size. Of neither is anything kept that need not be.
-/// What is kept grows with what has arrived, never with what a header promises.
+/// Splits a byte stream into messages. A malformed message (CRC, sizes, counts, names) or one of a
+/// later header version is dropped and counted. An unwanted message, or one of unknown type, is
+/// skipped by its size without being stored. Memory grows with the received bytes, never with the
+/// size that a header claims.
 class MessageParser {
   public:
     struct Counts {
@@ -21,16 +21,15 @@ class MessageParser {
     using Sink = std::function<void(Message&&)>;
     using Wanted = std::function<bool(const Header&)>;
 
-    /// `wanted` is asked once for each header; none wants every known type.
+    /// `wanted` is called once for each header; without it every known type is wanted.
     explicit MessageParser(Wanted wanted = {}) : wanted_(std::move(wanted)) {}
 
-    /// Takes the next bytes in and hands over each message that they complete. Throws Error where a
-    /// header cannot be one
-    /// (`decode_header`): nothing after that can be understood, and the connection must be closed.
+    /// Processes the next bytes and passes each completed message to `sink`. Throws Error for an
+    /// invalid header (`decode_header`); the connection must then be closed.
     void feed(ByteView bytes, const Sink& sink);
 
     const Counts& counts() const { return counts_; }
-    /// Whether a message has begun and not ended.
+    /// Whether a message is incomplete.
     bool inside_message() const { return header_ || !kept_.empty(); }
 
   private:
@@ -39,8 +38,8 @@ class MessageParser {
 
     Wanted wanted_;
     Counts counts_;
-    Bytes kept_;                    ///< of the header, then of the body
-    std::optional<Header> header_;  ///< of the message whose body is under way
+    Bytes kept_;                    ///< bytes of the current header, then of the current body
+    std::optional<Header> header_;  ///< header of the message whose body is being received
     std::uint64_t missing_ = header_size;
     bool keep_ = true;
 };

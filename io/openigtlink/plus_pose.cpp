@@ -20,7 +20,7 @@ PoseStatus parse_pose_status(std::string_view word) {
     if (word == "MISSING" || word == "OUT_OF_VIEW") return PoseStatus::missing;
     if (word == "OUT_OF_VOLUME") return PoseStatus::out_of_volume;
     if (word == "REQ_TIMEOUT") return PoseStatus::stale;
-    return PoseStatus::invalid;  // INVALID, PATH_NOT_FOUND, UNKNOWN and what later versions may say
+    return PoseStatus::invalid;  // INVALID, PATH_NOT_FOUND, UNKNOWN, and words of later versions
 }
 
 std::string_view pose_status_word(PoseStatus status) {
@@ -40,8 +40,7 @@ std::string_view pose_status_word(PoseStatus status) {
     return "";
 }
 
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(
-    const Eigen::Matrix4d& matrix) {
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_mm(const Eigen::Matrix4d& matrix) {
     if (!is_rigid(matrix)) return std::nullopt;
     return RigidTransform<Tracker, Tool>{nearest_rotation(matrix.topLeftCorner<3, 3>()),
                                          metres_per_mm * matrix.topRightCorner<3, 1>()};

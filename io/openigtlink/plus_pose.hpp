@@ -10,14 +10,17 @@ namespace livetet {
 
 constexpr double metres_per_mm = 1e-3;
 
-/// PLUS's word for the status of a pose: OK, MISSING, OUT_OF_VIEW ...; what is not known is
-/// invalid.
+/// The end of PLUS's transform names: tool "Stylus" has the transform "StylusToTracker".
+constexpr std::string_view to_tracker = "ToTracker";
+
+/// Parses PLUS's pose status: OK, MISSING, OUT_OF_VIEW and so on. Unknown words are invalid.
 PoseStatus parse_pose_status(std::string_view word);
-/// The word that PLUS has for a status.
+/// PLUS's word for a pose status.
 std::string_view pose_status_word(PoseStatus status);
 
-/// A tracker's 4 x 4 matrix, in mm, with its rotation re-orthonormalised; nothing where it is not
-/// finite or not rigid (electromagnetic trackers come within 5e-4 of it; 0.02 is allowed).
-std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_of_mm(const Eigen::Matrix4d& matrix);
+/// Converts PLUS's transform ProbeToTracker, a 4 x 4 matrix in mm, to tracker_from_probe in metres.
+/// Re-orthonormalises the rotation. Nothing if the matrix is not finite or deviates from a rigid
+/// transform by more than 0.02 (electromagnetic trackers stay within 5e-4).
+std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool_mm(const Eigen::Matrix4d& matrix);
 
 }  // namespace livetet

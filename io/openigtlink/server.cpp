@@ -9,17 +9,17 @@
 #include <mutex>
 #include <thread>
 
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/parser.hpp"
 
 namespace livetet {
 
-/// A message, encoded once for each version that some client speaks.
+/// A message to send, encoded at most once for each header version.
 class Outgoing {
   public:
     explicit Outgoing(igtl::Message message)
-        : least_version_(message.version), message_(std::move(message)) {}
-    bool is_for(std::uint16_t version) const { return version >= least_version_; }
+        : min_version_(message.version), message_(std::move(message)) {}
+    bool is_for(std::uint16_t version) const { return version >= min_version_; }
     const igtl::Bytes& encoded(std::uint16_t version) {
         igtl::Bytes& bytes = encoded_.at(version - 1);
         if (bytes.empty()) {
@@ -33,7 +33,7 @@ class Outgoing {
     }
 
   private:
-    std::uint16_t least_version_;
+    std::uint16_t min_version_;
     igtl::Message message_;
     std::array<igtl::Bytes, 2> encoded_;
 };
@@ -44,11 +44,11 @@ namespace {
 using asio::ip::tcp;
 using Failure = std::error_code;
 
-constexpr std::size_t most_messages_waiting =
-    64;                                ///< messages of different types and devices for one client
-constexpr int most_publications = 16;  ///< handed over and not yet taken by the server's thread
-constexpr int socket_buffer_size =
-    1 << 18;  // what the system keeps for a slow client is old when it comes
+/// Waiting messages of different type or device for one client.
+constexpr std::size_t max_messages_waiting = 64;
+constexpr int max_publications = 16;  ///< publications not yet taken by the server's thread
+// Small, because messages buffered by the system for a slow client are outdated when they arrive.
+constexpr int socket_buffer_size = 1 << 18;
 
 tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& options) {
     Failure failure;
@@ -70,11 +70,12 @@ tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& op
 
 }  // namespace
 
-/// Everything but `publish` and `statistics` runs on its one thread.
+/// Implementation of the server. All member functions except `publish` and `statistics` run on the
+/// server's thread.
 class OpenIgtLinkServer::Listener {
   public:
     explicit Listener(const OpenIgtLinkServerOptions& options)
-        : most_clients_(options.most_clients),
+        : max_clients_(options.max_clients),
           acceptor_(listen_on(io_, options)),
           port_(acceptor_.local_endpoint().port()) {
         accept();
@@ -88,7 +89,7 @@ class OpenIgtLinkServer::Listener {
     std::uint16_t port() const { return port_; }
 
     void publish(std::vector<igtl::Message> messages) {
-        if (publications_.fetch_add(1) >= most_publications) {
+        if (publications_.fetch_add(1) >= max_publications) {
             --publications_;
             const std::lock_guard lock(mutex_);
             ++statistics_.skipped;
@@ -115,21 +116,22 @@ class OpenIgtLinkServer::Listener {
         std::uint16_t version = 1;
         std::deque<OutgoingPointer> waiting;
         OutgoingPointer sending;
-        bool asked = false;    ///< something that must be answered
-        std::string to_start;  ///< STT_TDATA or STT_QTDATA, which wait for their RTS_
+        bool asked = false;    ///< a query that must be answered
+        std::string to_start;  ///< a received STT_TDATA or STT_QTDATA, to be answered with RTS_
     };
     using ClientPointer = std::shared_ptr<Client>;
 
     void accept() {
         acceptor_.async_accept([this](Failure failure, tcp::socket socket) {
-            if (failure) {  // no more descriptors, say: some may be free in a while
+            // For example out of file descriptors; some may be free later.
+            if (failure) {
                 note(failure.message());
                 pause_.expires_after(std::chrono::milliseconds(100));
                 return pause_.async_wait([this](Failure stopped) {
                     if (!stopped) accept();
                 });
             }
-            if (clients_.size() < most_clients_)
+            if (clients_.size() < max_clients_)
                 welcome(std::move(socket));
             else
                 change([](auto& s) { ++s.turned_away; });
@@ -173,7 +175,7 @@ class OpenIgtLinkServer::Listener {
                                         "Livetet", 4, "queries are not answered here", 0)));
                 if (const std::string start = std::exchange(client->to_start, {}); !start.empty()) {
                     igtl::Message no = igtl::dated_message("RTS_" + start.substr(4), "Livetet", 0);
-                    no.content = igtl::Reply{1};  // what there is comes as TRANSFORM, to everyone
+                    no.content = igtl::Reply{1};  // poses are sent as TRANSFORM, to every client
                     enqueue(client, std::make_shared<Outgoing>(std::move(no)));
                 }
                 read(client);
@@ -181,7 +183,7 @@ class OpenIgtLinkServer::Listener {
     }
 
     void hand_out(const OutgoingPointer& message) {
-        const auto clients = clients_;  // a failure takes one off the list
+        const auto clients = clients_;  // a failure removes a client from the list
         for (const ClientPointer& client : clients)
             if (message->is_for(client->version)) enqueue(client, message);
     }
@@ -195,7 +197,7 @@ class OpenIgtLinkServer::Listener {
         } else {
             client->waiting.push_back(message);
         }
-        if (client->waiting.size() > most_messages_waiting) {
+        if (client->waiting.size() > max_messages_waiting) {
             client->waiting.pop_front();
             change([](auto& s) { ++s.dropped; });
         }
@@ -243,7 +245,7 @@ class OpenIgtLinkServer::Listener {
         change([&](auto& s) { s.last_error = problem; });
     }
 
-    const std::size_t most_clients_;
+    const std::size_t max_clients_;
     mutable std::mutex mutex_;
     OpenIgtLinkServerStatistics statistics_;
     std::atomic<int> publications_{0};

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/gatherer.hpp"
 #include "io/openigtlink/parser.hpp"
 
@@ -24,11 +24,12 @@ std::chrono::steady_clock::duration duration_of(double seconds) {
         std::chrono::duration<double>(seconds));
 }
 
-/// Hundreds of tools with their metadata. More would keep the source busy with one message.
-constexpr std::uint64_t largest_tracking_body = 1 << 16;
+/// Enough for hundreds of tools with metadata; a larger message would occupy the source for too
+/// long.
+constexpr std::uint64_t max_tracking_body = 1 << 16;
 
 bool is_tracking_data(const igtl::Header& header) {
-    if (header.body_size > largest_tracking_body) return false;
+    if (header.body_size > max_tracking_body) return false;
     for (const auto* type : {"TRANSFORM", "POSITION", "QTRANS", "TDATA", "QTDATA", "STATUS"})
         if (header.type == type) return true;
     return false;
@@ -39,7 +40,7 @@ void check_options(const OpenIgtLinkSourceOptions& o) {
                                                       {"stale_after_s", o.stale_after_s},
                                                       {"silence_after_s", o.silence_after_s},
                                                       {"first_retry_s", o.first_retry_s},
-                                                      {"longest_retry_s", o.longest_retry_s},
+                                                      {"max_retry_s", o.max_retry_s},
                                                       {"connect_timeout_s", o.connect_timeout_s}};
     for (const auto& [name, value] : seconds)
         if (!(value > 0 && value < 1e6))
@@ -62,7 +63,8 @@ std::string_view to_text(State state) {
     return "";
 }
 
-/// Everything but the constructor runs on its one thread; statistics_ is shared under its mutex.
+/// Implementation of the source. Everything but the public member functions runs on its thread;
+/// `statistics_` is protected by `mutex_`.
 class OpenIgtLinkSource::Connector {
   public:
     using Post = std::function<void(const StreamSample&)>;
@@ -89,7 +91,7 @@ class OpenIgtLinkSource::Connector {
         thread_.join();
     }
 
-    /// Follows one tool more. Throws Error where it cannot be told from another.
+    /// Adds a tool. Throws Error if it cannot be distinguished from another.
     void add_tool(const std::string& tool, std::vector<std::string> all) {
         check_tools_differ(all);
         asio::post(io_, [this, tool] { gatherer_.add_tool(tool); });
@@ -101,7 +103,7 @@ class OpenIgtLinkSource::Connector {
     }
 
   private:
-    /// One connection and what is under way on it; handlers of an older one do nothing.
+    /// One connection and its pending operations. Handlers of an older connection do nothing.
     struct Connection {
         explicit Connection(asio::io_context& io)
             : socket(io), timeout(io), parser(is_tracking_data) {}
@@ -148,7 +150,7 @@ class OpenIgtLinkSource::Connector {
         read(c);
     }
 
-    /// A STATUS of version 2: PLUS sends metadata only to who has spoken version 2.
+    /// Sends a STATUS of version 2: PLUS sends metadata only to clients that have used version 2.
     void greet(const ConnectionPointer& c) {
         igtl::Message status = igtl::status_message("Livetet", 1, "", 0);
         status.version = 2;
@@ -193,7 +195,7 @@ class OpenIgtLinkSource::Connector {
         wait_for_due();
     }
 
-    /// Wakes up when the gatherer has something to post, whatever comes.
+    /// Wakes up when the gatherer must post a sample.
     void wait_for_due() {
         gathering_.expires_at(
             std::chrono::steady_clock::time_point(duration_of(gatherer_.due_s())));
@@ -204,7 +206,7 @@ class OpenIgtLinkSource::Connector {
         });
     }
 
-    /// Says where nothing comes.
+    /// Detects a silent connection.
     void watch() {
         watching_.expires_after(duration_of(options_.silence_after_s / 4));
         watching_.async_wait([this](Failure failure) {
@@ -229,7 +231,7 @@ class OpenIgtLinkSource::Connector {
         }
         set_state(State::waiting);
         retry_.expires_after(duration_of(retry_s_));
-        retry_s_ = std::min(2 * retry_s_, options_.longest_retry_s);
+        retry_s_ = std::min(2 * retry_s_, options_.max_retry_s);
         retry_.async_wait([this](Failure failure) {
             if (!failure) connect();
         });
@@ -248,7 +250,7 @@ class OpenIgtLinkSource::Connector {
         statistics_.state = state;
     }
 
-    /// What this connection has counted, on top of those before it.
+    /// Adds this connection's counts to those of earlier connections.
     void count(const igtl::MessageParser::Counts& counts) {
         const std::lock_guard lock(mutex_);
         statistics_.messages = finished_.messages + counts.messages;

@@ -31,10 +31,9 @@ using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 using Clock = std::chrono::steady_clock;
 
 constexpr int failed_by_exception = 125;
-constexpr off_t most_log_bytes = 1 << 16;
+constexpr off_t max_log_bytes = 1 << 16;
 
-/// A file without a name in the system's temporary folder: gone when closed, even if this process
-/// is killed.
+/// An unnamed temporary file: removed when closed, even if this process is killed.
 File temporary_file() {
     std::FILE* file = std::tmpfile();
     if (!file)
@@ -43,11 +42,11 @@ File temporary_file() {
     return {file, &std::fclose};
 }
 
-/// At most the last `most` bytes of a file.
-std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off_t>::max()) {
+/// The last `max_bytes` bytes of a file, or all of it.
+std::vector<char> contents(std::FILE* file, off_t max_bytes = std::numeric_limits<off_t>::max()) {
     const int descriptor = fileno(file);
     const off_t size = std::max<off_t>(::lseek(descriptor, 0, SEEK_END), 0),
-                from = size - std::min(size, most);
+                from = size - std::min(size, max_bytes);
     std::vector<char> bytes(static_cast<std::size_t>(size - from));
     std::size_t done = 0;
     while (done < bytes.size()) {
@@ -63,9 +62,9 @@ std::vector<char> contents(std::FILE* file, off_t most = std::numeric_limits<off
 }
 
 void restore_default_signals() {
+    // Exceeding the file size limit must stay a write error.
     for (int s = 1; s < NSIG; ++s)
-        if (s != SIGXFSZ)
-            ::signal(s, SIG_DFL);  // a file over the user's limit stays an error in writing
+        if (s != SIGXFSZ) ::signal(s, SIG_DFL);
     sigset_t none;
     sigemptyset(&none);
     ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -77,7 +76,7 @@ void restore_default_signals() {
     restore_default_signals();
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent)
-        ::_exit(failed_by_exception);  // it died before it could be asked to take us along
+        ::_exit(failed_by_exception);  // the parent died before prctl took effect
     ::dup2(::open("/dev/null", O_RDONLY), STDIN_FILENO);
     ::dup2(log, STDOUT_FILENO);
     ::dup2(log, STDERR_FILENO);
@@ -94,10 +93,10 @@ void restore_default_signals() {
     ::_exit(status);
 }
 
-/// Waits for the child, kills it at the deadline; true if it had to be killed.
+/// Waits for the child and kills it at the deadline. Returns true if it had to be killed.
 bool wait_or_kill(pid_t child, Clock::time_point deadline, int& status) {
     const int handle = static_cast<int>(
-        ::syscall(SYS_pidfd_open, child, 0));  // none before Linux 5.3: looks again and again
+        ::syscall(SYS_pidfd_open, child, 0));  // fails before Linux 5.3; then polls every ms
     pollfd end{handle, POLLIN, 0};
     bool ended = false;
     while (!ended) {
@@ -151,22 +150,21 @@ bool write_all(int descriptor, const void* data, std::size_t bytes) {
 
 ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_s) {
     const File result = temporary_file(), log = temporary_file();
-    std::fflush(nullptr);  // else the child would print what this process has not printed yet, a
-                           // second time
+    std::fflush(nullptr);  // the child must not print this process's buffered output again
     const pid_t parent = ::getpid();
     const auto start = Clock::now();
     const pid_t child = ::fork();
     if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
     if (child == 0) be_child(work, parent, fileno(result.get()), fileno(log.get()));
 
-    constexpr double for_ever_s = 1e9;  // more would not fit into the clock's ticks
+    constexpr double for_ever_s = 1e9;  // larger values overflow the clock
     const auto limit = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(std::min(time_limit_s, for_ever_s)));
     int status = 0;
     ChildResult out;
     const bool killed = wait_or_kill(child, start + limit, status);
     out.seconds = seconds_since(start);
-    const std::vector<char> text = contents(log.get(), most_log_bytes);
+    const std::vector<char> text = contents(log.get(), max_log_bytes);
     out.log.assign(text.begin(), text.end());
     if (killed) {
         out.end = ChildResult::End::timed_out;
@@ -182,7 +180,7 @@ ChildResult run_in_child(const std::function<int(int)>& work, double time_limit_
     return out;
 }
 
-std::string last_words(const std::string& log) {
+std::string last_error_lines(const std::string& log) {
     std::vector<std::string> lines, errors;
     for (std::size_t from = 0; from < log.size();) {
         const std::size_t to = std::min(log.find('\n', from), log.size());
@@ -196,10 +194,10 @@ std::string last_words(const std::string& log) {
     std::string words;
     for (std::size_t i = from.size() > 3 ? from.size() - 3 : 0; i < from.size(); ++i)
         words += (words.empty() ? "" : "; ") + from[i];
-    return words.empty() ? "it said nothing" : words;
+    return words.empty() ? "it printed nothing" : words;
 }
 
-std::string end_text(const ChildResult& child, double time_limit_s) {
+std::string describe_end(const ChildResult& child, double time_limit_s) {
     switch (child.end) {
         case ChildResult::End::timed_out:
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
@@ -210,7 +208,7 @@ std::string end_text(const ChildResult& child, double time_limit_s) {
         case ChildResult::End::returned:
             break;
     }
-    return "failed: " + last_words(child.log);
+    return "failed: " + last_error_lines(child.log);
 }
 
 }  // namespace livetet

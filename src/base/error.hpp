@@ -9,9 +9,9 @@
 
 namespace livetet {
 
-/// Bad input: a scene, a file, a message from the wire. The message is one line that says what was
-/// wrong, where (file, line or key), what was found and what was expected; the program prints it
-/// and exits with status 2.
+/// Bad input: a scene, a file, a message from the network. The message is one line that says what
+/// was wrong, where (file, line or key), what was found and what was expected. The program prints
+/// it and exits with status 2.
 class Error : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -23,9 +23,9 @@ template <class... Args>
     throw Error(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// f(), where an Error that it throws gets `where` (a file) in front of its message.
+/// Returns f(). An Error thrown by it gets the prefix `where` (for example a file name).
 template <class F>
-decltype(auto) naming(std::string_view where, F&& f) {
+decltype(auto) with_context(std::string_view where, F&& f) {
     try {
         return f();
     } catch (const Error& e) {

@@ -34,8 +34,8 @@ std::string digest(std::string_view contents) {
 
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     if (a.empty() || b.empty()) return false;
-    std::error_code error;  // a name may be longer than the system takes, or in a folder that may
-                            // not be looked into
+    // A path may be too long for the system, or in a folder that may not be searched.
+    std::error_code error;
     const fs::path of_a = fs::weakly_canonical(a, error),
                    of_b = error ? fs::path() : fs::weakly_canonical(b, error);
     return error ? a.lexically_normal() == b.lexically_normal() : of_a == of_b;
@@ -47,9 +47,8 @@ fs::path folder_of(const fs::path& path) {
     return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-/// What was written to a file, or renamed in a folder, is on the disk after this. Returns the
-/// error's number where the disk could not take it; 0 also where its file system makes no such
-/// promise.
+/// Flushes a file's data, or a folder's renames, to the disk. Returns the error number if the disk
+/// fails; 0 also if the file system does not support it.
 int reach_the_disk(const fs::path& path) {
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) return errno;
@@ -74,7 +73,7 @@ PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
              folder.string());
     temporary_ = folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(),
                                       target_.extension().string());
-    leftover_.emplace(temporary_);
+    signal_guard_.emplace(temporary_);
 }
 
 PendingFile::~PendingFile() {
@@ -84,7 +83,8 @@ PendingFile::~PendingFile() {
 
 void PendingFile::commit() {
     std::error_code error;
-    // Before its name does: a machine that goes down leaves the old file or the new one.
+    // Flush before the rename, so that after a crash of the machine either the old file or the new
+    // one is whole.
     if (const int reason = reach_the_disk(temporary_); reason != 0)
         fail("{}: cannot be written: {} (is the disk full?)", target_.string(),
              std::generic_category().message(reason));

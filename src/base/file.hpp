@@ -9,39 +9,39 @@
 
 namespace livetet {
 
-/// The whole text of a file. Throws Error where it cannot be read.
+/// The contents of a file. Throws Error if it cannot be read.
 std::string read_text_file(const std::filesystem::path& path);
 
-/// 16 hexadecimal digits that tell contents apart, FNV-1a of 64 bits; against mistakes, not against
-/// malice.
+/// 64-bit FNV-1a hash as 16 hexadecimal digits. Detects changed contents; not cryptographic.
 std::string digest(std::string_view contents);
 
-/// Whether both names are those of one file, there or not; an empty name is that of none.
+/// Whether both paths name the same file, existing or not. An empty path names no file.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// A file under way: written beside its place and moved there by `commit`, so that a good file is
-/// never replaced by a half-written one. Destroyed without `commit`, or ended by a signal (see
-/// Leftover), it leaves nothing behind.
+/// Writes a file atomically: the data goes to `path` beside the target, and `commit` moves it
+/// there, so a good file is never replaced by a partial one. Without `commit`, or if a signal ends
+/// the program (see TemporaryPath), the temporary file is removed.
 class PendingFile {
   public:
-    /// Throws Error where the folder does not exist or cannot be written to.
+    /// Throws Error if the folder does not exist or is not writable.
     explicit PendingFile(std::filesystem::path target);
     ~PendingFile();
     PendingFile(const PendingFile&) = delete;
     PendingFile& operator=(const PendingFile&) = delete;
 
-    /// Where to write: same folder, same ending as the target.
+    /// The file to write: in the target's folder, with the target's extension.
     const std::filesystem::path& path() const { return temporary_; }
+    /// Flushes the file to the disk and renames it to the target. Throws Error if that fails.
     void commit();
 
   private:
     std::filesystem::path target_;
     std::filesystem::path temporary_;
-    std::optional<Leftover> leftover_;
+    std::optional<TemporaryPath> signal_guard_;
     bool committed_ = false;
 };
 
-/// Writes a text whole or not at all (see PendingFile).
+/// Writes a text file atomically (see PendingFile). Throws Error if that fails.
 void write_text_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace livetet

@@ -8,9 +8,9 @@
 
 namespace livetet {
 
-/// Lists of numbers in one array, one after the other.
+/// Lists of indices stored contiguously (compressed rows).
 struct Lists {
-    std::vector<std::int32_t> start;  ///< of each list in `items`, and the end of the last
+    std::vector<std::int32_t> start;  ///< first item of each list, and the end of the last one
     std::vector<std::int32_t> items;
 
     std::span<const std::int32_t> operator[](std::size_t list) const {
@@ -18,8 +18,8 @@ struct Lists {
     }
 };
 
-/// `count` lists. `visit(add)` calls `add(list, item)` for every item, each list's in order; it is
-/// called twice, to count and to fill.
+/// Builds `count` lists. `visit(add)` must call `add(list, item)` for every item, in order within
+/// each list. It is called twice: to count and to fill.
 template <class Visit>
 Lists make_lists(std::size_t count, Visit&& visit) {
     Lists lists;

@@ -10,8 +10,8 @@
 
 namespace livetet {
 
-/// Gathers arrays of plain values as bytes, each behind its length: what a child process hands to
-/// its parent.
+/// Serialises arrays of plain values, each preceded by its length: the result a child process sends
+/// to its parent.
 class Packer {
   public:
     template <class T>
@@ -35,8 +35,8 @@ class Packer {
     std::vector<char> bytes_;
 };
 
-/// Takes what a Packer gathered, in the same order. Throws Error, naming `who` made it, where the
-/// bytes are too few.
+/// Reads back the values of a Packer in the same order. Throws Error, naming the sender `who`, if
+/// bytes are missing.
 class Unpacker {
   public:
     Unpacker(std::span<const char> bytes, std::string who) : left_(bytes), who_(std::move(who)) {}
@@ -62,7 +62,7 @@ class Unpacker {
         left_ = left_.subspan(sizeof count);
         return count;
     }
-    /// Throws Error where bytes are left.
+    /// Throws Error if bytes are left over.
     void finish() const {
         if (!left_.empty()) fail("{}: its result has {} bytes too many", who_, left_.size());
     }

@@ -14,14 +14,13 @@
 
 namespace livetet {
 
-/// PETSc said no: the call, its place, and PETSc's own words. Not the user's fault, unless a
-/// message says so.
+/// A PETSc call failed: the call, its place in the source, and PETSc's own message. An internal
+/// error unless the message says otherwise.
 class PetscFailure : public std::runtime_error {
   public:
     PetscFailure(PetscErrorCode code, const std::string& message)
         : std::runtime_error(message), code_(code) {}
-    /// Whether it is what PETSc says of options that it does not have, or of values that these do
-    /// not take.
+    /// Whether PETSc returns this code for unknown options or invalid option values.
     bool may_be_an_option() const {
         constexpr int of_options[] = {PETSC_ERR_SUP,
                                       PETSC_ERR_ARG_WRONG,
@@ -46,15 +45,15 @@ class PetscFailure : public std::runtime_error {
     PetscErrorCode code_;
 };
 
-/// The exception that a callback could not let pass through PETSc's C code; null where there is
-/// none.
+/// The exception that a callback caught because it must not pass through PETSc's C code; null if
+/// there is none.
 inline std::exception_ptr& kept_exception() {
     thread_local std::exception_ptr kept;
     return kept;
 }
 
-/// What a callback of PETSc does: runs work() and returns 0, or keeps what it throws and returns an
-/// error code. The LIVETET_PETSC around the call that PETSc called back from throws it on.
+/// Wraps the body of a PETSc callback: runs work() and returns 0, or stores its exception and
+/// returns an error code. The LIVETET_PETSC around the outer PETSc call rethrows it.
 template <class Work>
 PetscErrorCode in_callback(Work&& work) noexcept {
     try {
@@ -66,13 +65,12 @@ PetscErrorCode in_callback(Work&& work) noexcept {
     }
 }
 
-/// Throws the exception that a callback kept, else PetscFailure.
+/// Throws the stored exception of a callback, else PetscFailure.
 [[noreturn]] inline void throw_petsc_failure(PetscErrorCode code, const char* call,
                                              const char* file, int line) {
     if (const auto kept = std::exchange(kept_exception(), nullptr)) std::rethrow_exception(kept);
     const char* kind = nullptr;
-    char* words = nullptr;  // of the place in PETSc that found the fault; of an earlier one where
-                            // this has none
+    char* words = nullptr;  // PETSc's latest error text; may belong to an earlier error
     PetscErrorMessage(code, &kind, &words);
     throw PetscFailure(
         code, fmt::format("PETSc: {}{}{} ({} failed with code {} at {}:{})", kind ? kind : "",
@@ -80,15 +78,15 @@ PetscErrorCode in_callback(Work&& work) noexcept {
                           static_cast<int>(code), file, line));
 }
 
-/// Calls PETSc and throws PetscFailure where it returns an error.
+/// Calls PETSc and throws PetscFailure if it returns an error.
 #define LIVETET_PETSC(call)                                                           \
     do {                                                                              \
         if (const PetscErrorCode livetet_code_ = (call))                              \
             ::livetet::throw_petsc_failure(livetet_code_, #call, __FILE__, __LINE__); \
     } while (false)
 
-/// Owns one reference to a PETSc object. `adopt` takes over the reference that a Create call gave.
-/// A moved-from handle is empty.
+/// Owns one reference to a PETSc object. `adopt` takes over the reference returned by a Create
+/// call. A moved-from handle is empty.
 template <class T>
 class PetscHandle {
   public:
@@ -103,7 +101,7 @@ class PetscHandle {
 
     T get() const { return object_; }
     explicit operator bool() const { return object_ != nullptr; }
-    /// For Create calls: drops what is held and gives the place for the new object.
+    /// For Create calls: releases the held object and returns the address for the new one.
     T* out() {
         reset();
         return &object_;
@@ -118,7 +116,7 @@ class PetscHandle {
     T object_ = nullptr;
 };
 
-/// The local values of a vector, given back when the guard dies.
+/// Read access to the local values of a vector, until the guard is destroyed.
 class ReadArray {
   public:
     explicit ReadArray(Vec v) : vec_(v) {
@@ -139,6 +137,7 @@ class ReadArray {
     std::size_t size_ = 0;
 };
 
+/// Write access to the local values of a vector, until the guard is destroyed.
 class WriteArray {
   public:
     explicit WriteArray(Vec v) : vec_(v) {

@@ -10,7 +10,7 @@ namespace livetet {
 
 namespace {
 
-/// A terminal that is gone ends nothing: fmt::print would throw.
+/// Ignores write errors: a closed terminal must not end the program, and fmt::print would throw.
 void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace

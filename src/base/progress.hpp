@@ -7,12 +7,12 @@
 
 namespace livetet {
 
-/// Where a long computation says how far it is: a fraction in [0, 1] and a few words. Empty means
-/// nobody listens.
+/// Receives the progress of a long computation: a fraction in [0, 1] and a short description. May
+/// be empty.
 using ProgressCallback = std::function<void(double fraction, std::string_view what)>;
 
-/// A line on a terminal's stderr that is rewritten at most ten times a second; where stderr is not
-/// a terminal, a line every ten per cent. Ends its line when destroyed.
+/// Progress display on stderr. On a terminal it is one line, rewritten at most ten times a second;
+/// otherwise one line for every ten per cent. The destructor ends the line.
 class ProgressLine {
   public:
     explicit ProgressLine(std::string title);
@@ -21,7 +21,7 @@ class ProgressLine {
     ProgressLine& operator=(const ProgressLine&) = delete;
 
     void update(double fraction, std::string_view what);
-    /// Where nobody knows how long it takes: a few words, and where stderr is not a terminal a line
+    /// Shows a short text when the total time is unknown; if stderr is not a terminal, at most
     /// every five seconds.
     void say(std::string_view what);
     ProgressCallback callback() {

@@ -7,15 +7,14 @@
 
 namespace livetet {
 
-/// A queue of fixed size from one thread to another that neither waits in. The values' own storage
-/// is used again.
+/// Lock-free queue of fixed capacity from one writer thread to one reader thread. Neither waits,
+/// except in `wait`. Slots and their storage are reused.
 template <class T>
 class Ring {
   public:
     explicit Ring(std::size_t capacity) : slots_(capacity) {}
 
-    /// The writer's next slot, or nullptr where the reader is a whole ring behind; fill it, then
-    /// `push`.
+    /// Writer: the next free slot, or nullptr if the queue is full. Fill it, then call `push`.
     T* free_slot() {
         return pushed_.load(std::memory_order_relaxed) - popped_.load(std::memory_order_acquire) <
                        slots_.size()
@@ -27,14 +26,14 @@ class Ring {
         pushed_.notify_one();
     }
 
-    /// The reader's oldest value, or nullptr; `pop` gives its slot back.
+    /// Reader: the oldest value, or nullptr if the queue is empty. `pop` releases its slot.
     const T* oldest() const {
         return popped_.load(std::memory_order_relaxed) < pushed_.load(std::memory_order_acquire)
                    ? &slots_[popped_.load(std::memory_order_relaxed) % slots_.size()]
                    : nullptr;
     }
     void pop() { popped_.fetch_add(1, std::memory_order_release); }
-    /// The reader sleeps until something was pushed.
+    /// Reader: sleeps until a value is available.
     void wait() const {
         pushed_.wait(popped_.load(std::memory_order_relaxed), std::memory_order_acquire);
     }

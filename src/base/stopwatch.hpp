@@ -5,15 +5,15 @@
 
 namespace livetet {
 
-/// What has passed on the clock that never goes back.
+/// Seconds since `start` on the steady clock.
 inline double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The same clock, lap by lap.
+/// Measures laps on the steady clock.
 class Stopwatch {
   public:
-    /// Seconds since the last lap, or since it was made.
+    /// Seconds since the last call, or since construction.
     double lap() {
         const auto before = std::exchange(last_, std::chrono::steady_clock::now());
         return std::chrono::duration<double>(last_ - before).count();

@@ -22,11 +22,11 @@ struct Place {
 };
 
 std::array<Place, 64> places;
-static_assert(std::atomic<int>::is_always_lock_free);  // what a signal handler may look at
-volatile sig_atomic_t owner = 0;  ///< the process that is to clean up; a forked one is not
+static_assert(std::atomic<int>::is_always_lock_free);  // required in a signal handler
+volatile sig_atomic_t owner = 0;  ///< the process that cleans up; forked children do not
 
-/// Only what a signal handler may call (POSIX 2.4.3): files by itself, folders by a process that is
-/// waited for.
+/// Calls async-signal-safe functions only (POSIX 2.4.3). Files are unlinked; folders are removed by
+/// a child process.
 void clean_up_and_end(int which) {
     std::signal(which, SIG_DFL);
     if (::getpid() == owner) {
@@ -38,8 +38,8 @@ void clean_up_and_end(int which) {
                 (errno == EISDIR || errno == EPERM))
                 words[count++] = place.path;
         if (count > 3) {
-            const pid_t child =
-                ::_Fork();  // fork waits for malloc, whose lock may be held where the signal came
+            // Not fork: it would wait for malloc's lock, which the interrupted thread may hold.
+            const pid_t child = ::_Fork();
             if (child == 0) {
                 ::execv("/bin/rm", words.data());
                 ::_exit(1);
@@ -47,17 +47,17 @@ void clean_up_and_end(int which) {
             if (child > 0) ::waitpid(child, nullptr, 0);
         }
     }
-    sigset_t mask;  // it is held back while its handler runs
+    sigset_t mask;  // the signal is blocked while its handler runs
     sigemptyset(&mask);
     sigaddset(&mask, which);
     std::raise(which);
     ::sigprocmask(SIG_UNBLOCK, &mask, nullptr);
-    ::_exit(128 + which);  // a container's first process outlives its own signal
+    ::_exit(128 + which);  // process 1 of a container survives its own signal
 }
 
 }  // namespace
 
-Leftover::Leftover(const std::filesystem::path& path) : place_(-1) {
+TemporaryPath::TemporaryPath(const std::filesystem::path& path) : place_(-1) {
     std::error_code error;
     const std::string name = std::filesystem::absolute(path, error).string();
     if (error || name.size() >= PATH_MAX) return;
@@ -70,11 +70,11 @@ Leftover::Leftover(const std::filesystem::path& path) : place_(-1) {
     }
 }
 
-Leftover::~Leftover() {
+TemporaryPath::~TemporaryPath() {
     if (place_ >= 0) places[place_].use = unused;
 }
 
-void remove_leftovers_at_signals() {
+void remove_temporary_files_at_signals() {
     owner = ::getpid();
     for (const int which : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
         struct sigaction now;

@@ -4,21 +4,22 @@
 
 namespace livetet {
 
-/// While it lives, a signal that ends the program removes this file or folder first, with all that
-/// is in it. Not more than 64 at a time, those that come later stay.
-class Leftover {
+/// Marks a file or folder as temporary: while this object lives, a signal that ends the program
+/// first removes the path recursively. At most 64 paths are tracked; further ones are ignored. The
+/// destructor does not remove anything.
+class TemporaryPath {
   public:
-    explicit Leftover(const std::filesystem::path& path);
-    ~Leftover();
-    Leftover(const Leftover&) = delete;
-    Leftover& operator=(const Leftover&) = delete;
+    explicit TemporaryPath(const std::filesystem::path& path);
+    ~TemporaryPath();
+    TemporaryPath(const TemporaryPath&) = delete;
+    TemporaryPath& operator=(const TemporaryPath&) = delete;
 
   private:
     int place_;
 };
 
-/// From now on Ctrl-C, SIGTERM, SIGHUP and SIGPIPE remove what is left over before they end the
-/// program, wherever nothing else was asked to handle them. To be called once, before any thread.
-void remove_leftovers_at_signals();
+/// Installs handlers so that SIGINT, SIGTERM, SIGHUP and SIGPIPE remove all temporary paths before
+/// they end the program, unless another handler is installed. Call once, before any thread starts.
+void remove_temporary_files_at_signals();
 
 }  // namespace livetet

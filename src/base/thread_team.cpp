@@ -16,10 +16,9 @@ void pause() {
 #endif
 }
 
-/// The k-th turn of waiting: a pause of some cycles; after a tenth of a millisecond somebody else
-/// has this core or the other, and is let have it. Sooner, a window's threads take a core whenever
-/// one worker has less to do (a frame takes 6 ms longer); later, the two of us wait for each other
-/// where another program has a core (23 ms instead of 15 after 0.35 ms).
+/// One step of a spin wait, number k: a pause instruction, and after 0.1 ms a yield. An earlier
+/// yield loses the core to unrelated threads; a later one lets two members wait for each other when
+/// another program has a core. Both cost several milliseconds a frame.
 void spin(int k) {
     if (k < 2000)
         pause();
@@ -43,8 +42,8 @@ void ThreadTeam::start(Call call, void* work) {
     call_ = call;
     work_ = work;
     at_work_.store(static_cast<int>(workers_.size()), std::memory_order_relaxed);
-    // Sequentially consistent, as a worker's last look before it sleeps: one of the two sees the
-    // other.
+    // Sequentially consistent, like a worker's last check before it sleeps: at least one of the two
+    // sees the other's store.
     round_.fetch_add(1, std::memory_order_seq_cst);
     if (asleep_.load(std::memory_order_seq_cst) > 0) round_.notify_all();
 }

@@ -10,19 +10,19 @@
 
 namespace livetet {
 
-/// Threads that work together on pieces of one loop: for loops of microseconds, many times a frame.
-/// The caller is the first of them. Waiting is spinning; a worker that has had nothing to do for
-/// some milliseconds sleeps until it is called again. `run` allocates nothing, takes no lock and
-/// makes no call that can block.
+/// Fork-join team of threads for loops of microseconds that run many times a frame. The calling
+/// thread is the first member. Threads wait by spinning; a worker that is idle for some
+/// milliseconds sleeps until it is called again. `run` allocates nothing, takes no lock and makes
+/// no blocking call.
 class ThreadTeam {
   public:
-    /// `threads` at least 1; 1: no thread is started and `run` is a plain call.
+    /// `threads` >= 1. With 1 no thread is started and `run` is a plain call.
     explicit ThreadTeam(int threads = 1);
     ~ThreadTeam();
     ThreadTeam(const ThreadTeam&) = delete;
     ThreadTeam& operator=(const ThreadTeam&) = delete;
 
-    /// A team of the caller alone, for whoever was given no other.
+    /// A team of the calling thread only: the default argument where no team is given.
     static ThreadTeam& alone() {
         static ThreadTeam team(1);
         return team;
@@ -30,8 +30,8 @@ class ThreadTeam {
 
     int size() const { return static_cast<int>(workers_.size()) + 1; }
 
-    /// work(thread) on each thread, 0 to size() - 1; returns when all have come back. `work` must
-    /// not throw and must not call `run`.
+    /// Calls work(thread) on each thread, 0 to size() - 1, and returns when all have returned.
+    /// `work` must not throw and must not call `run`.
     template <class Work>
     void run(Work&& work) {
         if (workers_.empty()) {
@@ -45,8 +45,8 @@ class ThreadTeam {
         finish();
     }
 
-    /// work(begin, end) on pieces of [0, count), one a thread; on one thread alone where a piece
-    /// would be smaller than `grain`, not worth the handing over.
+    /// Splits [0, count) into one piece a thread and calls work(begin, end) on each. Runs on the
+    /// calling thread alone if a piece would be smaller than `grain`.
     template <class Work>
     void run_pieces(std::size_t count, std::size_t grain, Work&& work) {
         const auto pieces = static_cast<std::size_t>(size());
@@ -63,9 +63,9 @@ class ThreadTeam {
     void serve(int thread);
 
     std::vector<std::thread> workers_;
-    Call call_ = nullptr;  ///< null: the team ends
+    Call call_ = nullptr;  ///< null: the workers end
     void* work_ = nullptr;
-    alignas(64) std::atomic<std::uint32_t> round_{0};  ///< of work given out
+    alignas(64) std::atomic<std::uint32_t> round_{0};  ///< counts the calls of `run`
     alignas(64) std::atomic<int> at_work_{0};
     alignas(64) std::atomic<int> asleep_{0};
 };

@@ -24,7 +24,7 @@ class WorkFolder {
             if (!::mkdtemp(name.data()))
                 fail("{}: cannot be made: {}", name, std::generic_category().message(errno));
             path_ = name;
-            leftover_.emplace(path_);
+            signal_guard_.emplace(path_);
         }
         std::error_code error;
         std::filesystem::create_directories(path_, error);
@@ -43,7 +43,7 @@ class WorkFolder {
   private:
     std::filesystem::path path_;
     bool kept_;
-    std::optional<Leftover> leftover_;
+    std::optional<TemporaryPath> signal_guard_;
 };
 
 }  // namespace livetet

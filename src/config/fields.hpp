@@ -8,18 +8,22 @@
 #include <string_view>
 #include <type_traits>
 
-/// A field table is one function, found by argument-dependent look-up,
+/// A field table declares the keys of an options struct. It is one function, found by
+/// argument-dependent lookup,
+///
 ///     template <class Visitor> void visit_fields(Visitor& v, Options& o);
-/// that names each member once: its key, unit, text, check; its default is the member's own
-/// initialiser. Reading, checking, writing the resolved scene and the reference all come from that
-/// one function. A visitor has
-///     field(key, T& value, unit, text, Check<T> = {})        a number, text, truth value, vector
-///     or list of them choice(key, E& value, text, {{E::a, "name", "meaning"}, ...}) group(key, S&
-///     value, text)                              a nested table list(key, std::vector<S>& value,
-///     text)                  a list of tables
+///
+/// that names each member once with its key, unit, text and check. The default is the member's own
+/// initialiser. Reading, checking, writing the resolved scene and the reference all use this
+/// function. A visitor has
+///
+///     field(key, T& value, unit, text, Check<T> = {})    number, text, bool, vector or list
+///     choice(key, E& value, text, {{E::a, "name", "meaning"}, ...})
+///     group(key, S& value, text)                         nested table
+///     list(key, std::vector<S>& value, text)             list of tables
 namespace livetet {
 
-/// What a value must be; `text` completes "must be ...".
+/// Condition on a value; `text` completes the sentence "must be ...".
 template <class T>
 struct Check {
     std::string_view text{};
@@ -44,6 +48,7 @@ constexpr Check<T> at_least() {
     return {detail::limit_text<Limit>(true), [](const T& x) { return x >= Limit; }};
 }
 
+/// One value of an enumeration: its name in files and its meaning in the reference.
 template <class E>
 struct Choice {
     E value;

@@ -7,7 +7,7 @@ namespace livetet {
 
 namespace {
 
-/// Levenshtein's edit distance.
+/// Levenshtein distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -27,10 +27,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
     std::string nearest;
-    std::size_t least = std::max<std::size_t>(2, word.size() / 2) + 1;
+    std::size_t min_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
     for (const std::string& c : candidates)
-        if (const std::size_t d = edit_distance(word, c); d < least) {
-            least = d;
+        if (const std::size_t d = edit_distance(word, c); d < min_distance) {
+            min_distance = d;
             nearest = c;
         }
     return nearest;
@@ -41,7 +41,7 @@ void YamlReader::check_all_known() const {
     std::vector<std::string> seen;
     for (const auto& entry : node_) {
         if (!entry.first.IsScalar())
-            fail("{}: a key is no word, expected a name ({})", prefix_, place(entry.first));
+            fail("{}: a key is not a scalar, expected a name ({})", prefix_, place(entry.first));
         const auto key = entry.first.as<std::string>();
         if (std::find(seen.begin(), seen.end(), key) != seen.end())
             fail("{}{} is given twice ({})", prefix_, key, place(entry.first));

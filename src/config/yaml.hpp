@@ -14,12 +14,11 @@
 
 namespace livetet {
 
-/// The candidate with the smallest edit distance to `word`; empty where none is near (more than
-/// half its length off).
+/// The candidate with the smallest edit distance to `word`; empty if the distance exceeds half its
+/// length.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
-/// Turns a YAML scalar or sequence into a value of the type. Throws YAML::Exception where it is not
-/// one.
+/// Converts a YAML scalar or sequence. Throws YAML::Exception if it is not a value of type T.
 template <class T>
 T yaml_value(const YAML::Node& node) {
     if constexpr (std::is_same_v<T, Eigen::Vector3d>) {
@@ -33,6 +32,7 @@ T yaml_value(const YAML::Node& node) {
     }
 }
 
+/// Name of a value's type for messages: "must be ...".
 template <class T>
 std::string_view type_text() {
     if constexpr (std::is_same_v<T, bool>)
@@ -68,8 +68,8 @@ bool is_finite(const T& value) {
     return true;
 }
 
-/// Reads a table from a YAML mapping. Every message names the key, what was found, what must be,
-/// and file:line.
+/// Visitor that reads a table from a YAML mapping. Every error message gives the key, the value
+/// found, the values allowed, and file:line.
 class YamlReader {
   public:
     YamlReader(YAML::Node node, std::string file, std::string prefix = "")
@@ -136,7 +136,7 @@ class YamlReader {
             read(node[i], fmt::format("{}{}[{}].", prefix_, key, i), values.emplace_back());
     }
 
-    /// After the visit: no key may be left that the table does not have.
+    /// After the visit: throws Error if a key is not in the table, suggesting the nearest one.
     void check_all_known() const;
 
     template <class S>
@@ -172,7 +172,7 @@ class YamlReader {
     std::vector<std::string> known_;
 };
 
-/// Reads a table. Throws Error for everything YamlReader refuses.
+/// Reads a table from a YAML node. Throws Error as YamlReader does.
 template <class S>
 S read_yaml(const YAML::Node& node, const std::string& file) {
     S value;
@@ -182,7 +182,7 @@ S read_yaml(const YAML::Node& node, const std::string& file) {
     return value;
 }
 
-/// Reads a scene file's text. Throws Error for broken YAML (with the line), too.
+/// Reads a table from YAML text. Also throws Error for invalid YAML, with the line.
 template <class S>
 S read_yaml(const std::string& text, const std::string& file) {
     YAML::Node node;
@@ -194,7 +194,8 @@ S read_yaml(const std::string& text, const std::string& file) {
     return read_yaml<S>(node, file);
 }
 
-/// Writes a table with every value it resolved to, as YAML that reads back to the same.
+/// Visitor that writes a table with all resolved values, as YAML that reads back to the same
+/// values.
 class YamlWriter {
   public:
     explicit YamlWriter(YAML::Emitter& out) : out_(out) {}
@@ -229,7 +230,8 @@ class YamlWriter {
     template <class S>
     void list(std::string_view key, std::vector<S>& values, std::string_view) {
         out_ << YAML::Key << std::string(key) << YAML::Value;
-        if (values.empty()) out_ << YAML::Flow;  // said, since the default may have entries
+        if (values.empty())
+            out_ << YAML::Flow;  // written explicitly, as the default may have entries
         out_ << YAML::BeginSeq;
         for (S& value : values) write(value);
         out_ << YAML::EndSeq;
@@ -257,6 +259,7 @@ class YamlWriter {
     YAML::Emitter& out_;
 };
 
+/// The table as YAML text, with all resolved values.
 template <class S>
 std::string to_yaml(S value) {
     YAML::Emitter out;
@@ -266,7 +269,7 @@ std::string to_yaml(S value) {
     return std::string(out.c_str()) + "\n";
 }
 
-/// Prints the reference of a table: key, default, unit, meaning.
+/// Visitor that prints the reference of a table: key, default, unit, meaning.
 class ReferencePrinter {
   public:
     template <class T>
@@ -324,6 +327,7 @@ class ReferencePrinter {
     int indent_ = 0;
 };
 
+/// The reference of a table as text.
 template <class S>
 std::string reference_of() {
     S defaults{};

@@ -7,7 +7,8 @@
 
 namespace livetet {
 
-/// A rotation and a translation (metres) as files hold them: the 3 x 4 matrix by rows.
+/// A rigid transform as files store it: the upper 3 x 4 part of its matrix, row by row; the
+/// translation in metres.
 inline std::array<double, 12> matrix_rows(const Eigen::Matrix3d& rotation,
                                           const Eigen::Vector3d& translation) {
     std::array<double, 12> rows;
@@ -18,7 +19,7 @@ inline std::array<double, 12> matrix_rows(const Eigen::Matrix3d& rotation,
     return rows;
 }
 
-/// The way back, unchecked. `To` and `From` are whatever the file says.
+/// Inverse of `matrix_rows`. Does not check that the matrix is a rotation.
 template <class To, class From>
 RigidTransform<To, From> transform_of_rows(std::span<const double, 12> rows) {
     RigidTransform<To, From> t;

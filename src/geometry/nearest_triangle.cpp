@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int32_t leaf_size = 4;
 
-/// part / whole in [0, 1], and 0 where a degenerate triangle leaves no whole.
+/// part / whole clamped to [0, 1]; 0 if `whole` is not positive (a degenerate triangle).
 double fraction(double part, double whole) {
     return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0.0;
 }
@@ -89,14 +89,14 @@ void NearestTriangle::build(std::int32_t box, std::int32_t first, std::int32_t c
 
 NearestTriangle::Hit NearestTriangle::find(const Vector3& x) const {
     Hit hit;
-    double best = std::numeric_limits<double>::infinity();
-    std::array<std::pair<std::int32_t, double>, 128>
-        stack;  // a median split of 2^31 triangles is 31 deep
+    double best_squared = std::numeric_limits<double>::infinity();
+    // A median split of 2^31 triangles is 31 levels deep; each level leaves one pending box.
+    std::array<std::pair<std::int32_t, double>, 128> stack;
     std::size_t depth = 0;
     stack[depth++] = {0, 0.0};
     while (depth > 0) {
-        const auto [index, squared_bound] = stack[--depth];
-        if (squared_bound >= best) continue;
+        const auto [index, bound_squared] = stack[--depth];
+        if (bound_squared >= best_squared) continue;
         const Box& box = boxes_[index];
         if (box.count == 0) {
             std::pair<std::int32_t, double> near{box.first,
@@ -112,13 +112,13 @@ NearestTriangle::Hit NearestTriangle::find(const Vector3& x) const {
             const auto& [a, b, c] = corners_[order_[i]];
             const std::array<double, 3> w = nearest_weights(x, a, b, c);
             const Vector3 place = w[0] * a + w[1] * b + w[2] * c;
-            const double squared = (place - x).squaredNorm();
-            if (squared >= best) continue;
-            best = squared;
+            const double distance_squared = (place - x).squaredNorm();
+            if (distance_squared >= best_squared) continue;
+            best_squared = distance_squared;
             hit = {order_[i], w, place, 0};
         }
     }
-    hit.distance = std::sqrt(best);
+    hit.distance = std::sqrt(best_squared);
     return hit;
 }
 

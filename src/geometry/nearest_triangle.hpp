@@ -11,30 +11,32 @@
 
 namespace livetet {
 
-/// The point of triangle (a, b, c) that is nearest to x, as weights of a, b and c: all in [0, 1],
-/// sum one. From the region (vertex, edge or face) that x projects to: C. Ericson, Real-Time
-/// Collision Detection, 2005, section 5.1.5.
+/// Barycentric weights of the point of triangle (a, b, c) nearest to x: each in [0, 1], sum 1.
+/// Follows C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5: finds the Voronoi region
+/// (vertex, edge or face) that contains x. Degenerate triangles are allowed.
 std::array<double, 3> nearest_weights(const Vector3& x, const Vector3& a, const Vector3& b,
                                       const Vector3& c);
 
-/// A tree of bounding boxes over triangles, to ask for the nearest of them: O(log n) for a point
-/// near the surface. Holds a copy of the corners. Results do not depend on the order of questions.
+/// Bounding volume hierarchy of triangles for nearest-point queries. A query costs O(log n) for a
+/// point near the surface. Copies the corners, so the input may go out of scope. `find` is const
+/// and may be called from several threads. Equal distances resolve by the tree's order, not by
+/// earlier queries.
 class NearestTriangle {
   public:
     struct Hit {
         std::int32_t triangle = -1;
-        std::array<double, 3> weights{};  ///< of the triangle's corners
-        Vector3 place;                    ///< the point on the triangle, metres
-        double distance = 0;              ///< metres
+        std::array<double, 3> weights{};  ///< barycentric, of the triangle's corners
+        Vector3 place;                    ///< nearest point on the triangle, metres
+        double distance = 0;              ///< from the query point, metres
     };
 
-    /// Precondition: at least one triangle.
+    /// `triangles` index `nodes` (metres). Precondition: at least one triangle.
     NearestTriangle(std::span<const Vector3> nodes, std::span<const Triangle> triangles);
     Hit find(const Vector3& x) const;
 
   private:
-    /// A leaf holds order_[first] .. order_[first + count]; an inner box has count 0, its children
-    /// at `first` and `first + 1`.
+    /// A leaf holds the triangles order_[first] to order_[first + count - 1]. An inner box has
+    /// count 0 and the children boxes_[first] and boxes_[first + 1].
     struct Box {
         Eigen::AlignedBox3d box;
         std::int32_t first = 0, count = 0;

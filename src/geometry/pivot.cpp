@@ -17,18 +17,18 @@ using Pose = RigidTransform<Tracker, Tool>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr int max_rounds = 20;
-constexpr std::size_t max_compared = 1500;  // poses compared in pairs for their spread
+constexpr std::size_t max_compared = 1500;  // poses compared pairwise for their spread
 
-// The largest angle between two poses: tr(R_i^T R_j) = 1 + 2 cos(angle). Of very many poses every
-// n-th is compared.
+// Largest rotation angle between two poses, from tr(R_i^T R_j) = 1 + 2 cos(angle). Of more than
+// `max_compared` poses only every n-th is compared.
 double angular_spread_deg(const std::vector<Pose>& poses) {
     const std::size_t stride = 1 + poses.size() / max_compared;
-    double least_trace = 3;
+    double min_trace = 3;
     for (std::size_t i = 0; i < poses.size(); i += stride)
         for (std::size_t j = i + stride; j < poses.size(); j += stride)
-            least_trace =
-                std::min(least_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
-    return std::acos(std::clamp((least_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
+            min_trace =
+                std::min(min_trace, poses[i].rotation.cwiseProduct(poses[j].rotation).sum());
+    return std::acos(std::clamp((min_trace - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
@@ -46,8 +46,8 @@ void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
 }
 
 PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& options) {
-    // Least squares of R tip - pivot = -t by their normal equations: a fit that these would spoil
-    // is refused below.
+    // Solves R tip - pivot = -t by the normal equations. Systems too ill-conditioned for them are
+    // refused below.
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6d right = Vector6d::Zero();
     for (const Pose& pose : poses) {
@@ -66,8 +66,7 @@ PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& optio
     if (result.rank < 6)
         fail(
             "pivot calibration: the poses determine {} of 6 unknowns (smallest singular value "
-            "{:.2g} of the largest, "
-            "expected at least {}): turn the tool about more than one axis",
+            "{:.2g} of the largest, expected at least {}): turn the tool about more than one axis",
             result.rank, values[5] / values[0], options.min_singular_ratio);
     const Vector6d x =
         eigen.eigenvectors() *
@@ -90,8 +89,8 @@ std::vector<double> distances(const std::vector<Pose>& poses, const PivotCalibra
     return d;
 }
 
-// Median and median absolute deviation, so that many outliers do not hide each other; a nanometre
-// for exact data.
+// Median plus `sigmas` robust deviations (1.4826 times the median absolute deviation), so that
+// outliers do not mask each other. The nanometre keeps exact data.
 double limit_of(const std::vector<double>& d, double sigmas) {
     const double centre = median(d);
     std::vector<double> deviation;

@@ -15,9 +15,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
-constexpr double min_spread = 1e-6;  // metres: closer together than this, points coincide
-constexpr double min_ratio =
-    0.01;  // second to first singular value: below this, points lie on a line
+constexpr double min_spread = 1e-6;  // metres; points closer together coincide
+// Ratio of the second to the first singular value; below it points lie on a line.
+constexpr double min_ratio = 0.01;
 
 Vector3d mean_of(Points points, std::span<const double> weights) {
     Vector3d sum = Vector3d::Zero();
@@ -25,7 +25,7 @@ Vector3d mean_of(Points points, std::span<const double> weights) {
     return sum / total_weight(weights, points.size());
 }
 
-// RMS along each principal axis, ascending.
+// RMS distance from the mean along each principal axis, ascending.
 Vector3d principal_spread(Points points, std::span<const double> weights) {
     const Vector3d mean = mean_of(points, weights);
     Matrix3d scatter = Matrix3d::Zero();
@@ -51,14 +51,15 @@ std::size_t used_points(std::span<const double> weights, std::size_t count) {
 
 void check_points(Points from, Points to, std::span<const double> weights) {
     if (from.size() != to.size())
-        fail("registration: {} points to move and {} to move them to, expected as many",
+        fail("registration: {} points to move and {} to move them to, expected equal numbers",
              from.size(), to.size());
     if (!weights.empty() && weights.size() != from.size())
         fail("registration: {} weights for {} points, expected one each", weights.size(),
              from.size());
     for (std::size_t i = 0; i < from.size(); ++i) {
         if (!from[i].allFinite() || !to[i].allFinite())
-            fail("registration: point {} of {} is not at a finite place", i + 1, from.size());
+            fail("registration: point {} of {} has a coordinate that is not finite", i + 1,
+                 from.size());
         const double w = weight_of(weights, i);
         if (!std::isfinite(w) || w < 0)
             fail("registration: weight {} is {}, expected a finite number that is not negative",

@@ -17,7 +17,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
-// Sums over the pairs assigned so far: one more pair is added in constant time.
+// Sums over the pairs assigned so far. Adding a pair takes constant time.
 struct PairSums {
     double count = 0, from_squares = 0, to_squares = 0;
     Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();
@@ -27,7 +27,7 @@ struct PairSums {
         return {count + 1, from_squares + p.squaredNorm(), to_squares + x.squaredNorm(), from + p,
                 to + x,    to_from + x * p.transpose()};
     }
-    // The sum of squares that the best rigid fit leaves.
+    // Residual sum of squares of the best rigid fit.
     double residual() const {
         const double squares =
             from_squares + to_squares - (from.squaredNorm() + to.squaredNorm()) / count;
@@ -35,7 +35,8 @@ struct PairSums {
     }
 };
 
-// Each next point is the farthest from those before it: wrong beginnings then fit badly early.
+// Orders the points so that each is the farthest from all before it. Wrong partial assignments are
+// then discarded early.
 std::vector<std::size_t> far_apart_first(Points points) {
     std::vector<std::size_t> order(points.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -77,7 +78,8 @@ class Search {
         PairSums sums;
     };
 
-    // Half the squared difference of two distances is what the best fit of the two pairs leaves.
+    // Lower bound of the residual: the best fit of two pairs leaves half the squared difference of
+    // their distances.
     double pair_bound(std::size_t depth, std::size_t candidate) const {
         double worst = 0;
         for (std::size_t k = 0; k < depth; ++k) {

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
 constexpr double outlier_probability = 0.01;
-constexpr double min_outlier = 0.0005;  // metres: nobody's fiducials are better than this
+constexpr double min_outlier = 0.0005;  // metres; smaller errors are ordinary localisation errors
 
 double unknowns(Scaling scaling) { return scaling == Scaling::similarity ? 7 : 6; }
 
@@ -27,7 +27,7 @@ std::vector<double> without(std::size_t i, std::span<const double> weights, std:
     return others;
 }
 
-// The fit of the others; nothing where they do not determine one.
+// Fit of the others; nothing if they do not determine one.
 std::optional<PointFit> fit_without(Points from, Points to, Scaling scaling,
                                     std::span<const double> others) {
     if (used_points(others, from.size()) < 3) return std::nullopt;
@@ -93,8 +93,8 @@ std::optional<Outlier> find_outlier(Points from, Points to, Scaling scaling,
     return worst;
 }
 
-// P(F > f) = I_x(n/2, m/2) with x = n / (n + m f). With x = sin^2 t the incomplete beta integral is
-// smooth: Simpson's rule.
+// P(F > f) = I_x(n/2, m/2) with x = n / (n + m f). The substitution x = sin^2 t makes the integrand
+// of the incomplete beta function smooth; Simpson's rule integrates it.
 double f_survival(double f, double m, double n) {
     if (!(f > 0)) return 1;
     constexpr int steps = 400;

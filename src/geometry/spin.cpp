@@ -15,8 +15,7 @@ using Poses = std::span<const RigidTransform<Tracker, Tool>>;
 
 constexpr double degrees = 180 / std::numbers::pi;
 
-// How much of the circle round the shaft the poses cover: all but the largest gap between two
-// neighbours.
+// Arc around the shaft covered by the poses: 360 degrees less the largest gap between neighbours.
 double covered_deg(Poses poses, const SpinCalibration& spin) {
     const Vector3d across = spin.shaft_in_tool.unitOrthogonal();
     const Vector3d x = spin.shaft_in_tracker.unitOrthogonal(), y = spin.shaft_in_tracker.cross(x);
@@ -74,9 +73,7 @@ SpinCalibration calibrate_spin(Poses poses, const std::optional<Vector3d>& tip,
     if (spin.tilt_deg > options.max_tilt_deg)
         fail(
             "spin calibration: the shaft tilts by {:.1f} degrees (RMS), expected at most {}: turn "
-            "the tool about its "
-            "own "
-            "shaft only",
+            "the tool about its own shaft only",
             spin.tilt_deg, options.max_tilt_deg);
     if (spin.turn_deg < options.min_turn_deg)
         fail(

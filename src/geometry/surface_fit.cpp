@@ -26,24 +26,24 @@ void check(std::span<const Vector3d> points, const TriangleMesh& surface,
         fail("surface registration: {} points, expected at least {}", points.size(), min_points);
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!points[i].allFinite())
-            fail("surface registration: point {} of {} is not at a finite place", i + 1,
+            fail("surface registration: point {} of {} has a coordinate that is not finite", i + 1,
                  points.size());
     if (surface.triangles.empty())
-        fail("surface registration: the surface has no triangle, expected some");
-    if (!(options.left_out >= 0 && options.left_out < 0.5))
+        fail("surface registration: the surface has no triangle, expected at least one");
+    if (!(options.trimmed_share >= 0 && options.trimmed_share < 0.5))
         fail(
             "surface registration: the share of points left out is {}, expected at least 0 and "
             "below 0.5",
-            options.left_out);
+            options.trimmed_share);
 }
 
-/// The points that count, where they are, and the nearest places on the surface.
+/// The points used in the fit, matched with their nearest points on the surface.
 struct Pairs {
-    std::vector<Vector3d> place,
-        normal;  // normal: towards the point; of the triangle where it lies on it
+    std::vector<Vector3d> place;   // on the surface
+    std::vector<Vector3d> normal;  // from there to the point; the triangle's if they coincide
     std::vector<double> distance;
-    double squares = 0;  // mean, of those that count
-    double squares_of_all = 0;
+    double squares = 0;         // mean squared distance of the points used
+    double squares_of_all = 0;  // the same of all points
 };
 
 class Fit {
@@ -54,8 +54,8 @@ class Fit {
           surface_(surface),
           options_(options),
           tree_(surface.nodes, surface.triangles),
-          count_(points.size() -
-                 static_cast<std::size_t>(options.left_out * static_cast<double>(points.size()))) {
+          count_(points.size() - static_cast<std::size_t>(options.trimmed_share *
+                                                          static_cast<double>(points.size()))) {
         const Vector3d sum =
             std::accumulate(points.begin(), points.end(), Vector3d(Vector3d::Zero()));
         const Vector3d mean = sum / static_cast<double>(points.size());
@@ -99,6 +99,7 @@ class Fit {
         Eigen::SelfAdjointEigenSolver<Matrix6d> eigen;
     };
 
+    /// Matches the moved points with the surface and drops the farthest.
     Pairs pairs_at(const Motion& motion) const {
         struct Pair {
             Vector3d place, normal;
@@ -132,6 +133,8 @@ class Fit {
         return pairs;
     }
 
+    // Gauss-Newton system of the distances. A motion v = (turn about the centre times size, slide)
+    // changes distance i by c_i . v, c_i = (lever_i x n_i, n_i).
     Normal normal_equations(const Pairs& pairs) const {
         Normal normal;
         const auto count = static_cast<double>(count_);
@@ -150,8 +153,8 @@ class Fit {
         return normal;
     }
 
-    // The motion that brings the distances down, in the directions that the points hold; false
-    // where none does.
+    // One Gauss-Newton step in the constrained directions, halved until the sum of squares
+    // decreases. Returns false if it never does.
     bool step(Motion& motion, Pairs& pairs) const {
         const Normal normal = normal_equations(pairs);
         Vector6d move = Vector6d::Zero();
@@ -178,8 +181,7 @@ class Fit {
     SurfaceFitOptions options_;
     NearestTriangle tree_;
     std::size_t count_;
-    double size_ =
-        0;  // RMS distance of the points from their mean: turns and slides are measured alike
+    double size_ = 0;  // RMS distance of the points from their mean; scales rotations to lengths
 };
 
 }  // namespace

@@ -11,47 +11,55 @@
 
 namespace livetet {
 
+/// Options of `fit_to_surface`.
 struct SurfaceFitOptions {
-    double left_out = 0.1;  ///< share of the points, the farthest from the surface, that does not
-                            ///< count; below 0.5
+    /// Share of the points, the farthest from the surface, that is left out of the fit; below 0.5.
+    double trimmed_share = 0.1;
     int max_iterations = 100;
-    double tolerance = 1e-6;  ///< metres: done when no point moves farther in an iteration
-    double min_constraint =
-        0.01;  ///< an eigenvalue below this is a motion that the points do not hold
+    double tolerance = 1e-6;  ///< metres; converged if no point moves farther in an iteration
+    /// Motions whose eigenvalue is below this are not constrained by the points.
+    double min_constraint = 0.01;
 };
 
-/// A rigid motion that points on a surface hold well or badly. Its size is one: the points' RMS
-/// distance from their centre times the turn, and the slide of the centre.
+/// An eigenvector of the fit's normal matrix: a rigid motion of unit size and how well the points
+/// constrain it. The size is the norm of (RMS distance of the points from their centre times the
+/// rotation, translation of the centre).
 struct PointMotion {
     Eigen::Vector3d turn = Eigen::Vector3d::Zero(), slide = Eigen::Vector3d::Zero();
-    /// The mean square of the points' distances from the surface that it makes: about 1/3 where
-    /// normals point everywhere, 0 where the points slide along the surface. A surface that is `e`
-    /// wrong makes it wrong by `e / sqrt(constraint)`.
+    /// Mean square of the distances from the surface that the motion causes: about 1/3 if the
+    /// normals point in all directions, 0 if the points slide along the surface. A surface error
+    /// `e` causes an error of the motion of `e / sqrt(constraint)`.
     double constraint = 0;
 };
 
+/// Result of `fit_to_surface`. `points`: all points, `used`: those that were not left out.
 struct SurfaceFit {
-    RigidTransform<ImageFrame, ImageFrame>
-        image_from_start;  ///< from where the points were to where they fit
+    /// Moves the points from their start to where they fit.
+    RigidTransform<ImageFrame, ImageFrame> image_from_start;
     double rms_before = 0,
-           rms_after = 0;   ///< distances of the points that count from the surface, metres
-    double rms_of_all = 0;  ///< afterwards, of those left out as well
+           rms_after = 0;   ///< RMS distance of the points used from the surface, metres
+    double rms_of_all = 0;  ///< the same after the fit, including the points left out
     std::size_t points = 0, used = 0;
     int iterations = 0;
     bool converged = false;
-    std::vector<PointMotion> motions;  ///< six, the least held first
-    std::size_t free_motions =
-        0;  ///< how many of them are below `min_constraint`: these were left as they were
+    std::vector<PointMotion> motions;  ///< six, the least constrained first
+    /// Number of motions below `min_constraint`; the fit did not change these.
+    std::size_t free_motions = 0;
 };
 
-/// Moves points (image frame, metres; `start` has put them near) onto a surface: iterated closest
-/// points, trimmed (Chetverikov et al. 2005, "Robust Euclidean alignment of 3D point sets", Image
-/// and Vision Computing 23), each step by Gauss-Newton on the distances along the surface's normals
-/// (Chen, Medioni 1992), halved until the trimmed sum of squares falls. Motions that the points do
-/// not hold (Gelfand et al. 2003, "Geometrically stable sampling for the ICP algorithm":
-/// eigenvalues of the mean of c c^T, c = ((y - centre) / size x n, n)) are not made, but told: on a
-/// plane three, on a sphere three. Comes to the nearest minimum. Throws Error for fewer than 10
-/// points, values that are not finite, a surface without triangles and options out of range.
+/// Registers points (image frame, metres), already near their final position, to a surface: trimmed
+/// iterative closest point (Chetverikov et al. 2005, "Robust Euclidean alignment of 3D point sets",
+/// Image and Vision Computing 23). Each step is a Gauss-Newton step on the distances along the
+/// surface normals (Chen, Medioni 1992), halved until the trimmed sum of squares decreases.
+/// Converges to the nearest local minimum.
+///
+/// Motions that the points do not constrain are left unchanged and reported: the eigenvectors with
+/// small eigenvalues of the mean of c c^T, c = ((y - centre) / size x n, n), for points y with
+/// normals n (Gelfand et al. 2003, "Geometrically stable sampling for the ICP algorithm"). A plane
+/// and a sphere each leave three.
+///
+/// Throws Error for fewer than 10 points, values that are not finite, a surface without triangles,
+/// and options out of range.
 SurfaceFit fit_to_surface(std::span<const Eigen::Vector3d> points, const TriangleMesh& surface,
                           const SurfaceFitOptions& options = {});
 

@@ -10,10 +10,14 @@
 
 namespace livetet {
 
-/// Frames of reference. `Tracker` is the field generator's, `Image` the world of the image (RAS),
-/// `Reference` the reference sensor's, `Base` the one that a registration is made in (`Reference`
-/// where there is one, else `Tracker`), `Sensor` the deformation sensor's, `Tool` the tracked
-/// tool's sensor, `Tip` the tool's tip.
+/// Tags of coordinate frames.
+/// - `Tracker`: the field generator.
+/// - `ImageFrame`: the world of the image (RAS).
+/// - `Reference`: the reference sensor.
+/// - `Base`: the frame a registration is made in; `Reference` if there is a reference sensor, else
+///   `Tracker`.
+/// - `Sensor`: the deformation sensor.
+/// - `Tool`: the sensor of a tracked tool; `Tip`: the tool's tip.
 struct Tracker {};
 struct ImageFrame {};
 struct Reference {};
@@ -22,8 +26,9 @@ struct Sensor {};
 struct Tool {};
 struct Tip {};
 
-/// x_to = rotation * x_from + translation (metres); named `to_from_from`, as `image_from_tracker`,
-/// so that `a_from_b * b_from_c` reads itself and a wrong product does not compile.
+/// Rigid transform x_to = rotation * x_from + translation (metres). Variables are named
+/// `to_from_from`, for example `image_from_tracker`: in a_from_b * b_from_c the inner frames match,
+/// and a product of mismatched frames does not compile.
 template <class To, class From>
 struct RigidTransform {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -39,7 +44,8 @@ struct RigidTransform {
     }
 };
 
-/// x_to = scale * rotation * x_from + translation.
+/// Similarity transform x_to = scale * rotation * x_from + translation (metres), named as
+/// `RigidTransform`.
 template <class To, class From>
 struct SimilarityTransform {
     double scale = 1;
@@ -54,15 +60,15 @@ struct SimilarityTransform {
     }
 };
 
-/// The rotation by |turn| radians about `turn`.
+/// Rotation by |turn| radians about the axis `turn` (the exponential map).
 inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
     const double angle = turn.norm();
     if (!(angle > 0)) return Eigen::Matrix3d::Identity();
     return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
 }
 
-/// The rotation nearest to `m` in the Frobenius norm, never a reflection (Kabsch 1976): for
-/// trackers whose rotations are not quite orthonormal.
+/// The rotation (never a reflection) nearest to `m` in the Frobenius norm (Kabsch 1976).
+/// Re-orthonormalises the rotations that trackers send.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 
 }  // namespace livetet

@@ -11,7 +11,7 @@ namespace livetet {
 using Vector3 = Eigen::Vector3d;
 using Triangle = std::array<std::int32_t, 3>;
 
-/// A surface of triangles, wound so that normals point outwards. Positions in metres.
+/// Triangulated surface, wound so that normals point outwards. Positions in metres.
 struct TriangleMesh {
     std::vector<Vector3> nodes;
     std::vector<Triangle> triangles;

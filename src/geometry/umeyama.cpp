@@ -15,9 +15,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Points = std::span<const Vector3d>;
 
-constexpr double rounding = 1e-8;  // of the points' spread: what two exact methods may differ by
+constexpr double rounding =
+    1e-8;  // relative to the points' spread: allowed difference of two exact methods
 
-// The fit that has this rotation: scale, translation, residuals.
+// Completes a fit of given rotation: scale, translation, residuals.
 PointFit complete(const PointMoments& m, const Matrix3d& rotation, Scaling scaling, Points from,
                   Points to, std::span<const double> weights) {
     PointFit fit;
@@ -41,6 +42,7 @@ PointFit fit_points(Points from, Points to, Scaling scaling, std::span<const dou
     return complete(m, nearest_rotation(m.to_from_covariance), scaling, from, to, weights);
 }
 
+// The unit quaternion that maximises q^T N q gives the rotation that maximises tr(R^T H).
 PointFit fit_points_horn(Points from, Points to, Scaling scaling, std::span<const double> weights) {
     const PointMoments m = checked_moments(from, to, weights);
     const Matrix3d S = m.to_from_covariance.transpose();  // Horn's S_ab = sum p_a x_b
@@ -65,15 +67,12 @@ void check_agreement(const PointFit& a, const PointFit& b, Points from, Points t
     if (std::abs(a.fre - b.fre) <= rounding * spread)
         fail(
             "registration: two rotations fit equally well, FRE {:.3f} mm, and put a point {:.3g} "
-            "mm apart: expected "
-            "points "
-            "that have one best rotation (are they in the right order, and not mirrored?)",
+            "mm apart: expected points that have one best rotation (are they in the right order, "
+            "and not mirrored?)",
             1e3 * a.fre, 1e3 * apart);
     fail(
         "registration: Umeyama's fit and Horn's put a point {:.3g} mm apart (FRE {:.6f} and {:.6f} "
-        "mm), expected at "
-        "most "
-        "{:.1g} mm",
+        "mm), expected at most {:.1g} mm",
         1e3 * apart, 1e3 * a.fre, 1e3 * b.fre, 1e3 * rounding * spread);
 }
 

@@ -10,9 +10,8 @@
 
 namespace livetet {
 
-/// A three-dimensional image: voxel (i, j, k) is values[i + size[0] * (j + size[1] * k)], and its
-/// centre lies at ras_from_voxel * (i, j, k, 1), in metres, RAS (NIfTI's world, converted from mm
-/// at the file's door).
+/// Three-dimensional image. Voxel (i, j, k) is values[i + size[0] * (j + size[1] * k)]; its centre
+/// is at ras_from_voxel * (i, j, k, 1), in metres, RAS (NIfTI's world; readers convert from mm).
 template <class T>
 struct Image {
     std::array<int, 3> size{0, 0, 0};
@@ -29,12 +28,12 @@ struct Image {
     }
 };
 
-/// Where an image's voxels lie, without their values.
+/// Position of an image's voxels, without values.
 struct ImageGrid {
     std::array<int, 3> size{0, 0, 0};
     Eigen::Matrix4d ras_from_voxel = Eigen::Matrix4d::Identity();  ///< metres
 
-    /// The lengths of a voxel along its axes, metres.
+    /// Lengths of a voxel along its three axes, metres.
     Eigen::Vector3d spacing() const {
         return ras_from_voxel.topLeftCorner<3, 3>().colwise().norm().transpose();
     }
@@ -45,7 +44,7 @@ ImageGrid grid_of(const Image<T>& image) {
     return {image.size, image.ras_from_voxel};
 }
 
-/// What the voxels' centres span, metres; its sides along the axes of RAS.
+/// Bounding box of the voxel centres, metres, along the RAS axes.
 inline Eigen::AlignedBox3d box_of(const ImageGrid& grid) {
     Eigen::AlignedBox3d box;
     for (int corner = 0; corner < 8; ++corner) {
@@ -59,8 +58,7 @@ inline Eigen::AlignedBox3d box_of(const ImageGrid& grid) {
 using GreyImage = Image<float>;
 using LabelImage = Image<std::int32_t>;
 
-/// Whether a voxel of this label is picked by `chosen`: one of them; where they are empty, all but
-/// 0.
+/// Whether `chosen` contains a voxel's label; an empty `chosen` contains every label but 0.
 inline bool is_picked(std::int32_t label, std::span<const std::int32_t> chosen) {
     return label != 0 &&
            (chosen.empty() || std::find(chosen.begin(), chosen.end(), label) != chosen.end());

@@ -14,10 +14,10 @@ namespace livetet {
 
 namespace {
 
-constexpr double inner_sigma = 0.45, outer_sigma = 0.72;  // radii
+constexpr double inner_sigma = 0.45, outer_sigma = 0.72;  // standard deviations, radii
 constexpr std::size_t max_candidates = 300;
-constexpr double window_beyond = 0.2,
-                 window_voxels = 0.8;  // past the ball's edge: radii, or voxels if that is more
+// Margin of the window around the ball: radii, or voxels if that is more.
+constexpr double window_beyond = 0.2, window_voxels = 0.8;
 constexpr int windows = 6, iterations = 20;
 
 Vector3 spacing_of(const GreyImage& image) {
@@ -50,7 +50,7 @@ std::vector<float> smoothed(const GreyImage& image, double sigma) {
     return values;
 }
 
-/// Maxima of the difference of Gaussians among their 26 neighbours, the highest first.
+/// Maxima of the difference of Gaussians among their 26 neighbours, highest first.
 std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerOptions& options) {
     GreyImage response{image.size, image.ras_from_voxel,
                        smoothed(image, inner_sigma * options.diameter / 2)};
@@ -67,8 +67,8 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
                 for (int di = -1; di <= 1; ++di) {
                     if (!response.contains(i + di, j + dj, k + dk)) continue;
                     const float other = response.at(i + di, j + dj, k + dk);
-                    const bool later =
-                        di + 3 * dj + 9 * dk > 0;  // of equal neighbours the first one
+                    // Of equal neighbours the first one counts.
+                    const bool later = di + 3 * dj + 9 * dk > 0;
                     if (other > value || (other == value && !later && (di || dj || dk)))
                         return false;
                 }
@@ -86,7 +86,7 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
     return peaks;
 }
 
-/// The x of least |A x - b|, by the normal equations: the columns here are of one size and far from
+/// Minimises |A x - b| by the normal equations. The columns have similar norms and are far from
 /// parallel.
 template <class Matrix>
 auto least_squares(const Matrix& A, const Eigen::VectorXd& b) {
@@ -94,11 +94,11 @@ auto least_squares(const Matrix& A, const Eigen::VectorXd& b) {
     return normal.ldlt().solve(A.transpose().lazyProduct(b).eval()).eval();
 }
 
-/// The voxels of a window, where they are and what they hold.
+/// Positions and values of the voxels in a window.
 struct Window {
     std::vector<Vector3> place;
     std::vector<double> value;
-    double share_inside = 0;  // of the window's volume that the image holds
+    double share_inside = 0;  // share of the window's volume inside the image
 };
 
 class BallFit {
@@ -112,7 +112,7 @@ class BallFit {
           axes_(image.ras_from_voxel.topLeftCorner<3, 3>()),
           voxel_from_ras_(image.ras_from_voxel.inverse()) {}
 
-    /// Nothing where no ball is found near `start`.
+    /// Fits a ball near `centre`; nothing if there is none.
     std::optional<ImageMarker> at(Vector3 centre) const {
         const Vector3 start = centre;
         ImageMarker marker;
@@ -130,15 +130,15 @@ class BallFit {
     }
 
   private:
-    using Unknowns =
-        Eigen::Matrix<double, 8, 1>;  // centre (radii), contrast, background, its slope
+    // Centre (radii), contrast, background, background gradient.
+    using Unknowns = Eigen::Matrix<double, 8, 1>;
 
     Window window_about(const Vector3& centre) const {
         Window window;
         const Vector3 middle = (voxel_from_ras_ * centre.homogeneous()).head<3>();
         std::array<int, 3> low, high;
-        for (int k = 0; k < 3;
-             ++k) {  // the ball's extent along voxel index k: reach times the row's length
+        // The ball's half extent along voxel index k is its reach times the norm of row k.
+        for (int k = 0; k < 3; ++k) {
             const double half = reach_ * voxel_from_ras_.block<1, 3>(k, 0).norm();
             low[k] = std::max(0, static_cast<int>(std::ceil(middle[k] - half)));
             high[k] = std::min(image_.size[k] - 1, static_cast<int>(std::floor(middle[k] + half)));
@@ -158,32 +158,35 @@ class BallFit {
         return window;
     }
 
-    /// The share of the voxel at x that lies in the ball about c, and its derivative by c.
+    /// Share of the voxel at x inside the ball about c, and its derivative by c.
     std::pair<double, Vector3> coverage(const Vector3& x, const Vector3& c) const {
         const Vector3 away = x - c;
         const double distance = away.norm();
         const Vector3 normal = distance > 0 ? Vector3(away / distance) : Vector3::UnitX();
-        const double sigma =
-            std::sqrt((axes_.transpose() * normal).squaredNorm() / 12);  // of a box across the edge
+        // Standard deviation of the voxel's box across the edge.
+        const double sigma = std::sqrt((axes_.transpose() * normal).squaredNorm() / 12);
         const double depth = (radius_ - distance) / sigma;
         const double density = std::exp(-depth * depth / 2) / std::sqrt(2 * M_PI) / sigma;
         return {0.5 * std::erfc(-depth / std::sqrt(2.0)), density * normal};
     }
 
+    /// Gauss-Newton for the centre, with the optimal linear parameters for each centre (variable
+    /// projection). The uncertainty is the square root of the trace of the centre's covariance
+    /// sigma^2 (J^T J)^-1, with sigma^2 from the residual.
     ImageMarker refined(const Window& window, const Vector3& start) const {
         const auto count = static_cast<Eigen::Index>(window.place.size());
         Eigen::Matrix<double, Eigen::Dynamic, 8> J(count, 8);
         Eigen::VectorXd residual(count);
         const Eigen::VectorXd value = Eigen::Map<const Eigen::VectorXd>(window.value.data(), count);
-        // Without a ball: the background and its slope.
+        // Residual of the model without a ball: background and gradient only.
         for (Eigen::Index n = 0; n < count; ++n)
             J.row(n).tail<4>() << 1, ((window.place[n] - start) / radius_).transpose();
         const Eigen::Vector4d flat = least_squares(J.rightCols<4>(), value);
         const double without = (value - J.rightCols<4>().lazyProduct(flat)).squaredNorm();
 
         Vector3 centre = start;
-        Eigen::Matrix<double, 5, 1>
-            linear;  // contrast, background, slope: the best for each centre
+        // Contrast, background and gradient; the optimum for each centre.
+        Eigen::Matrix<double, 5, 1> linear;
         for (int i = 0; i < iterations; ++i) {
             for (Eigen::Index n = 0; n < count; ++n)
                 J(n, 3) = coverage(window.place[n], centre).first;
@@ -193,8 +196,8 @@ class BallFit {
                 J.row(n).head<3>() =
                     linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
             const Unknowns move = least_squares(J, residual);
-            const double step = move.head<3>().norm(), most = 0.2;
-            centre += radius_ * move.head<3>() * (step > most ? most / step : 1);
+            const double step = move.head<3>().norm(), max_step = 0.2;
+            centre += radius_ * move.head<3>() * (step > max_step ? max_step / step : 1);
             if (!(step > 1e-5)) break;
         }
         const double left = residual.squaredNorm();

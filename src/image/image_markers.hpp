@@ -8,35 +8,43 @@
 
 namespace livetet {
 
-/// Whether markers are brighter or darker than what is round them.
+/// Whether markers are brighter or darker than their surroundings.
 enum class MarkerShade { bright, dark };
 
 struct MarkerOptions {
-    double diameter = 0.01;  ///< metres, of the ball that shows: a marker's filling, not its casing
+    /// Diameter of the visible ball, metres: of a marker's filling, not its casing.
+    double diameter = 0.01;
     MarkerShade shade = MarkerShade::bright;
-    double min_fit = 0.5;  ///< blobs of which the ball explains less are none
+    double min_fit = 0.5;  ///< candidates with a lower `fit` are rejected
 };
 
 /// A ball found in an image.
 struct ImageMarker {
-    Vector3 centre;          ///< metres, RAS
-    double uncertainty = 0;  ///< RMS length of the centre's error that noise makes, as the fit's
-                             ///< residuals say, metres
-    double contrast =
-        0;  ///< its value less that of what is round it; above 0 for dark markers, too
-    double fit =
-        0;  ///< the share of the variance round it that a ball explains: 1 for a perfect one
+    Vector3 centre;  ///< metres, RAS
+    /// RMS error of the centre expected from the fit's residuals, metres.
+    double uncertainty = 0;
+    /// Difference between its value and the background; positive for dark markers, too.
+    double contrast = 0;
+    /// Share of the local variance that the ball model explains; 1 is perfect.
+    double fit = 0;
     double score() const { return contrast * fit; }
 };
 
-/// Balls of a known diameter, the best (contrast times fit) first; no two nearer than a diameter.
-/// Where they may be say the maxima of a difference of Gaussians of 0.45 and 0.72 radii; where they
-/// are, least squares about each: value = b + g . x + a m(|x - c| - r), with m the share of a voxel
-/// within the ball (its edge a Gaussian of the deviation that the voxel's box has in the normal's
-/// direction: anisotropic, oblique, sheared and left-handed voxels alike), in a window a fifth
-/// larger than the ball: a slope of the background or another tissue on one side does not pull the
-/// centre. Throws Error, naming the limit, where the diameter is less than two voxels or more than
-/// half of the image.
+/// Finds balls of a known diameter, the best (contrast times fit) first; no two are nearer than a
+/// diameter.
+///
+/// Candidates are the maxima of a difference of Gaussians with standard deviations of 0.45 and 0.72
+/// radii. Each is refined by least squares in a window a fifth larger than the ball:
+///
+///     value = b + g . x + a m(|x - c| - r)
+///
+/// with background b, its gradient g, contrast a and centre c. m is the covered share of a voxel;
+/// its edge is a Gaussian with the standard deviation of the voxel's box along the normal, which
+/// covers anisotropic, oblique, sheared and left-handed grids. The gradient keeps a sloping
+/// background or another tissue on one side from shifting the centre.
+///
+/// Throws Error, naming the limit, if the diameter is less than two voxels or more than half of the
+/// image.
 std::vector<ImageMarker> find_markers(const GreyImage& image, const MarkerOptions& options);
 
 }  // namespace livetet

@@ -7,13 +7,13 @@
 
 namespace livetet {
 
-/// How a value between voxels' centres comes about: that of the nearest voxel (halves upwards),
-/// linear between eight, or cubic convolution over 64 (R. Keys, 1981, a = -1/2: it meets the
-/// voxels' values, is exact to the second order, and can overshoot at edges).
+/// Interpolation between voxel centres: the nearest voxel (halves round up), trilinear over 8
+/// voxels, or cubic convolution over 64 (R. Keys, 1981, a = -1/2; interpolates the voxel values, is
+/// exact for quadratics, and can overshoot at edges).
 enum class Interpolation { nearest, linear, cubic };
 
-/// Whether a place, in voxels, lies in an image: its outermost voxels reach half a voxel beyond
-/// their centres.
+/// Whether a position (voxel coordinates) is inside the image, whose outermost voxels extend half a
+/// voxel beyond their centres.
 template <class T>
 bool is_inside(const Image<T>& image, const Eigen::Vector3d& place) {
     for (int d = 0; d < 3; ++d)
@@ -23,22 +23,24 @@ bool is_inside(const Image<T>& image, const Eigen::Vector3d& place) {
 
 namespace sampling {
 
-/// Voxels beyond an axis's end are like the last one.
+/// Voxels beyond the end of an axis repeat the last one.
 inline int clamped(int i, int size) { return std::clamp(i, 0, size - 1); }
 
-/// The first of `Taps` voxels along each axis and their weights.
+/// The first of `Taps` voxels along an axis, and their weights.
 template <int Taps>
 struct Axis {
     int first;
     float weights[Taps];
 };
 
+/// Linear weights at voxel coordinate x.
 inline Axis<2> linear_axis(double x) {
     const double low = std::floor(x);
     const auto f = static_cast<float>(x - low);
     return {static_cast<int>(low), {1 - f, f}};
 }
 
+/// Keys' cubic convolution weights at voxel coordinate x.
 inline Axis<4> cubic_axis(double x) {
     const double low = std::floor(x);
     const auto f = static_cast<float>(x - low);
@@ -47,6 +49,7 @@ inline Axis<4> cubic_axis(double x) {
              f * (0.5F + f * (2 - 1.5F * f)), f * f * (-0.5F + 0.5F * f)}};
 }
 
+/// Separable interpolation: sum over the taps of all three axes of w_x w_y w_z times the voxel.
 template <int Taps, class T>
 float weighted_sum(const Image<T>& image, const Axis<Taps> (&axes)[3]) {
     std::size_t offset[3][Taps];
@@ -67,7 +70,7 @@ float weighted_sum(const Image<T>& image, const Axis<Taps> (&axes)[3]) {
 
 }  // namespace sampling
 
-/// The image at a place within it, in voxels.
+/// The image at a position within it (voxel coordinates).
 template <Interpolation how, class T>
 T sample(const Image<T>& image, const Eigen::Vector3d& place) {
     if constexpr (how == Interpolation::nearest) {

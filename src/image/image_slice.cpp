@@ -10,8 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// Places in units of a plane's pixels: (i, j), and the distance from the plane in units of |right
-/// x up|.
+/// Converts positions to pixel coordinates (i, j) and the distance from the plane in units of
+/// |right x up|.
 class PixelFrame {
   public:
     explicit PixelFrame(const SlicePlane& plane) : origin_(plane.origin) {
@@ -26,10 +26,9 @@ class PixelFrame {
     Eigen::Matrix3d inverse_;
 };
 
-/// The pixels that may lie in the section of a tet with corners `q` (pixel frame): those in its
-/// bounding box.
+/// The pixels in the bounding box of a tet's section. `q`: the tet's corners in the pixel frame.
 struct PixelBox {
-    int i0 = 0, i1 = -1, j0 = 0, j1 = -1;  ///< both ends in it
+    int i0 = 0, i1 = -1, j0 = 0, j1 = -1;  ///< inclusive ranges
 
     PixelBox(const std::array<Vector3, 4>& q, const SlicePlane& plane) {
         Eigen::AlignedBox2d box;

@@ -8,13 +8,12 @@
 #include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
 
-// A plane through an image that a deforming body carries along: only the pixels of the plane are
-// computed.
+// Slices a deformed image along a plane. Only the pixels of the plane are computed.
 
 namespace livetet {
 
-/// A grid of pixels in space: the centre of pixel (i, j) is origin + i * right + j * up, metres.
-/// `right` and `up` are not parallel.
+/// Grid of pixels in space. The centre of pixel (i, j) is origin + i * right + j * up, metres.
+/// `right` and `up` must not be parallel.
 struct SlicePlane {
     Vector3 origin = Vector3::Zero(), right = Vector3::UnitX(), up = Vector3::UnitY();
     int width = 0, height = 0;
@@ -23,34 +22,35 @@ struct SlicePlane {
     Vector3 at(double i, double j) const { return origin + i * right + j * up; }
 };
 
-/// What a body has in each pixel of a plane, pixel (i, j) at i + width * j.
+/// The body's material at each pixel of a plane; pixel (i, j) has index i + width * j.
 struct BodySlice {
-    std::vector<std::int32_t> tet;  ///< that the pixel's centre lies in; -1: none
-    std::vector<Vector3>
-        rest;  ///< where that material is in the rest shape, m; where there is a tet
+    std::vector<std::int32_t> tet;  ///< tet that contains the pixel's centre; -1: none
+    /// Rest position of the material at the pixel, m; undefined without a tet.
+    std::vector<Vector3> rest;
 
     bool covers(std::size_t pixel) const { return tet[pixel] >= 0; }
 };
 
-/// Rasterises the deformed tets that the plane cuts. `displacement` (m) of each corner node; what
-/// it holds beyond them is not looked at (the edges of a P2 tet are taken as straight). An inverted
-/// tet covers nothing: where a body is folded, its upright tets lie there too, of which the first
-/// one counts. O(tets + pixels covered); `slice` keeps its storage.
+/// Rasterises the deformed tets that the plane cuts. `displacement` (m) has at least one vector for
+/// each corner node; midpoint nodes are ignored, so the edges of a P2 tet count as straight.
+/// Inverted tets cover nothing: where the body folds over itself, the first upright tet counts.
+/// O(tets + pixels covered). Reuses the storage of `slice`.
 void slice_body(const TetMesh& mesh, std::span<const Vector3> displacement, const SlicePlane& plane,
                 BodySlice& slice);
 
-/// Where the plane cuts the surface `triangles` of the deformed body: pieces of the outline, in
-/// units of pixels (i, j).
+/// One segment of the outline, in pixels (i, j).
 using OutlinePiece = std::array<Eigen::Vector2d, 2>;
+/// Intersects the plane with the surface `triangles` of the deformed body. `nodes` and
+/// `displacement` in metres. Reuses the storage of `outline`.
 void slice_outline(std::span<const Vector3> nodes, std::span<const Vector3> displacement,
                    std::span<const Triangle> triangles, const SlicePlane& plane,
                    std::vector<OutlinePiece>& outline);
 
-/// A grey image's values at points in space, linear between voxels' centres; NaN beyond the
-/// outermost of them.
+/// Trilinear interpolation of a grey image at points in space (metres, RAS); NaN beyond the
+/// outermost voxel centres.
 class ImageSampler {
   public:
-    /// `image` has to outlive it.
+    /// Keeps a reference to `image`, which must outlive the sampler.
     explicit ImageSampler(const GreyImage& image);
     float operator()(const Vector3& x) const;
 
@@ -60,9 +60,10 @@ class ImageSampler {
     Vector3 shift_;
 };
 
-/// The deformed image in each pixel of `plane`: in the body as it is now (`now`) the value of the
-/// material there; of what lies outside, the image as it is, but NaN where the body was at rest
-/// (`at_rest`) and has left: nobody knows what came there.
+/// Samples the deformed image at each pixel of `plane`. A pixel inside the deformed body (`now`)
+/// takes the image at its material's rest position. A pixel outside takes the image unchanged, but
+/// NaN if the body covered it at rest (`at_rest`) and has left: the tissue there is unknown.
+/// `values` has plane.size() entries.
 void sample_slice(const ImageSampler& image, const SlicePlane& plane, const BodySlice& at_rest,
                   const BodySlice& now, std::span<float> values);
 

@@ -8,7 +8,7 @@ namespace livetet {
 
 namespace {
 
-/// Slabs for each thread to draw on: of the body deformed and at rest.
+/// One thread's slabs: of the deformed body and of the body at rest.
 struct Canvas {
     RasterSlab deformed, rest;
     WarpCounts counts;

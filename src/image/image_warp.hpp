@@ -6,35 +6,36 @@
 
 namespace livetet {
 
-/// What became of the voxels of a warped image.
+/// Statistics of a warped image's voxels.
 struct WarpCounts {
-    std::size_t carried = 0;  ///< by the body: they lie in it as it is deformed
-    std::size_t left_empty =
-        0;  ///< the body lay there at rest and has gone: nothing is known of them
-    std::size_t inverted = 0;      ///< of the carried ones: by inverted tets alone
-    std::size_t beyond_image = 0;  ///< of all: what should be there lies outside of the image
+    std::size_t carried = 0;  ///< inside the deformed body
+    /// Inside the body at rest but outside the deformed body: their content is unknown.
+    std::size_t left_empty = 0;
+    std::size_t inverted = 0;      ///< carried voxels covered by inverted tets only
+    std::size_t beyond_image = 0;  ///< voxels whose source position is outside the image
 };
 
-/// The image on `grid` as it is when the body is deformed. A voxel's centre x
-///   in the deformed body and its rind: takes the image at x - u, where it lay at rest (see
-///   TetRaster for which tet's u
-///     counts where the body overlaps itself);
-///   elsewhere, where the body or its rind lay at rest: takes `empty`;
-///   elsewhere: stays as it is.
-/// What lies beyond the image is `empty` too. On the image's own grid what stays is the same to the
-/// bit.
+/// Warps an image with a deforming body and samples it on `grid`. A voxel with centre x takes
+/// - the image at x - u inside the deformed body and its rind, u being the displacement of the
+///   material at x (`TetRaster` says which tet counts if the body overlaps itself);
+/// - `empty` where the body or its rind was at rest and has left;
+/// - the image at x elsewhere.
+///
+/// Positions outside the image give `empty`. If `grid` is the image's own grid, unmoved voxels keep
+/// their value to the bit. `counts` receives the statistics.
 template <class T>
 Image<T> warp_image(const Image<T>& image, const ImageGrid& grid, const BodyMotion& motion,
                     Interpolation how, T empty, ThreadTeam& team, WarpCounts& counts);
 
-/// Which way a field of displacements leads.
+/// Direction of a displacement field.
 enum class FieldDirection {
-    inverse,  ///< at a place in the deformed body, to where it lay at rest: what images are
-              ///< resampled by
-    forward,  ///< at a place of the body at rest, to where it is deformed: what points are moved by
+    /// Defined on the deformed body, points to the rest position: resamples images.
+    /// Defined on the body at rest, points to the deformed position: moves points.
+    inverse,
+    forward,
 };
 
-/// The displacements at the voxels of `grid`, metres, RAS; 0 outside of the body and its rind.
+/// Displacements at the voxels of `grid`, metres, RAS; 0 outside the body and its rind.
 Image<Eigen::Vector3f> displacement_field(const ImageGrid& grid, const BodyMotion& motion,
                                           FieldDirection direction, ThreadTeam& team);
 

@@ -6,9 +6,9 @@
 
 namespace livetet {
 
-/// Why an image of whole numbers looks like a grey image and not like a label map: a voxel is
-/// negative, or there are more than 200 different values (anatomical label maps name fewer tissues,
-/// 8-bit grey images have more values). Empty where it looks like a label map.
+/// Why an image of integers looks like a grey image instead of a label map: a negative voxel, or
+/// more than 200 distinct values (anatomical label maps have fewer tissues, 8-bit grey images more
+/// values). Empty if it looks like a label map.
 std::string why_no_label_map(const LabelImage& image);
 
 }  // namespace livetet

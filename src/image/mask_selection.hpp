@@ -5,7 +5,7 @@
 
 namespace livetet {
 
-/// The nodes whose nearest voxel is not zero, sorted. A node outside the image is not in the mask.
+/// The nodes whose nearest voxel is not zero, sorted. Nodes outside the image are not selected.
 /// Throws Error if the image's affine is singular.
 std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& mask,
                                         NodeScope scope = NodeScope::all);

@@ -9,26 +9,26 @@ namespace livetet {
 
 namespace {
 
-/// Slices that are drawn at a time: 2 MB of vectors and ranks at 256 x 256.
+/// Slices in a slab: 2 MB of vectors and ranks at 256 x 256 voxels.
 constexpr int slab_slices = 2;
 
-/// A weight this much below zero is still inside: rounding must not leave a voxel on an inner face
-/// to neither tet.
+/// Weights down to this count as inside, so that rounding cannot leave a voxel on an inner face to
+/// neither tet.
 constexpr double inside_tolerance = 1e-9;
 
-/// A vector's rank, (|v|^2 + 1e-4 m^2) times the scale of its tet: those of the next scale begin
-/// where these end.
+/// The rank of a vector v is (|v|^2 + 1e-4 m^2) times the scale of its tet's kind. The ranges of
+/// the scales do not overlap.
 constexpr float rank_floor = 1e-4F;
 constexpr float rank_scale[2][2] = {{1, 1e8F}, {1e17F, 1e26F}};  // [inverted][second class]
 static_assert(rank_scale[1][0] * rank_floor >= inverted_rank);
 
-/// The whole numbers between two ends and within [0, size), as [first, second).
+/// The integers from low to high that are in [0, size), as a half-open range.
 std::pair<int, int> whole_numbers(double low, double high, int size) {
     return {static_cast<int>(std::clamp(std::ceil(low), 0.0, static_cast<double>(size))),
             static_cast<int>(std::clamp(std::floor(high) + 1, 0.0, static_cast<double>(size)))};
 }
 
-/// The four corners of a tet as columns, and what of them along each axis is least and most.
+/// A tet's corners as columns, and its bounding box.
 struct Corners {
     Eigen::Matrix<double, 3, 4> x;
     Eigen::Vector3d low, high;
@@ -86,8 +86,9 @@ void TetRaster::draw(int s, RasterSlab& slab) const {
     for (std::int32_t at = first_[s]; at < first_[s + 1]; ++at) draw_tet(list_[at], slab);
 }
 
-/// Within a tet weights and value are affine in the voxel's (i, j, k): along a row both grow by a
-/// step, and the row's ends follow from the weights, w_c(i) = w_c(0) + i d_c >= 0.
+/// Barycentric weights and value are affine in the voxel index (i, j, k), so both change by a
+/// constant step along a row. The ends of the row follow from w_c(i) = w_c(0) + i d_c >= 0 for all
+/// four weights.
 void TetRaster::draw_tet(std::size_t t, RasterSlab& slab) const {
     const Corners c(places_, tets_[t]);
     Eigen::Matrix3d edges;
@@ -98,7 +99,7 @@ void TetRaster::draw_tet(std::size_t t, RasterSlab& slab) const {
         (volume < 0) != (grid_.ras_from_voxel.topLeftCorner<3, 3>().determinant() < 0);
     const float scale = rank_scale[inverted][t >= first_class_];
 
-    Eigen::Matrix<double, 4, 3> slope;  // of the weights
+    Eigen::Matrix<double, 4, 3> slope;  // gradient of the weights
     slope.bottomRows<3>() = edges.inverse();
     slope.row(0) = -slope.bottomRows<3>().colwise().sum();
     const Eigen::Vector4d at_origin = Eigen::Vector4d::Unit(0) - slope * c.x.col(0);

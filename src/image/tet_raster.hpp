@@ -11,46 +11,48 @@
 
 namespace livetet {
 
-/// Nothing covers this voxel.
+/// Rank of a voxel that no tet covers.
 inline constexpr float uncovered = std::numeric_limits<float>::infinity();
 
-/// From this rank on it is an inverted tet that covers a voxel.
+/// Ranks from here on belong to inverted tets.
 inline constexpr float inverted_rank = 1e13F;
 
-/// What the tets that cover some whole slices of a grid say there, voxel by voxel, i fastest: the
-/// vector field that is given at their nodes, linear in each tet, and its rank. Of several tets
-/// over one voxel the one of least rank counts.
+/// A range of slices with the rasterised nodal vector field and the rank of each voxel, i fastest.
+/// If several tets cover a voxel, the one with the lowest rank counts.
 struct RasterSlab {
-    int first = 0, last = 0;              ///< slices k, `last` not among them
-    std::vector<Eigen::Vector3f> values;  ///< metres; anything where nothing covers
-    std::vector<float> ranks;             ///< `uncovered` where there is no tet
+    int first = 0, last = 0;              ///< slices k of [first, last)
+    std::vector<Eigen::Vector3f> values;  ///< metres; undefined in uncovered voxels
+    std::vector<float> ranks;             ///< `uncovered` if there is no tet
 
-    /// Slices `first` to before `last` of so many voxels each, nothing covered.
+    /// Sets the range to slices [first, last) and marks all voxels as uncovered.
     void clear(int first, int last, std::size_t voxels_a_slice);
 };
 
-/// Tets over the voxels of a grid: a voxel is covered where its centre lies in the tet or on its
-/// boundary. The tets go to the voxels, by their rows' ends, and not the voxels to the tets:
-/// nothing is searched.
+/// Rasterises a linear nodal vector field on tets into the voxels of a grid. A voxel is covered if
+/// its centre is in the tet or on its boundary. The rows of voxels in each tet are computed
+/// directly; nothing is searched.
 ///
-/// A voxel may be covered twice: on a face between two tets, where both say the same, and where the
-/// body overlaps itself. There tets that stand upright win over inverted ones, then tets of the
-/// first class over those of the second, and then the shorter vector wins: of tissue over tissue,
-/// what moved least. Nothing depends on the order of the tets.
+/// A voxel may be covered several times: on a face between two tets, where both have the same
+/// value, and where the body overlaps itself. Upright tets then win over inverted ones, tets of the
+/// first class over those of the second, and the shorter vector over the longer one (the tissue
+/// that moved less). The result does not depend on the order of the tets.
+///
+/// Order of use: construct; then, in each thread, `make_slab` once and `draw` for each of the
+/// `slab_count` slabs.
 class TetRaster {
   public:
-    /// `nodes`: where they lie, metres, RAS; `values`: of each node, metres, up to 100 m. The tets
-    /// before `first_class` are of the first class, the rest of the second; one is inverted where
-    /// it is not wound as TetMesh says. Tets without volume cover nothing. `tets` and `values` must
-    /// outlive the raster. Precondition: all numbers are finite.
+    /// `nodes`: positions, metres, RAS. `values`: nodal vectors, metres, at most 100 m long. Tets
+    /// before index `first_class` are of the first class, the rest of the second. A tet is inverted
+    /// if it is not wound as in TetMesh; tets without volume cover nothing. Keeps references to
+    /// `tets` and `values`. Precondition: all numbers are finite.
     TetRaster(const ImageGrid& grid, std::span<const Tet> tets, std::size_t first_class,
               std::span<const Vector3> nodes, std::span<const Vector3> values);
 
     int slab_count() const { return static_cast<int>(first_.size()) - 1; }
-    /// One with room for any of them.
+    /// A slab with room for any slab of this raster.
     RasterSlab make_slab() const;
-    /// Slab `s` into one of `make_slab`, which is cleared before. Allocates nothing. May be called
-    /// by several threads, each with a slab of its own.
+    /// Clears `slab` and draws slab number `s` into it. Allocates nothing. Threads may call it
+    /// concurrently, each with its own slab.
     void draw(int s, RasterSlab& slab) const;
 
   private:
@@ -63,13 +65,13 @@ class TetRaster {
     std::span<const Tet> tets_;
     std::size_t first_class_;
     std::span<const Vector3> values_;
-    std::vector<Vector3> places_;  ///< of each node, in voxels
-    std::vector<std::int32_t> first_,
-        list_;  ///< tets of slab s: list_[first_[s]] to before list_[first_[s + 1]]
+    std::vector<Vector3> places_;  ///< node positions, voxel coordinates
+    /// Tets of slab s: list_[first_[s]] to list_[first_[s + 1] - 1].
+    std::vector<std::int32_t> first_, list_;
 };
 
-/// work(slab number, thread) for each slab, on all threads, each taking the next when it is through
-/// with one.
+/// Calls work(slab number, thread) for each slab on all threads; each thread takes the next free
+/// slab.
 template <class Work>
 void for_each_slab(ThreadTeam& team, int slabs, Work&& work) {
     std::atomic<int> next{0};

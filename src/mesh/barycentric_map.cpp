@@ -14,14 +14,14 @@ namespace livetet {
 
 namespace {
 
-/// A weight this much below zero still counts as inside: rounding must not push a point on an inner
-/// face out of both tets that share it. It is clamped to zero, which moves the point by less than
-/// 1e-8 of an edge.
+/// Weights down to this still count as inside, so that rounding cannot push a point on an inner
+/// face out of both tets. Clamping them to zero moves the point by less than 1e-8 of an edge.
 constexpr double inside_tolerance = 1e-8;
 
 using Weights = std::array<double, 4>;
 
-/// lambda_{1,2,3} = [x1 - x0, x2 - x0, x3 - x0]^-1 (x - x0), lambda_0 = 1 - their sum.
+/// Barycentric coordinates in a tet: lambda_{1,2,3} = [x1 - x0, x2 - x0, x3 - x0]^-1 (x - x0),
+/// lambda_0 = 1 - lambda_1 - lambda_2 - lambda_3.
 struct TetFrame {
     Vector3 origin;
     Eigen::Matrix3d inverse;
@@ -39,8 +39,8 @@ TetFrame frame_of(const TetMesh& mesh, const std::array<std::int32_t, 4>& t) {
     return {origin, edges.inverse()};
 }
 
-/// Tets by the cells of a uniform grid that their bounding boxes touch: those of cell c are
-/// tets_[first_[c]] .. tets_[first_[c + 1]]. About as many cells as tets.
+/// Uniform grid with about as many cells as tets. Each cell lists the tets whose bounding boxes
+/// touch it: tets_[first_[c]] to tets_[first_[c + 1] - 1].
 class TetGrid {
   public:
     explicit TetGrid(const TetMesh& mesh) {
@@ -56,20 +56,20 @@ class TetGrid {
         fill(mesh);
     }
 
-    /// The tet that holds x and its weights, or -1.
+    /// The tet that contains x, and x's weights in it; -1 if there is none.
     std::int32_t find(const Vector3& x, Weights& weights) const {
         if (!box_.contains(x)) return -1;
         const std::size_t c = index(cell_of(x));
         std::int32_t best = -1;
-        double best_least = -inside_tolerance;
+        double best_weight = -inside_tolerance;
         for (std::int32_t i = first_[c]; i < first_[c + 1]; ++i) {
             const Weights w = frames_[tets_[i]].weights(x);
-            const double least = std::min(std::min(w[0], w[1]), std::min(w[2], w[3]));
-            if (!(least >= best_least)) continue;
+            const double min_weight = std::min(std::min(w[0], w[1]), std::min(w[2], w[3]));
+            if (!(min_weight >= best_weight)) continue;
             best = tets_[i];
             weights = w;
-            if (least >= 0) break;
-            best_least = least;
+            if (min_weight >= 0) break;
+            best_weight = min_weight;
         }
         return best;
     }
@@ -121,8 +121,8 @@ class TetGrid {
     std::vector<std::int32_t> first_, tets_;
 };
 
-/// For each boundary triangle the fourth node of its tet. Both come in the order of the tets, and a
-/// boundary triangle lies in one tet only: one walk along both lists finds them all.
+/// The fourth node of the tet behind each boundary triangle. Boundary triangles are in the order of
+/// their tets and each belongs to one tet, so one pass over both lists is enough.
 std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets,
                                        std::span<const Triangle> boundary) {
     std::vector<std::int32_t> fourth;
@@ -139,7 +139,7 @@ std::vector<std::int32_t> fourth_nodes(std::span<const Tet> tets,
     return fourth;
 }
 
-/// Weights without the rounding below zero; they still sum to one.
+/// Clamps weights that rounding made negative to zero and rescales the sum to one.
 Weights clamped(Weights w) {
     double sum = 0;
     for (double& value : w) sum += value = std::max(value, 0.0);
@@ -147,12 +147,13 @@ Weights clamped(Weights w) {
     return w;
 }
 
-/// From `near`, on the boundary, towards `at`, as far as no weight is below least_extrapolated.
+/// Moves from the boundary point `near` towards `at` as far as no weight is below
+/// min_extrapolated_weight.
 Weights extrapolated(const Weights& near, const Weights& at) {
     double part = 1;
     for (int k = 0; k < 4; ++k)
-        if (at[k] < least_extrapolated)
-            part = std::min(part, (near[k] - least_extrapolated) / (near[k] - at[k]));
+        if (at[k] < min_extrapolated_weight)
+            part = std::min(part, (near[k] - min_extrapolated_weight) / (near[k] - at[k]));
     Weights w;
     for (int k = 0; k < 4; ++k) w[k] = near[k] + part * (at[k] - near[k]);
     return w;
@@ -173,7 +174,8 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Ou
     map.weights.resize(points.size());
     map.distance.assign(points.size(), 0.0);
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (!points[i].allFinite()) fail("barycentric map: point {} is not at a finite place", i);
+        if (!points[i].allFinite())
+            fail("barycentric map: point {} has a coordinate that is not finite", i);
     ThreadTeam team(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
     constexpr std::size_t worth_a_thread = 10000;
     team.run_pieces(points.size(), worth_a_thread, [&](std::size_t begin, std::size_t end) {

@@ -16,9 +16,9 @@ double oriented_volume(std::span<const Vector3> nodes, const Tet& t) {
         .dot(nodes[t[3]] - nodes[t[0]]);
 }
 
-/// Each ten-node tet as eight of four nodes: its corners, and about the diagonal between the
-/// middles of edges 0-1 and 2-3 the four between it and the other middles, in the order in which
-/// they lie around it.
+/// Splits each ten-node tet into eight linear tets: four at its corners, and four around the
+/// diagonal between the midpoints of edges 0-1 and 2-3, in the order of the other midpoints around
+/// it.
 std::vector<Tet> linear_tets(const TetMesh& mesh) {
     if (mesh.edge_nodes.empty()) return mesh.tets;
     std::vector<Tet> tets;
@@ -40,8 +40,8 @@ std::vector<Tet> linear_tets(const TetMesh& mesh) {
     return tets;
 }
 
-/// The prism over a triangle of inner nodes, wound outwards, as three tets; of each side the
-/// diagonal begins at the lower inner node, as it does for the neighbour.
+/// Splits the prism over an outwards wound triangle of inner nodes into three tets. On each side
+/// face the diagonal starts at the lower inner node, so neighbouring prisms match.
 void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::int32_t>& outer_of) {
     const auto lowest = std::min_element(inner.begin(), inner.end());
     std::rotate(inner.begin(), lowest, inner.end());
@@ -57,8 +57,8 @@ void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::in
     }
 }
 
-/// Outer nodes behind the others: `thickness` from the inner ones along the surface's normals,
-/// which are the means of its triangles' by their areas.
+/// Appends the outer nodes, `thickness` away from the inner ones along the area-weighted vertex
+/// normals.
 void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surface,
                      std::span<const std::int32_t> inner, double thickness) {
     std::vector<Vector3> normals(nodes.size(), Vector3::Zero());

@@ -7,21 +7,23 @@
 
 namespace livetet {
 
-/// A body at rest and deformed, as tets of four nodes, linear in each: what carries an image along.
+/// A body at rest and deformed, as linear tets: the motion that warps an image.
 struct BodyMotion {
-    std::vector<Tet> tets;                ///< the body's own, then those of its rind
-    std::size_t own = 0;                  ///< how many are the body's own
-    std::vector<Vector3> rest, deformed;  ///< of each node, metres, RAS
+    std::vector<Tet> tets;                ///< first the body's own tets, then those of its rind
+    std::size_t own = 0;                  ///< number of the body's own tets
+    std::vector<Vector3> rest, deformed;  ///< node positions, metres, RAS
 };
 
-/// The motion of a P1 or P2 mesh (each tet of the latter in eight, through its ten nodes) whose
-/// nodes went by `displacement`, metres. About it lies a rind, `rind` metres thick (0: none) along
-/// the normals of the surface, at rest and deformed: in voxels, half of which lie outside of a
-/// surface that runs through them, a body ends a little beyond its mesh. A rigid motion carries the
-/// rind as it carries the body. Throws Error where displacements are not one a node.
+/// The motion of a P1 or P2 mesh whose nodes move by `displacement` (metres). A P2 tet becomes
+/// eight linear tets through its ten nodes.
+///
+/// A rind, `rind` metres thick along the surface normals (0: none), surrounds the body at rest and
+/// deformed: half of the voxels that the surface runs through have their centres outside of the
+/// mesh. A rigid motion moves the rind rigidly with the body. Throws Error unless there is one
+/// displacement a node.
 BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind);
 
-/// b - a, row by row.
+/// b - a for each node.
 std::vector<Vector3> differences(std::span<const Vector3> a, std::span<const Vector3> b);
 
 }  // namespace livetet

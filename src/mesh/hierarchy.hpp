@@ -8,21 +8,23 @@
 
 namespace livetet {
 
-/// Non-nested levels of one body, the finest first, each meshed on its own. `transfers[l]` gives
-/// every node of level l its place in level l + 1: levels.size() - 1 of them.
+/// Hierarchy of meshes of one body, the finest level first. `transfers[l]` maps every node of level
+/// l into level l + 1; there are levels.size() - 1 transfers. Levels are meshed independently
+/// (non-nested) or refined from the next one.
 struct MeshHierarchy {
     std::vector<TetMesh> levels;
     std::vector<BarycentricMap> transfers;
     std::string provenance;  ///< how it was made: input, options, versions
-    /// Empty, or for each transfer: of every tet of level l the one of level l + 1 that it was cut
-    /// from; empty where the two were meshed each on its own.
+    /// Parent tets of refined levels: for every tet of level l the tet of level l + 1 that contains
+    /// it. An entry is empty if the two levels were meshed independently; the whole vector may be
+    /// empty.
     std::vector<std::vector<std::int32_t>> parents{};
 
-    /// Whether level `l` was cut from the next one.
+    /// Whether level `l` is a refinement of the next one.
     bool is_cut(std::size_t l) const { return l < parents.size() && !parents[l].empty(); }
 };
 
-/// A hierarchy of these levels (finest first), with its transfers built.
+/// Builds a hierarchy from levels (finest first) and computes its transfers.
 MeshHierarchy make_hierarchy(std::vector<TetMesh> levels, std::string provenance);
 
 }  // namespace livetet

@@ -10,7 +10,7 @@ namespace livetet {
 
 enum class NodeScope { all, surface_only };
 
-/// The nodes of `scope` whose place satisfies inside(place in metres), sorted.
+/// The nodes of `scope`, sorted, whose position (metres) satisfies the predicate.
 template <class Predicate>
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, NodeScope scope,
                                        const Predicate& inside) {

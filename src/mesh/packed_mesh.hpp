@@ -8,12 +8,12 @@
 
 namespace livetet {
 
-/// A P1 mesh with its regions and sets as bytes, for `unpacked_mesh` in another process of this
-/// machine.
+/// Serialises a P1 mesh with its regions and sets for another process on the same machine.
 std::vector<char> packed(const TetMesh& mesh);
 
-/// What `packed` made. Throws Error, naming `who` made it, where bytes are missing or left over, or
-/// a set names a node that is not there; the tets are for `check_tet_mesh`.
+/// Restores a mesh from the bytes of `packed`. Throws Error, naming the sender `who`, if bytes are
+/// missing or left over or a set contains an invalid node. Does not check the tets; see
+/// `check_tet_mesh`.
 TetMesh unpacked_mesh(std::span<const char> bytes, const std::string& who);
 
 }  // namespace livetet

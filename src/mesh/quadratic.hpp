@@ -8,24 +8,24 @@
 
 namespace livetet {
 
-/// The same body with ten-node tetrahedra: a node more in the middle of each edge, behind the
-/// corners. Edges stay straight. Node sets take in the middles of edges of their own triangles,
-/// where a triangle set of the same name says which, else of all edges between two of their nodes.
+/// The same body with ten-node tets (P2): adds the midpoints of the edges after the corner nodes.
+/// Edges stay straight. A node set also receives the midpoints of its edges: those of the triangle
+/// set of the same name if there is one, else of all edges whose two ends are in the set.
 TetMesh quadratic_mesh(const TetMesh& linear);
 
-/// The nodes of a quadratic mesh in the linear mesh that it was made from: itself a corner, halfway
-/// between two a middle.
+/// Places the nodes of a quadratic mesh in the linear mesh it was made from: a corner at itself, a
+/// midpoint halfway between two corners.
 BarycentricMap map_into_linear(const TetMesh& quadratic);
 
-/// `hierarchy` with its finest level in quadratic form in front: the P1 mesh becomes the next
+/// Adds the quadratic form of the finest level as a new finest level. The P1 mesh becomes the next
 /// level.
 MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy);
 
-/// The middle nodes of a P2 mesh by the two corners of their edge.
+/// Looks up the midpoint nodes of a P2 mesh by the two corners of their edge.
 class EdgeNodes {
   public:
     explicit EdgeNodes(const TetMesh& mesh);
-    /// The node in the middle of the edge a-b, -1 where there is none.
+    /// The midpoint node of the edge a-b; -1 if there is none.
     std::int32_t between(std::int32_t a, std::int32_t b) const;
     bool empty() const { return middles_.empty(); }
 
@@ -33,19 +33,22 @@ class EdgeNodes {
     std::unordered_map<std::uint64_t, std::int32_t> middles_;
 };
 
-/// One point's value in a P1 or P2 mesh from its place among the corners of a tet:
-/// sum_i L_i (2 L_i - 1) v_i + sum_ij 4 L_i L_j v_ij on ten nodes.
+/// Value at one point of a P1 or P2 mesh, given its barycentric coordinates L in a tet. On ten
+/// nodes:
+///
+///     v = sum_i L_i (2 L_i - 1) v_i + sum_{i<j} 4 L_i L_j v_ij
 Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size_t point,
                     std::span<const Vector3> values);
 
-/// Reads nodal vectors of a P1 or P2 mesh off at points that stay where they are in the body.
+/// Evaluates nodal vector fields of a P1 or P2 mesh at points fixed in the body.
 class PointSampler {
   public:
     PointSampler(const TetMesh& mesh, std::span<const Vector3> points,
                  Outside outside = Outside::nearest)
         : map_(map_into(mesh, points, outside)), edges_(mesh) {}
     std::vector<Vector3> sample(std::span<const Vector3> values) const;
-    /// How far the point lies outside the mesh, m; its nearest surface point stands for it.
+    /// Distance of the point from the mesh, m. Points outside take the value of the nearest surface
+    /// point unless extrapolation is asked for.
     double distance(std::size_t point) const { return map_.distance[point]; }
 
   private:
@@ -53,17 +56,16 @@ class PointSampler {
     EdgeNodes edges_;
 };
 
-/// All nodes of the surface, those of its edges too, sorted.
+/// All surface nodes, edge midpoints included, sorted.
 std::vector<std::int32_t> surface_nodes(const TetMesh& mesh);
 
-/// `nodes` of the surface, and in a P2 mesh the middles of surface edges between two of them,
-/// sorted.
+/// `nodes` and, in a P2 mesh, the midpoints of surface edges between two of them, sorted.
 std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,
                                                   std::vector<std::int32_t> nodes);
 
-/// The three nodes that share the resultant of a uniform traction on a triangle evenly: its corners
-/// on P1, the middles of its edges on P2 (there, the integral of a corner's shape function is
-/// zero).
+/// The three nodes that each take a third of the resultant of a uniform traction on a triangle: its
+/// corners on P1, its edge midpoints on P2, where the integral of a corner's shape function is
+/// zero.
 std::array<std::int32_t, 3> traction_nodes(const Triangle& triangle, const EdgeNodes& edges);
 
 }  // namespace livetet

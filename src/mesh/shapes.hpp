@@ -12,8 +12,8 @@
 /// Meshes of simple shapes, for tests, benchmarks and examples.
 namespace livetet::shapes {
 
-/// The box [0, size] of n[0] x n[1] x n[2] bricks, six tets each (Kuhn: one for each order of the
-/// three axes).
+/// The box [0, size] of n[0] x n[1] x n[2] bricks with six tets each (Kuhn's subdivision: one for
+/// each order of the three axes).
 inline TetMesh box(const Vector3& size, std::array<int, 3> n) {
     TetMesh mesh;
     const auto node = [&](int i, int j, int k) { return i + (n[0] + 1) * (j + (n[1] + 1) * k); };
@@ -34,16 +34,15 @@ inline TetMesh box(const Vector3& size, std::array<int, 3> n) {
                         ++at[orders[o][step]];
                         t[step + 1] = node(at[0], at[1], at[2]);
                     }
-                    if (o >= 3)
-                        std::swap(t[2],
-                                  t[3]);  // an odd order of the axes is wound the other way round
+                    // Odd permutations of the axes have the opposite winding.
+                    if (o >= 3) std::swap(t[2], t[3]);
                     mesh.tets.push_back(t);
                 }
     return mesh;
 }
 
-/// A sphere about `centre`: an icosahedron, each triangle split in four `splits` times, nodes moved
-/// onto the sphere.
+/// A sphere around `centre`: an icosahedron whose triangles are split into four `splits` times,
+/// with the nodes projected onto the sphere.
 inline TriangleMesh sphere(double radius, int splits, const Vector3& centre = Vector3::Zero()) {
     const double g = std::numbers::phi;
     TriangleMesh mesh;
@@ -72,7 +71,7 @@ inline TriangleMesh sphere(double radius, int splits, const Vector3& centre = Ve
     return mesh;
 }
 
-/// The mean length of the triangles' edges.
+/// Mean length of the triangles' edges.
 inline double mean_edge(const TriangleMesh& surface) {
     double sum = 0;
     for (const auto& [a, b, c] : surface.triangles)

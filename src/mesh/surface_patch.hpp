@@ -7,17 +7,18 @@
 
 namespace livetet {
 
-/// A piece of a mesh's surface around a place.
+/// A connected piece of a mesh's surface.
 struct SurfacePatch {
     std::vector<std::int32_t> nodes;  ///< sorted
-    std::int32_t centre = -1;  ///< the corner nearest to the place of the triangle nearest to it
-    double distance = 0;       ///< from the place to that triangle, metres
+    /// Corner nearest to the given place, of the triangle nearest to it.
+    std::int32_t centre = -1;
+    double distance = 0;  ///< distance from the place to that triangle, metres
 };
 
-/// The surface nodes within `radius` (metres) of the patch's centre, measured along the surface's
-/// edges (Dijkstra), so that a patch on a thin rim does not reach through to the other side. The
-/// centre belongs to the triangle nearest to `place`: the nearest of all nodes may lie behind a rim
-/// that is thinner than its edges are long.
+/// The surface nodes within `radius` (metres) of the patch's centre, measured along surface edges
+/// (Dijkstra), so that a patch on a thin rim does not reach through to the other side. The centre
+/// is chosen through the triangle nearest to `place`: the nearest node could lie on the other side
+/// of a rim thinner than an edge.
 SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double radius);
 
 }  // namespace livetet

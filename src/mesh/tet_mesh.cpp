@@ -97,7 +97,8 @@ void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
             used[n] = true;
         }
     for (std::int32_t n = 0; n < count; ++n) {
-        if (!mesh.nodes[n].allFinite()) fail("{}: node {} is not at a finite place", where, n);
+        if (!mesh.nodes[n].allFinite())
+            fail("{}: node {} has a coordinate that is not finite", where, n);
         if (!used[n]) fail("{}: node {} belongs to no tet", where, n);
     }
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {

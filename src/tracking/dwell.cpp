@@ -12,15 +12,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The tip in a frame in which all tools asked for were seen.
+// The tip in one frame with usable poses. "Judged" values are in the frame in which stillness is
+// judged.
 struct TipSample {
     std::size_t frame = 0;
     double time_s = 0;
     Vector3d in_tracker = Vector3d::Zero(), in_reference = Vector3d::Zero();
-    Eigen::Matrix3d turn =
-        Eigen::Matrix3d::Identity();       // the tool's, in the frame in which stillness is judged
-    Vector3d judged = Vector3d::Zero();    // in the frame in which stillness is judged
-    Vector3d smoothed = Vector3d::Zero();  // judged, averaged over a window
+    // orientation of the tool, judged
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    Vector3d judged = Vector3d::Zero();    // position of the tip, judged
+    Vector3d smoothed = Vector3d::Zero();  // `judged`, averaged over the window
 };
 
 void check_options(const DwellOptions& o) {
@@ -108,7 +109,7 @@ void check_window(const FrameWindow& w, const Recording& recording) {
              w.last, recording.samples.size());
 }
 
-// One past the last sample of the stretch that begins at `first`.
+// Index one past the last sample of the stretch that begins at `first`.
 std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first,
                            const DwellOptions& options) {
     Vector3d mean = samples[first].smoothed;

@@ -15,60 +15,63 @@ namespace livetet {
 
 struct DwellOptions {
     std::string tool = "Stylus";
-    std::optional<std::string>
-        reference;  ///< sensor on the body: stillness is judged in its frame; none: the tracker's
-    double radius_mm = 2;  ///< the smoothed tip stays this near to its mean
+    /// Sensor on the body, in whose frame stillness is judged; none: the tracker's frame.
+    std::optional<std::string> reference;
+    double radius_mm = 2;  ///< maximum distance of the smoothed tip from its mean
     double min_duration_s = 2;
-    double smoothing_s =
-        1;  ///< the tip is averaged over a window of this length, centred, before it is judged
-    double min_turn_deg = 2;  ///< a tool that turns less about its tip (RMS about its mean pose)
-                              ///< lies somewhere; 0: any
-    double max_scatter_mm =
-        4;  ///< an explicit window whose unsmoothed tip scatters (RMS) more is refused
-    double min_separation_mm =
-        3;  ///< stretches that follow each other with means nearer than this are one
+    /// Length of the centred window over which the tip is averaged before it is judged.
+    double smoothing_s = 1;
+    /// A tool whose RMS rotation from its mean orientation is less lies unheld on something and
+    /// does not count as a dwell; 0: accept any.
+    double min_turn_deg = 2;
+    /// `dwells_in_windows` rejects a window in which the unsmoothed tip has a larger RMS scatter.
+    double max_scatter_mm = 4;
+    /// Consecutive dwells whose means are closer than this are merged.
+    double min_separation_mm = 3;
 };
 
-/// A stretch of a recording in which the tip rested on something.
+/// A stretch of a recording in which the tip rested on one point.
 struct Dwell {
-    std::size_t first = 0, last = 0;  ///< frames, half-open
-    Eigen::Vector3d tip_in_tracker =
-        Eigen::Vector3d::Zero();  ///< mean over the usable frames, metres
-    std::optional<Eigen::Vector3d>
-        tip_in_reference;  ///< mean of reference_from_tracker * tip, metres
-    double scatter =
-        0;  ///< RMS distance from the mean, in the frame in which stillness is judged, metres
-    double turn_deg =
-        0;  ///< RMS angle between the tool's orientation and its mean, in the judged frame
-    std::size_t used = 0;  ///< frames in which all tools asked for were seen
+    std::size_t first = 0, last = 0;  ///< frames [first, last)
+    /// Mean over the frames used, metres.
+    Eigen::Vector3d tip_in_tracker = Eigen::Vector3d::Zero();
+    /// Mean of reference_from_tracker * tip over the frames used, metres; empty without a
+    /// reference.
+    std::optional<Eigen::Vector3d> tip_in_reference;
+    /// RMS distance of the tip from its mean in the frame in which stillness is judged, metres.
+    double scatter = 0;
+    /// RMS angle between the tool's orientation and its mean in the frame in which stillness is
+    /// judged.
+    double turn_deg = 0;
+    std::size_t used = 0;  ///< frames with a usable pose of the tool and the reference
 };
 
-/// A window of frames, half-open.
+/// A window of frames [first, last).
 struct FrameWindow {
     std::size_t first = 0, last = 0;
 };
 
-/// All stretches in which the tip (tracker_from_tip = tracker_from_tool * tool_from_tip) rests: its
-/// position, averaged over `smoothing_s`, stays within `radius_mm` of the stretch's running mean
-/// for at least `min_duration_s`. Frames in which a tool is not seen are passed over; one missing
-/// for longer than `smoothing_s` ends a stretch. In time order. Throws Error for a tool the
-/// recording does not have and for options that are not positive.
+/// Finds all dwells, in time order: stretches in which the tip (tracker_from_tip =
+/// tracker_from_tool * tool_from_tip), averaged over `smoothing_s`, stays within `radius_mm` of the
+/// stretch's running mean for at least `min_duration_s`. Frames without a usable pose are skipped;
+/// a gap longer than `smoothing_s` ends a stretch. Throws Error for a tool that the recording does
+/// not have and for options that are not positive.
 std::vector<Dwell> find_dwells(const Recording& recording,
                                const RigidTransform<Tool, Tip>& tool_from_tip,
                                const DwellOptions& options = {});
 
-/// The same for windows known beforehand. Throws Error for a window outside the recording, one
-/// without a usable frame, and one in which the tip moves: scatter above `max_scatter_mm`, or a
-/// drift between the means of the window's first and last third above `radius_mm` (times 2).
+/// The dwells of given windows. Throws Error for a window outside the recording, a window without a
+/// usable frame, and a window in which the tip moves: scatter above `max_scatter_mm`, or a drift
+/// between the means of its first and last third above 2 * `radius_mm`.
 std::vector<Dwell> dwells_in_windows(const Recording& recording,
                                      const RigidTransform<Tool, Tip>& tool_from_tip,
                                      std::span<const FrameWindow> windows,
                                      const DwellOptions& options = {});
 
-/// Where the tip was in each frame of these windows (of all, where there are none) in which the
-/// tools asked for were seen: in the reference sensor's frame where one is asked for, else the
-/// tracker's; metres. What a tip that is led over a surface draws. Throws Error for a tool the
-/// recording does not have and a window outside it.
+/// The tip's positions (metres) in each usable frame of the windows, or of the whole recording if
+/// there are none; in the reference sensor's frame if a reference is given, else the tracker's.
+/// Used for a tip that is moved over a surface. Throws Error for a tool that the recording does not
+/// have and for a window outside it.
 std::vector<Eigen::Vector3d> tip_places(const Recording& recording,
                                         const RigidTransform<Tool, Tip>& tool_from_tip,
                                         std::span<const FrameWindow> windows,

@@ -7,26 +7,29 @@
 
 namespace livetet {
 
-/// `valid`: from this frame's reference pose; `held`: the reference was lost a moment ago and the
-/// last answer stands; `lost`: it has been away longer than that (the last answer is still given),
-/// or was never seen.
+/// State of the registration.
+/// - `valid`: computed from the current frame's reference pose.
+/// - `held`: the reference is lost for less than the hold time; the last result stands.
+/// - `lost`: the reference is lost for longer (the last result is still returned) or was never
+///   seen.
 enum class RegistrationStatus { valid, held, lost };
 
-/// A registration that follows the organ: its fiducials M_i are fixed to a reference sensor on it,
-/// so that each frame's P_i = tracker_from_reference * M_i are where the fiducials are now. The fit
-/// from P to the image then is the fit from M, made once, composed with the sensor's pose:
-/// image_from_tracker = image_from_reference * reference_from_tracker.
+/// Registration that follows the organ through a reference sensor fixed to it. The fiducials M_i
+/// are known in the sensor's frame, so their current positions are tracker_from_reference * M_i.
+/// The fit from M_i to the image is made once; each frame composes it with the sensor's pose:
+///
+///     image_from_tracker = image_from_reference * reference_from_tracker
 class LiveRegistration {
   public:
-    /// The last answer is held for `hold_s` when the reference is lost.
+    /// `hold_s`: how long the last result is held when the reference is lost, seconds.
     explicit LiveRegistration(const RigidTransform<ImageFrame, Reference>& image_from_reference,
                               double hold_s = 0.5);
 
-    /// One frame: the reference sensor's pose at `time_s`. A pose that is missing or not finite
-    /// holds, then loses.
+    /// Processes one frame: the reference sensor's pose at `time_s`. A pose that is missing or not
+    /// finite counts as lost.
     RegistrationStatus update(double time_s, const TrackedPose& reference);
 
-    /// The newest answer; empty before the reference was first seen.
+    /// The latest result; empty before the reference was first seen.
     const std::optional<RigidTransform<ImageFrame, Tracker>>& image_from_tracker() const {
         return image_from_tracker_;
     }

@@ -6,13 +6,13 @@
 
 namespace livetet {
 
-/// Hands the newest value from one thread to another; older ones are overwritten. Neither side ever
-/// waits: three slots, one being written, one being read, and one in between that both swap by a
-/// single atomic exchange.
+/// Passes the newest value from one writer thread to one reader thread; older values are
+/// overwritten. Neither thread waits. Three slots: one being written, one being read, and one in
+/// between that either side swaps with its own by an atomic exchange.
 template <class T>
 class Mailbox {
   public:
-    /// The writer's slot: fill it, then `post`.
+    /// Writer: fill `outgoing`, then call `post`.
     T& outgoing() { return slots_[writing_]; }
     void post() {
         writing_ = middle_.exchange(writing_ | fresh, std::memory_order_acq_rel) & ~fresh;
@@ -20,8 +20,8 @@ class Mailbox {
         posted_.notify_one();
     }
 
-    /// Takes the newest value, if there is one that was not taken yet; it stays valid until the
-    /// next `take`.
+    /// Reader: makes the newest value available as `incoming`, valid until the next `take`. Returns
+    /// false if nothing was posted since the last `take`.
     bool take() {
         if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
         reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & ~fresh;
@@ -29,7 +29,7 @@ class Mailbox {
     }
     const T& incoming() const { return slots_[reading_]; }
 
-    /// How many values were posted so far; `wait_beyond(n)` sleeps until there are more than n.
+    /// Number of values posted so far. `wait_beyond(n)` sleeps until it exceeds n.
     std::uint64_t posted() const { return posted_.load(std::memory_order_acquire); }
     void wait_beyond(std::uint64_t count) const { posted_.wait(count, std::memory_order_acquire); }
 

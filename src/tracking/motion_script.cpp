@@ -15,7 +15,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double most_samples = 1e6;
+constexpr double max_samples = 1e6;
 constexpr double radians_per_degree = std::numbers::pi / 180;
 
 void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
@@ -29,9 +29,9 @@ void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
 }
 
 void check(const MotionScript& script, const std::string& file) {
-    if (script.rate_Hz * script.duration_s > most_samples)
+    if (script.rate_Hz * script.duration_s > max_samples)
         fail("rate_Hz = {} Hz for duration_s = {} s must be at most {} samples ({})",
-             script.rate_Hz, script.duration_s, most_samples, file);
+             script.rate_Hz, script.duration_s, max_samples, file);
     if (script.tools.empty())
         fail("tools is missing, expected at least one, such as - tool: Sensor ({})", file);
     check_moves(script.organ.moves, "organ.", file);
@@ -45,7 +45,7 @@ void check(const MotionScript& script, const std::string& file) {
     }
 }
 
-/// The way and turn since 0 s.
+/// Displacement and rotation vector relative to 0 s.
 Keyframe move_at(const std::vector<Keyframe>& moves, double time_s) {
     Keyframe from, to;
     for (const Keyframe& next : moves) {
@@ -59,7 +59,7 @@ Keyframe move_at(const std::vector<Keyframe>& moves, double time_s) {
             from.turn_deg + done * (to.turn_deg - from.turn_deg)};
 }
 
-/// A body in the frame that it stands in.
+/// Pose of a body in its parent frame.
 template <class Frame, class Body>
 RigidTransform<Frame, Body> place_of(const ScriptedBody& body, double time_s) {
     const Keyframe move = move_at(body.moves, time_s);
@@ -84,7 +84,7 @@ bool is_lost(const ScriptedTool& tool, double time_s) {
     return false;
 }
 
-/// Whether sample `i` is the first from one of the tool's jumps on.
+/// Whether sample `i` is the first at or after one of the tool's jump times.
 bool jumps(const ScriptedTool& tool, std::size_t i, double rate_Hz) {
     return std::ranges::any_of(tool.jump_s, [&](double t) {
         return std::ceil(t * rate_Hz - 1e-6) == static_cast<double>(i);
@@ -103,7 +103,8 @@ DelayedRecording simulate(const MotionScript& script) {
     const auto seed = static_cast<std::uint64_t>(script.seed);
     TrackerNoise noise(1e-3 * script.position_noise_mm,
                        radians_per_degree * script.rotation_noise_deg, seed);
-    std::mt19937_64 engine(~seed);  // apart from the noise's, so that one does not change the other
+    // Separate from the noise's engine, so that latency options do not change the noise.
+    std::mt19937_64 engine(~seed);
     std::bernoulli_distribution drops(script.dropout_rate);
     std::normal_distribution<double> normal;
     DelayedRecording result;

@@ -10,17 +10,17 @@
 
 namespace livetet {
 
-/// Where something is at a moment, from where it stands when the script begins.
+/// Pose of a scripted body at a time, relative to its pose at the start of the script.
 struct Keyframe {
     double at_s = 0;
     Eigen::Vector3d by_mm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
 };
 
-/// Something that moves: where it stands, and its moves. Between two keyframes way and turn (as a
-/// rotation vector, so that it may go round more than once) run smoothly, at rest at both; after
-/// the last it stays. Turns are about its own place, along the axes of the frame that it stands in,
-/// and come after `turn_deg`.
+/// A moving body: its initial pose and its keyframes. Between two keyframes translation and
+/// rotation vector are interpolated smoothly, with zero velocity at both; the rotation vector
+/// allows more than one turn. After the last keyframe the body rests. Rotations are about the
+/// body's own origin, along the axes of its parent frame, and are applied after `turn_deg`.
 struct ScriptedBody {
     Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
@@ -29,6 +29,7 @@ struct ScriptedBody {
 
 enum class ScriptFrame { organ, tracker };
 
+/// A scripted tool, with the intervals in which it is lost and the times at which a sample jumps.
 struct ScriptedTool : ScriptedBody {
     std::string tool = "Sensor";
     ScriptFrame on = ScriptFrame::organ;
@@ -37,7 +38,7 @@ struct ScriptedTool : ScriptedBody {
     Eigen::Vector3d jump_mm{100, 0, 0};
 };
 
-/// A simulated tracker: what moves how, and how well it is seen.
+/// A simulated tracker: the motion of the organ and the tools, and the quality of the tracking.
 struct MotionScript {
     double rate_Hz = 20;
     double duration_s = 30;
@@ -54,76 +55,78 @@ struct MotionScript {
 template <class Visitor>
 void visit_fields(Visitor& v, Keyframe& k) {
     v.field("at_s", k.at_s, "s",
-            "when it is there; the first keyframe of all is where it stands, at 0 s",
+            "time of the keyframe; the first keyframe, at 0 s, is the initial pose",
             greater_than<0>());
-    v.field("by_mm", k.by_mm, "mm", "how far from where it stood at 0 s");
+    v.field("by_mm", k.by_mm, "mm", "displacement from the initial position");
     v.field("turn_deg", k.turn_deg, "deg",
-            "turned since 0 s by: axis times angle, about its own place");
+            "rotation from the initial orientation about its own origin: axis times angle");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, ScriptedBody& b) {
-    v.field("at_mm", b.at_mm, "mm", "where it stands at 0 s");
-    v.field("turn_deg", b.turn_deg, "deg", "how it is turned at 0 s: axis times angle");
-    v.list("moves", b.moves, "where it is later on; smooth in between");
+    v.field("at_mm", b.at_mm, "mm", "initial position");
+    v.field("turn_deg", b.turn_deg, "deg", "initial orientation: axis times angle");
+    v.list("moves", b.moves, "keyframes; smooth motion in between");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, ScriptedTool& t) {
-    v.field("tool", t.tool, "", "its name: Sensor for SensorToTracker",
+    v.field("tool", t.tool, "", "name of the tool: Sensor for SensorToTracker",
             Check<std::string>{"a name", [](const std::string& name) { return !name.empty(); }});
-    v.choice("on", t.on, "what it moves with",
-             {{ScriptFrame::organ, "organ", "the organ: places and moves are in the organ's frame"},
-              {ScriptFrame::tracker, "tracker",
-               "nothing: places and moves are in the tracker's frame"}});
+    v.choice(
+        "on", t.on, "parent frame",
+        {{ScriptFrame::organ, "organ", "moves with the organ; poses are in the organ's frame"},
+         {ScriptFrame::tracker, "tracker", "fixed in space; poses are in the tracker's frame"}});
     visit_fields(v, static_cast<ScriptedBody&>(t));
-    v.field("tip_mm", t.tip_mm, "mm",
-            "its tip, from its sensor along its own axes: places are the tip's, turns about it; "
-            "the sensor is tracked");
-    v.field("lost_s", t.lost_s, "s", "when it is not seen: [from, to, from, to, ...]",
+    v.field(
+        "tip_mm", t.tip_mm, "mm",
+        "offset of the tip from the sensor, along the sensor's axes: positions are the tip's and "
+        "rotations are about it; the sensor is tracked");
+    v.field("lost_s", t.lost_s, "s",
+            "intervals in which the tool is not seen: [from, to, from, to, ...]",
             Check<std::vector<double>>{"pairs of ascending times [from, to, from, to, ...]",
                                        [](const std::vector<double>& times) {
                                            for (std::size_t i = 1; i < times.size(); ++i)
                                                if (!(times[i] > times[i - 1])) return false;
                                            return times.size() % 2 == 0;
                                        }});
-    v.field("jump_s", t.jump_s, "s",
-            "one sample, the first from each of these times on, is wrong by jump_mm");
-    v.field("jump_mm", t.jump_mm, "mm", "how far, in the tracker's frame");
+    v.field("jump_s", t.jump_s, "s", "at each of these times one sample is displaced by jump_mm");
+    v.field("jump_mm", t.jump_mm, "mm", "displacement of those samples, in the tracker's frame");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, MotionScript& s) {
-    v.field("rate_Hz", s.rate_Hz, "Hz", "samples a second", greater_than<0>());
-    v.field("duration_s", s.duration_s, "s", "from the first sample to the last", at_least<0>());
+    v.field("rate_Hz", s.rate_Hz, "Hz", "samples per second", greater_than<0>());
+    v.field("duration_s", s.duration_s, "s", "time from the first sample to the last",
+            at_least<0>());
     v.field("position_noise_mm", s.position_noise_mm, "mm", "RMS length of a position's error",
             at_least<0>());
     v.field("rotation_noise_deg", s.rotation_noise_deg, "deg", "RMS angle of a rotation's error",
             at_least<0>());
-    v.field("dropout_rate", s.dropout_rate, "", "share of the poses that are missing, at random",
+    v.field("dropout_rate", s.dropout_rate, "", "fraction of the poses that are missing at random",
             Check<double>{"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
-    v.field("latency_ms", s.latency_ms, "ms", "how long after its time a sample comes, in the mean",
-            at_least<0>());
+    v.field("latency_ms", s.latency_ms, "ms", "mean delay of a sample", at_least<0>());
     v.field("latency_jitter_ms", s.latency_jitter_ms, "ms",
-            "RMS deviation from it; none comes before its time", at_least<0>());
-    v.field("seed", s.seed, "", "of noise, dropouts and latency: the same seed, the same numbers");
+            "RMS deviation of the delay; no sample arrives early", at_least<0>());
+    v.field("seed", s.seed, "", "random seed of noise, dropouts and latency");
     v.group("organ", s.organ, "the organ in the tracker's frame");
-    v.list("tools", s.tools, "what is tracked");
+    v.list("tools", s.tools, "the tracked tools");
 }
 
-/// Reads a script. Throws Error, naming `file` and the key, for what `visit_fields` refuses,
-/// keyframes that do not follow each other, a tool named twice, no tools, and more than a million
+/// Reads a script. Throws Error, naming `file` and the key, for values that `visit_fields` rejects,
+/// keyframes that are not in ascending order, a tool named twice, no tools, and more than a million
 /// samples.
 MotionScript parse_motion_script(const std::string& text, const std::string& file);
 
-/// A recording, and how long after its time each sample comes (none: at its time).
+/// A recording and the delay of each sample, seconds. No delays: each sample arrives at its time
+/// stamp.
 struct DelayedRecording {
     Recording recording;
     std::vector<double> delays_s;
 };
 
-/// What the tracker of a script that is as `parse_motion_script` gives it says: a sample every 1 /
-/// rate_Hz s from 0 s on.
+/// Simulates the tracker of a script from `parse_motion_script`: one sample every 1 / rate_Hz s,
+/// starting at 0 s.
 DelayedRecording simulate(const MotionScript& script);
 
 }  // namespace livetet

@@ -45,7 +45,7 @@ void Playback::play(const std::stop_token& stop) {
     std::condition_variable_any sleep;
     const auto start = std::chrono::steady_clock::now();
     const double first = recording_.samples.front().time_s;
-    const auto until = [&](double seconds) {  // wakes at once where the run ends early
+    const auto until = [&](double seconds) {  // returns at once if playback is stopped
         const std::chrono::duration<double> way(seconds / options_.speed);
         sleep.wait_until(
             lock, stop,
@@ -58,13 +58,13 @@ void Playback::play(const std::stop_token& stop) {
     };
     double last = 0;
     for (std::size_t i = 0; i < recording_.samples.size(); ++i) {
-        last = std::max(last, comes(i));  // none overtakes another
+        last = std::max(last, comes(i));  // samples keep their order
         until(last);
         if (stop.stop_requested()) return;
         post(sample(i));
         played_ = i + 1;
     }
-    until(last + 0.2);  // the last sample is still a frame
+    until(last + 0.2);  // gives the consumer time to take the last sample
     post_end();
 }
 

@@ -8,17 +8,18 @@
 namespace livetet {
 
 struct PlaybackOptions {
-    double speed = 1;  ///< times its own pace; 0: frame by frame, none is missed
-    std::vector<double>
-        delays_s{};             ///< how long after its time each sample comes; none: at its time
-    SampleListener listener{};  ///< called with each sample, by the thread that posts it
+    double speed =
+        1;  ///< playback rate; 0: one sample for each call of `next`, without skipping any
+    /// Delay of each sample after its time stamp, seconds; empty: no delay.
+    std::vector<double> delays_s{};
+    SampleListener listener{};  ///< called with each sample on the source's thread
 };
 
-/// A recording as a source. It begins when `next` is first called.
+/// Plays a recording as a tracker source. Playback starts at the first call of `next`.
 class Playback : public TrackerSource {
   public:
-    /// Throws Error for a recording without samples, a speed that is negative, and delays that are
-    /// not as many as samples.
+    /// Throws Error if the recording has no samples, if the speed is negative, or if the number of
+    /// delays differs from the number of samples.
     explicit Playback(Recording recording, PlaybackOptions options = {});
     ~Playback() override;
 
@@ -35,7 +36,8 @@ class Playback : public TrackerSource {
     const Recording recording_;
     PlaybackOptions options_;
     std::atomic<std::uint64_t> played_{0};
-    StreamSample taken_;  // frame by frame
+    // at speed 0: the sample last returned
+    StreamSample taken_;
     std::jthread thread_;
 };
 

@@ -53,7 +53,7 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     }
     State& s = *state_;
     const double dt = time_s - s.time_s;
-    if (dt <= 0) return carried_on();
+    if (dt <= 0) return extrapolated();
     const double blend = smoothing_factor(options_.derivative_cutoff_Hz, dt);
     s.velocity += blend * ((pose.translation - s.last_translation) / dt - s.velocity);
     s.angular_velocity +=
@@ -70,10 +70,10 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     s.last_translation = pose.translation;
     s.last_rotation = pose.rotation;
     s.time_s = time_s;
-    return carried_on();
+    return extrapolated();
 }
 
-TrackedPose PoseFilter::carried_on() const {
+TrackedPose PoseFilter::extrapolated() const {
     const State& s = *state_;
     if (options_.ahead_s == 0) return s.filtered;
     return {rotation_of_vector(options_.ahead_s * s.angular_velocity) * s.filtered.rotation,

@@ -11,40 +11,45 @@ namespace livetet {
 
 struct PoseFilterOptions {
     bool enabled = true;
-    double min_cutoff_Hz = 1;  ///< cutoff at rest: lower is smoother
-    double beta_per_m = 50;    ///< cutoff added for each m/s of speed: higher lags less, Hz s/m
-    double beta_per_rad = 2;   ///< cutoff added for each rad/s of turning, Hz s/rad
-    double derivative_cutoff_Hz = 1;  ///< cutoff of the speeds' own low-pass
-    double ahead_s =
-        0;  ///< the pose is carried on by its smoothed speeds for so long: makes up for latency
-    double reset_after_s = 0.5;  ///< a gap longer than this starts afresh
+    double min_cutoff_Hz = 1;  ///< cutoff at rest; lower is smoother
+    double beta_per_m =
+        50;  ///< increase of the cutoff with speed, Hz per m/s; higher reduces the lag
+    double beta_per_rad = 2;          ///< increase of the cutoff with turn rate, Hz per rad/s
+    double derivative_cutoff_Hz = 1;  ///< cutoff of the low-pass filter of the speeds
+    /// Extrapolates the pose by its smoothed speeds over this time to compensate for latency.
+    double ahead_s = 0;
+    double reset_after_s = 0.5;  ///< a longer gap restarts the filter
 };
 
-/// The one-euro filter of Casiez, Roussel, Vogel (2012), "1 EUR filter: a simple speed-based
-/// low-pass filter for noisy input in interactive systems", CHI: exponential smoothing with alpha =
-/// 1 / (1 + 1 / (2 pi f_c dt)) and the cutoff f_c = f_min + beta |speed|. Translation: one cutoff
-/// from the norm of the smoothed velocity, so that the filter does not depend on the axes.
-/// Rotation: slerp by alpha, with the smoothed angular velocity.
+/// One-euro filter: exponential smoothing with a cutoff that grows with the speed,
+///
+///     alpha = 1 / (1 + 1 / (2 pi f_c dt)),   f_c = f_min + beta |speed|
+///
+/// Translation uses one cutoff, from the norm of the smoothed velocity, so the result does not
+/// depend on the choice of axes. Rotation uses slerp by alpha and the smoothed angular velocity.
+/// Source: Casiez, Roussel, Vogel (2012), "1 EUR filter: a simple speed-based low-pass filter for
+/// noisy input in interactive systems", CHI.
 class PoseFilter {
   public:
-    /// Throws Error for cutoffs that are not positive and negative betas.
+    /// Throws Error if a cutoff is not positive or a beta is negative.
     explicit PoseFilter(const PoseFilterOptions& options = {});
 
-    /// The smoothed pose at `time_s`. A pose that is not usable (status, NaN) is given back as it
-    /// is and changes nothing. A time not after the last one gives back the last result; one far
-    /// before it starts afresh (a clock was set).
+    /// Returns the smoothed pose at `time_s`. A pose that is not usable (status, NaN) is returned
+    /// unchanged and does not affect the filter. A time not after the last one returns the last
+    /// result; a time far before it (the clock was set) restarts the filter.
     TrackedPose update(double time_s, const TrackedPose& pose);
     void reset() { state_.reset(); }
 
   private:
     struct State {
         double time_s = 0;
-        TrackedPose filtered;                        // not carried on
-        Eigen::Vector3d last_translation, velocity;  // unfiltered, and m/s
+        TrackedPose filtered;  // without extrapolation
+        // last unfiltered translation, m, and smoothed velocity, m/s
+        Eigen::Vector3d last_translation, velocity;
         Eigen::Matrix3d last_rotation;
         Eigen::Vector3d angular_velocity;  // rad/s
     };
-    TrackedPose carried_on() const;
+    TrackedPose extrapolated() const;
 
     PoseFilterOptions options_;
     std::optional<State> state_;
@@ -54,27 +59,28 @@ struct OutlierGateOptions {
     bool enabled = true;
     double max_speed = 2;       ///< m/s
     double max_turn_rate = 20;  ///< rad/s
-    double slack = 0.01;        ///< metres that noise may add to a step
-    double slack_rad = 0.1;     ///< radians that noise may add to a turn
-    int max_held = 3;           ///< after so many rejected poses in a row the next is believed
-    double max_held_s = 0.3;    ///< ... or after so long since the last accepted pose
+    double slack = 0.01;        ///< metres that noise may add to a displacement
+    double slack_rad = 0.1;     ///< radians that noise may add to a rotation
+    int max_held = 3;         ///< after this many rejected poses in a row the next one is accepted
+    double max_held_s = 0.3;  ///< the same after this time since the last accepted pose
 };
 
+/// Verdict on a pose: accepted; rejected, so that the last accepted pose is held; or not usable.
 enum class GateVerdict { accepted, held, unusable };
 
-/// Rejects a pose that lies farther from the last accepted one than the stated speeds allow: the
-/// last accepted pose is given back instead, for `max_held` poses or `max_held_s` at most; then the
-/// new place is believed.
+/// Rejects poses farther from the last accepted one than the speed limits allow and returns the
+/// last accepted pose instead. After `max_held` rejected poses or `max_held_s` seconds the new
+/// position is accepted.
 class OutlierGate {
   public:
     struct Result {
         TrackedPose pose;
         GateVerdict verdict = GateVerdict::accepted;
     };
-    /// Throws Error for limits that are not positive.
+    /// Throws Error if a limit is not positive.
     explicit OutlierGate(const OutlierGateOptions& options = {});
 
-    /// A pose that is not usable is given back as it is, and does not count as held.
+    /// A pose that is not usable is returned unchanged and does not count as rejected.
     Result update(double time_s, const TrackedPose& pose);
     void reset() { *this = OutlierGate(options_); }
 

@@ -8,27 +8,29 @@
 
 namespace livetet {
 
-/// Why a tool has no pose. `missing`: not seen, or never came; `invalid`: the tracker says so;
-/// `stale`: it came, but not of late; `broken`: its numbers are not finite or no rigid motion.
-/// Results hold these numbers.
+/// Status of a tool's pose. Result files store the numeric values.
+/// - `missing`: not seen, or never reported.
+/// - `invalid`: the tracker declares it invalid.
+/// - `out_of_volume`: outside the tracker's measuring volume.
+/// - `stale`: reported before, but not recently.
+/// - `broken`: not finite, or not a rigid motion.
 enum class PoseStatus { ok, missing, invalid, out_of_volume, stale, broken };
 
-/// One tracked tool's pose in the tracker's frame: rotation re-orthonormalised, translation in
-/// metres.
+/// Pose of one tracked tool in the tracker's frame; the rotation is re-orthonormalised, the
+/// translation in metres.
 struct TrackedPose {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     PoseStatus status = PoseStatus::missing;
 };
 
-/// What a tracker says at one moment: a pose for each tool in the recording's (or stream's) order
-/// of names.
+/// The poses of all tools at one time, in the order of the recording's or stream's tool names.
 struct TrackerSample {
     double time_s = 0;
     std::vector<TrackedPose> poses;
 };
 
-/// A stretch of samples: `tools[i]` names `samples[*].poses[i]` ("Stylus" for PLUS's
+/// A sequence of samples. `tools[i]` names `samples[*].poses[i]` ("Stylus" for PLUS's
 /// StylusToTracker).
 struct Recording {
     std::vector<std::string> tools;

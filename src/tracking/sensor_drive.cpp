@@ -18,7 +18,7 @@ Vector3d rotation_vector(const Matrix3d& rotation) {
     return turn.angle() * turn.axis();
 }
 
-// From `now` towards `target` by at most `step`; true when there.
+// Moves `now` towards `target` by at most `step`; returns true on arrival.
 bool approach(Vector3d& now, const Vector3d& target, double step) {
     const Vector3d way = target - now;
     const bool there = way.norm() <= step;
@@ -56,7 +56,7 @@ DriveStatus SensorDrive::update(
     too_far_ = false;
     if (!base_) {
         if (now - seen_s_ > options_.hold_s && !finite)
-            begin_base();  // it may be elsewhere when it is back
+            restart_base();  // the sensor may return at another place
         if (!finite) return status_;
         seen_s_ = now;
         place(now, *image_from_sensor);
@@ -73,13 +73,14 @@ DriveStatus SensorDrive::update(
     return status_;
 }
 
-void SensorDrive::place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose) {
-    if (poses_ > 0 &&
-        (pose.translation - translation_sum_ / poses_).norm() > options_.max_base_scatter)
-        begin_base();
+void SensorDrive::place(double time_s,
+                        const RigidTransform<ImageFrame, Sensor>& image_from_sensor) {
+    if (poses_ > 0 && (image_from_sensor.translation - translation_sum_ / poses_).norm() >
+                          options_.max_base_scatter)
+        restart_base();
     if (poses_ == 0) first_s_ = time_s;
-    rotation_sum_ += pose.rotation;
-    translation_sum_ += pose.translation;
+    rotation_sum_ += image_from_sensor.rotation;
+    translation_sum_ += image_from_sensor.translation;
     ++poses_;
     if (time_s - first_s_ < options_.base_window_s) return;
     base_ = RigidTransform<ImageFrame, Sensor>{nearest_rotation(rotation_sum_),
@@ -87,17 +88,18 @@ void SensorDrive::place(double time_s, const RigidTransform<ImageFrame, Sensor>&
     status_ = DriveStatus::following;
 }
 
-void SensorDrive::begin_base() {
+void SensorDrive::restart_base() {
     rotation_sum_.setZero();
     translation_sum_.setZero();
     poses_ = 0;
 }
 
-SensorDrive::Motion SensorDrive::motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const {
+SensorDrive::Motion SensorDrive::motion_to(
+    const RigidTransform<ImageFrame, Sensor>& image_from_sensor) const {
     Motion target;
-    target.translation = pose.translation - base_->translation;
+    target.translation = image_from_sensor.translation - base_->translation;
     if (options_.motion == DriveMotion::rigid)
-        target.turn = rotation_vector(pose.rotation * base_->rotation.transpose());
+        target.turn = rotation_vector(image_from_sensor.rotation * base_->rotation.transpose());
     return target;
 }
 

@@ -9,68 +9,73 @@
 
 namespace livetet {
 
-/// What of the sensor's motion the patch follows.
+/// Which part of the sensor's motion the patch follows.
 enum class DriveMotion { translation, rigid };
 
-/// `placing`: the base pose is being measured, from where the sensor rests on, nothing moves;
-/// `following`; `returning`: following again, limited in speed until caught up; `holding`: the
-/// sensor is lost and the last motion stands; `releasing`: the patch is let go, little by little;
-/// `released`: it is free.
+/// State of a sensor drive.
+/// - `placing`: the base pose is being averaged while the sensor rests; the patch does not move.
+/// - `following`: the patch follows the sensor.
+/// - `returning`: the sensor came back; the patch catches up at limited speed.
+/// - `holding`: the sensor is lost; the last motion stands.
+/// - `releasing`: the patch is released gradually.
+/// - `released`: the patch is free.
 enum class DriveStatus { placing, following, returning, holding, releasing, released };
 
+/// Options of a SensorDrive. Times: how long a lost sensor's motion is held, then released.
 struct SensorDriveOptions {
     DriveMotion motion = DriveMotion::translation;
-    double base_window_s = 0.5;  ///< the base pose is the mean of the valid poses over this long
-    double max_base_scatter = 0.01;  ///< m; a pose farther from the mean so far begins the base
-                                     ///< anew: several times the noise
+    double base_window_s = 0.5;  ///< averaging time of the base pose
+    /// A pose farther than this from the running mean restarts the averaging of the base pose, m.
+    /// Set it to several times the tracker's noise.
+    double max_base_scatter = 0.01;
     double hold_s = 0.5;
     double release_s = 1;
-    double max_displacement =
-        0.1;  ///< m; a pose that would move the patch farther counts as missing
-    double max_return_speed = 0.1;    ///< m/s, while catching up with a sensor that came back
-    double max_return_turn_rate = 1;  ///< rad/s, likewise
+    /// A pose that would move the patch farther than this counts as missing, m.
+    double max_displacement = 0.1;
+    double max_return_speed = 0.1;    ///< m/s, in state `returning`
+    double max_return_turn_rate = 1;  ///< rad/s, in state `returning`
 };
 
-/// A sensor that moves a patch of the organ. Its pose image_from_sensor when placed is the base;
-/// afterwards the motion image_from_sensor * sensor_from_base (both in the image frame, so that
-/// moving the organ as a whole deforms nothing) moves the patch: all of it, or its translation.
-/// Knows no clock: all times are the samples'.
+/// Turns a sensor's motion into the motion of a patch of the organ. The mean pose image_from_sensor
+/// after placement is the base; then the motion image_from_sensor * sensor_from_base, or its
+/// translation alone, moves the patch. Both poses are in the image frame, so a motion of the whole
+/// organ deforms nothing. All times are the samples'; the class reads no clock.
 class SensorDrive {
   public:
-    /// Throws Error for options that are negative (speeds: not positive).
+    /// Throws Error if a time is negative or a limit is not positive.
     explicit SensorDrive(const SensorDriveOptions& options = {});
 
-    /// One frame at `time_s`: the sensor's pose in the image, or nothing where it (or the
-    /// registration) is missing or stale. A pose that is not finite counts as missing. A time
-    /// before the last one counts as the last one.
+    /// Processes one frame at `time_s`. `image_from_sensor` is empty if the sensor or the
+    /// registration is missing or stale. A pose that is not finite counts as missing. A time before
+    /// the last one counts as the last one.
     DriveStatus update(double time_s,
                        const std::optional<RigidTransform<ImageFrame, Sensor>>& image_from_sensor);
 
-    /// The displacement (metres, image frame) of a patch node whose rest position (metres, image
-    /// frame) is given.
+    /// Displacement (metres, image frame) of a patch node with the given rest position (metres,
+    /// image frame).
     Eigen::Vector3d displacement(const Eigen::Vector3d& rest_position) const;
 
-    /// How firmly the patch is held, from 1 (it goes where `displacement` says) to 0 (it is free).
+    /// How firmly the patch is constrained: 1 prescribes `displacement`, 0 leaves the patch free.
     double grip() const { return grip_; }
 
     DriveStatus status() const { return status_; }
     /// Whether the last pose was farther from the base than `max_displacement`.
     bool is_too_far() const { return too_far_; }
-    /// The pose when placed; empty while placing.
+    /// image_from_sensor at the base; empty while placing.
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
-    /// Forgets the base: the sensor is placed anew.
+    /// Discards the base; the sensor must be placed again.
     void reset() { *this = SensorDrive(options_); }
 
   private:
-    /// The patch's motion: a turn about the sensor's base position (rotation vector, radians) and a
+    /// Motion of the patch: a rotation vector (radians) about the sensor's base position and a
     /// translation (metres).
     struct Motion {
         Eigen::Vector3d turn = Eigen::Vector3d::Zero();
         Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     };
-    void place(double time_s, const RigidTransform<ImageFrame, Sensor>& pose);
-    void begin_base();
-    Motion motion_to(const RigidTransform<ImageFrame, Sensor>& pose) const;
+    void place(double time_s, const RigidTransform<ImageFrame, Sensor>& image_from_sensor);
+    void restart_base();
+    Motion motion_to(const RigidTransform<ImageFrame, Sensor>& image_from_sensor) const;
     void follow(double dt, const Motion& target);
     void release(double time_s);
 

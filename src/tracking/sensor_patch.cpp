@@ -11,8 +11,8 @@ namespace livetet {
 
 namespace {
 
-/// A patch that is let go ends at this share of the stiffness that it began with.
-constexpr double nothing = 1e-4;
+/// Share of the initial stiffness that a patch has at the end of its release.
+constexpr double released_share = 1e-4;
 
 }  // namespace
 
@@ -76,7 +76,7 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
 double SensorPatch::spring_stiffness() const {
     if (nodes_.empty() || is_hard() || drive_.grip() == 0) return 0;
     return options_.stiffness.value_or(options_.firm_stiffness) *
-           std::pow(nothing, 1 - drive_.grip());
+           std::pow(released_share, 1 - drive_.grip());
 }
 
 }  // namespace livetet

@@ -12,9 +12,10 @@
 
 namespace livetet {
 
-/// Why a sensor is not followed: what its pose lacks (see PoseStatus; `lost`: missing), `jumped`:
-/// it lies farther from the last pose than a sensor could go, `too_far`: than the organ could be
-/// moved, `no_reference`: the reference sensor's pose is not to be had.
+/// Why a sensor is not followed. `lost` to `broken` repeat the pose's status (`lost`: missing).
+/// - `jumped`: farther from the last pose than a sensor could move.
+/// - `too_far`: farther from its base than the organ can be moved.
+/// - `no_reference`: the reference sensor's pose is not available.
 enum class SensorTrouble {
     none,
     lost,
@@ -27,51 +28,56 @@ enum class SensorTrouble {
     no_reference
 };
 
-/// Of a pose and what the gate says of it.
+/// The trouble of a pose, given the verdict of the outlier gate.
 SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict);
 
+/// Options of a SensorPatch.
 struct SensorPatchOptions {
     SensorDriveOptions drive{};
     PoseFilterOptions filter{};
-    double radius = 0.015;  ///< of the patch, m, along the surface
-    std::optional<double>
-        stiffness{};  ///< N/m of the whole patch: it is pulled by springs; none: it is held hard
-    double firm_stiffness = 1e4;  ///< N/m, the same as hard: where a hard patch begins to be let go
+    double radius = 0.015;  ///< of the patch along the surface, m
+    /// Total stiffness of the springs that pull the patch, N/m; none: the displacement is
+    /// prescribed.
+    std::optional<double> stiffness{};
+    /// Spring stiffness that is practically rigid, N/m: where the release of a prescribed patch
+    /// begins.
+    double firm_stiffness = 1e4;
 };
 
-/// One deformation sensor and the patch of surface that goes with it.
+/// A deformation sensor and the surface patch that it moves. Order of use: `follow` in every frame;
+/// `place` once when `awaits_placement` is true; then `nodes`, `target` and `spring_stiffness` give
+/// the patch's constraint.
 class SensorPatch {
   public:
     explicit SensorPatch(const SensorPatchOptions& options)
         : options_(options), filter_(options.filter), drive_(options.drive) {}
 
-    /// One frame: the sensor's pose and the one of the reference sensor, both of the same moment
-    /// and not filtered, so that in their product the organ's own motion cancels and the filter
-    /// sees the press alone. What is not usable, or jumps farther than a sensor could, counts as
-    /// missing.
+    /// Processes one frame. Takes the poses of the sensor and of the reference sensor at the same
+    /// time, both unfiltered: the organ's own motion cancels in their product and only the press is
+    /// filtered. An unusable pose or a jump counts as missing.
     void follow(double time_s, const TrackedPose& sensor, const OutlierGate::Result& reference,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference);
 
-    /// Whether the sensor's place at rest is known and no patch is chosen yet.
-    bool is_to_be_placed() const { return drive_.base() && nodes_.empty(); }
-    /// Chooses the patch on the body as it is now: each node displaced (m) from the mesh's rest
-    /// shape, whose surface has the nodes `surface`. Nothing is chosen, and nothing allocated,
-    /// where the sensor lies farther than `farthest` (m) off them: it has to be placed anew.
-    /// Returns how far it is.
+    /// Whether the sensor's base is known and no patch has been chosen yet.
+    bool awaits_placement() const { return drive_.base() && nodes_.empty(); }
+    /// Chooses the patch on the body in its current shape: the rest shape moved by `displacement`
+    /// (one vector a node, m); `surface` lists the surface nodes. If the sensor is farther than
+    /// `farthest` (m) from the surface, chooses nothing, allocates nothing, and restarts the
+    /// placement. Returns the distance of the sensor from the surface, m.
     double place(const TetMesh& mesh, std::span<const std::int32_t> surface,
                  std::span<const Eigen::Vector3d> displacement, double farthest);
 
     const std::vector<std::int32_t>& nodes() const { return nodes_; }
-    /// Where the k-th node is moved to: its displacement, m.
+    /// Prescribed displacement of the k-th patch node, m.
     Eigen::Vector3d target(std::size_t k) const {
         return placed_[k].offset + drive_.displacement(placed_[k].place);
     }
-    /// How far the patch's middle has been moved since the sensor was placed, m.
+    /// Displacement of the patch's centre since the sensor was placed, m.
     double press() const { return nodes_.empty() ? 0 : drive_.displacement(centre_).norm(); }
 
     bool is_hard() const { return !nodes_.empty() && !options_.stiffness && drive_.grip() == 1; }
-    /// What springs hold the whole patch with, N/m; 0 where it is hard or free. While it is let go
-    /// this falls by powers of ten, from what is as good as hard to what is as good as nothing.
+    /// Total spring stiffness of the patch, N/m; 0 if the patch is prescribed or free. During a
+    /// release it decreases by powers of ten from practically rigid to practically free.
     double spring_stiffness() const;
 
     const SensorDrive& drive() const { return drive_; }
@@ -79,8 +85,8 @@ class SensorPatch {
 
   private:
     struct Placed {
-        Eigen::Vector3d offset,
-            place;  ///< when placed: the node's displacement, and where it was, m
+        Eigen::Vector3d offset;  ///< displacement of the node at placement, m
+        Eigen::Vector3d place;   ///< position of the node at placement, m
     };
     SensorPatchOptions options_;
     OutlierGate gate_;

@@ -20,7 +20,7 @@ constexpr double radians_per_degree = pi / 180;
 
 double wave(double time_s, double period_s) { return std::sin(2 * pi * time_s / period_s); }
 
-// The tool's shaft down: its z axis, along which the tip lies, against the tracker's.
+// Orientation with the tool's z axis, along which the tip lies, opposite to the tracker's.
 Matrix3d tool_upright() { return AngleAxisd(pi, Vector3d::UnitX()).toRotationMatrix(); }
 
 Vector3d press_direction(const SimulatedTrackerOptions& options) {
@@ -29,7 +29,7 @@ Vector3d press_direction(const SimulatedTrackerOptions& options) {
     return options.press_direction.normalized();
 }
 
-// Samples of `poses_at(t)` at the recording's rate, from 0 to `duration_s` inclusive, with noise.
+// Samples `poses_at(t)` at the recording's rate from 0 to `duration_s` inclusive and adds noise.
 template <class PosesAt>
 Recording record(const SimulatedTrackerOptions& options, std::vector<std::string> tools,
                  double duration_s, const PosesAt& poses_at) {
@@ -74,7 +74,7 @@ TrackedPose TrackerNoise::operator()(const TrackedPose& pose) {
 
 RigidTransform<Tracker, ImageFrame> true_tracker_from_image(const SimulatedTrackerOptions& options,
                                                             double time_s) {
-    const double started = smooth_step(time_s);  // over the first second
+    const double started = smooth_step(time_s);  // smooth start over the first second
     const Vector3d way =
         started * options.organ_travel *
         Vector3d(0.8 * wave(time_s, 6.1), 0.5 * wave(time_s, 7.7), 0.3 * wave(time_s, 5.3));

@@ -11,48 +11,48 @@
 
 namespace livetet {
 
-/// Everything that a simulated recording is made from: the same options give the same numbers.
+/// Options of a simulated recording. Equal options give equal recordings.
 struct SimulatedTrackerOptions {
     double rate_Hz = 20;
-    double position_rms_mm =
-        1.4;  ///< RMS length of a position's error, as an electromagnetic tracker's
-    double rotation_rms_deg = 0.5;  ///< RMS angle of a rotation's error
+    /// RMS length of the position error; 1.4 mm is typical of an electromagnetic tracker.
+    double position_rms_mm = 1.4;
+    double rotation_rms_deg = 0.5;  ///< RMS angle of the rotation error
     std::uint64_t seed = 1;
 
     // the tool
     RigidTransform<Tool, Tip> tool_from_tip{Eigen::Matrix3d::Identity(), {0.004, -0.002, 0.15}};
     Eigen::Vector3d pivot_in_tracker{0.2, -0.1, -0.05};
     double pivot_s = 20;
-    double cone_deg = 40;  ///< the tool tilts to this from the vertical, to all sides
-    double dwell_s = 3;    ///< at each point touched
-    double travel_s = 2;   ///< from one to the next
-    double lift = 0.03;    ///< metres above the straight way between them
+    double cone_deg = 40;  ///< maximum tilt from the vertical, to all sides
+    double dwell_s = 3;    ///< time at each touched point
+    double travel_s = 2;   ///< time between two points
+    double lift = 0.03;  ///< height of the path above the straight line between two points, metres
 
     // the organ
     RigidTransform<Tracker, ImageFrame> tracker_from_image_at_start{Eigen::Matrix3d::Identity(),
                                                                     {0.3, 0, -0.1}};
     Eigen::Vector3d turn_centre_in_image = Eigen::Vector3d::Zero();
-    double organ_travel = 0.1;   ///< metres, at most, from where it started
-    double organ_turn_deg = 40;  ///< at most
+    double organ_travel = 0.1;   ///< maximum displacement from the start, metres
+    double organ_turn_deg = 40;  ///< maximum rotation from the start
     RigidTransform<ImageFrame, Reference> image_from_reference;
 
     // the press
     RigidTransform<ImageFrame, Sensor> image_from_sensor_at_rest;
-    Eigen::Vector3d press_direction{0, 0, -1};  ///< in the image; its length does not matter
+    Eigen::Vector3d press_direction{0, 0, -1};  ///< in the image; any length
     double press_depth = 0.015;
     int presses = 3;
-    double rest_s = 3;  ///< before the first press, while the organ moves already
+    double rest_s = 3;  ///< before the first press; the organ already moves
     double ramp_s = 1;
     double hold_s = 1.5;
     double pause_s = 1;  ///< after each press
 };
 
-/// A tracker's noise: normal on each axis, position and rotation vector, from one seeded engine.
-/// The same seed gives the same errors in the same order of calls.
+/// Tracker noise: normally distributed on each axis of position and rotation vector, from one
+/// seeded engine. The same seed and order of calls give the same errors.
 class TrackerNoise {
   public:
-    TrackerNoise(double position_rms, double rotation_rms,
-                 std::uint64_t seed);  ///< metres, radians
+    /// RMS errors in metres and radians.
+    TrackerNoise(double position_rms, double rotation_rms, std::uint64_t seed);
     explicit TrackerNoise(const SimulatedTrackerOptions& options);
     TrackedPose operator()(const TrackedPose& pose);
 
@@ -63,31 +63,33 @@ class TrackerNoise {
     std::normal_distribution<double> normal_;
 };
 
-// The truth, at `time_s` from the recording's start.
+// The true motion, `time_s` seconds after the start of the recording.
 
-/// The organ: moves and turns smoothly from `tracker_from_image_at_start`, without end.
+/// Pose of the organ: moves and turns smoothly and endlessly, starting at
+/// `tracker_from_image_at_start`.
 RigidTransform<Tracker, ImageFrame> true_tracker_from_image(const SimulatedTrackerOptions& options,
                                                             double time_s);
-/// How deep the deformation sensor is pressed in, metres: trapezoids with smooth ramps after the
+/// Depth to which the deformation sensor is pressed, metres: trapezoids with smooth ramps after the
 /// rest.
 double true_press_depth(const SimulatedTrackerOptions& options, double time_s);
+/// Pose of the pressing sensor in the image.
 RigidTransform<ImageFrame, Sensor> true_image_from_sensor(const SimulatedTrackerOptions& options,
                                                           double time_s);
-/// The tool tilting about its tip, which rests in the pivot.
+/// Pose of the tool tilting about its tip, which rests in the pivot.
 RigidTransform<Tracker, Tool> true_pivoting_tool(const SimulatedTrackerOptions& options,
                                                  double time_s);
-/// The tool touching points given in the image, one after the other, the organ being where it
-/// starts.
+/// Pose of the tool touching the points one after another. The organ is in its initial pose.
 RigidTransform<Tracker, Tool> true_touching_tool(const SimulatedTrackerOptions& options,
                                                  std::span<const Eigen::Vector3d> points_in_image,
                                                  double time_s);
 
-/// When point `i` is touched: [begin, begin + dwell_s].
+/// Start of the time interval in which point `i` is touched: [begin, begin + dwell_s].
 double touch_begins_s(const SimulatedTrackerOptions& options, std::size_t i);
+/// Duration of `simulate_touching` for this many points, and of `simulate_press`.
 double touching_duration_s(const SimulatedTrackerOptions& options, std::size_t points);
 double press_duration_s(const SimulatedTrackerOptions& options);
 
-// The recordings, with noise. Throw Error for a rate that is not positive.
+// The noisy recordings. Each throws Error if the rate is not positive.
 
 /// Tool "Stylus".
 Recording simulate_pivoting(const SimulatedTrackerOptions& options);

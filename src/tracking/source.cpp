@@ -17,7 +17,7 @@ double utc_seconds() {
 const StreamSample* TrackerSource::next() {
     for (;;) {
         const auto seen =
-            mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+            mailbox_.posted();  // read before `take`, so that a value posted after it ends the wait
         if (mailbox_.take()) return mailbox_.incoming().end ? nullptr : &mailbox_.incoming().sample;
         mailbox_.wait_beyond(seen);
     }

@@ -13,64 +13,66 @@
 
 namespace livetet {
 
-/// When a tool's newest pose was measured and when it came.
+/// Times of a tool's newest pose.
 struct PoseTimes {
-    double sent_s = 0;     ///< the sender's time stamp, seconds since 1970; 0 where it sends none
-    double arrived_s = 0;  ///< by this machine's steady clock; 0 where it never came
+    double sent_s = 0;  ///< the sender's time stamp, seconds since 1970; 0 without a time stamp
+    double arrived_s =
+        0;  ///< arrival by this machine's steady clock; 0 if the tool was never reported
 };
 
-/// The newest of every tool. Of a stream, `sample.time_s` is the sender's newest time stamp (the
-/// arrival's, UTC, where it sends none); it never goes backwards, and where the sender's clock is
-/// set by more than a second, or turns out to be that far from what samples before the first stamp
-/// were dated by, it goes on by the arrivals.
+/// The newest pose of every tool. In a stream, `sample.time_s` is the sender's newest time stamp,
+/// or the arrival time (UTC) if the sender sends none. It never decreases: if the sender's clock is
+/// set by more than a second, or its first stamp differs by more than a second from earlier samples
+/// dated by arrival, time continues by arrival times.
 struct StreamSample {
     TrackerSample sample;
     std::vector<PoseTimes> times;
-    double arrived_s = 0;      ///< of the message that completed it, steady clock
-    std::uint64_t number = 0;  ///< counted from 1 as they come
+    double arrived_s = 0;      ///< arrival of the message that completed the sample, steady clock
+    std::uint64_t number = 0;  ///< sequence number, from 1
 };
 using SampleListener = std::function<void(const StreamSample&)>;
 
-/// Now, by the clock of `arrived_s`.
+/// Current time of the clock of `arrived_s`.
 double steady_seconds();
-/// Now, seconds since 1970 (UTC): what a time stamp on the wire is.
+/// Current UTC time, seconds since 1970; the time base of time stamps on the wire.
 double utc_seconds();
 
-/// What a source has met so far.
+/// State and counters of a source.
 struct SourceStatus {
     std::string state;    ///< "receiving", "waiting to connect again", ...
-    std::string problem;  ///< what ended the last connection or attempt; empty where nothing did
-    std::uint64_t samples = 0,
-                  refused = 0;  ///< refused: messages that were dropped for what was in them
-    std::map<std::string, std::uint64_t>
-        names;                            ///< how often each transform came ("StylusToTracker")
-    std::vector<std::string> never_came;  ///< tools asked for
-    std::string refusal{};                ///< why the last message was refused
+    std::string problem;  ///< why the last connection or attempt ended; empty if none did
+    std::uint64_t samples = 0;
+    std::uint64_t refused = 0;  ///< messages dropped because of their content
+    /// Number of messages for each transform name ("StylusToTracker").
+    std::map<std::string, std::uint64_t> names;
+    std::vector<std::string> never_came;  ///< requested tools that were never reported
+    std::string refusal{};                ///< why the last message was dropped
 };
 
-/// Where tracker samples come from: a server on the network, a recording, a simulated tracker. A
-/// thread of its own leaves the newest sample for the one that computes; whoever asks `next` too
-/// late misses those in between.
+/// A source of tracker samples: a server on the network, a recording or a simulated tracker. The
+/// source's own thread leaves the newest sample in a mailbox; a consumer that calls `next` late
+/// skips the samples in between.
 class TrackerSource {
   public:
     virtual ~TrackerSource() = default;
 
-    /// Waits for a sample that was not taken yet; the newest, or nullptr after the last. Stays as
-    /// it is until the next call.
+    /// Waits for a sample not yet taken and returns the newest, or nullptr after the last one. The
+    /// sample is valid until the next call.
     virtual const StreamSample* next();
-    /// The same without waiting: nullptr where there is nothing new.
+    /// Like `next`, but returns nullptr at once if there is no new sample.
     const StreamSample* take();
     virtual SourceStatus status() const = 0;
 
-    /// The place of a tool in the samples' poses (a tool asked for later than others may be beyond
-    /// the end of a sample's poses: it is missing). Throws Error, naming those there are, where
-    /// there is none of that name.
+    /// Index of a tool in the samples' poses. The index of a tool requested later may be beyond the
+    /// end of an earlier sample's poses; the tool is then missing. Throws Error, listing the
+    /// existing tools, if there is none of that name.
     virtual std::size_t index_of(const std::string& tool) = 0;
     /// The tools in the order of the samples' poses.
     virtual std::vector<std::string> tools() const = 0;
 
   protected:
-    /// Numbers the sample, tells the listener and leaves it for `next`; from the source's thread.
+    /// Called by the source's thread: numbers the sample, calls the listener and posts the sample
+    /// to `next`.
     void post(StreamSample sample);
     void post_end();
 

@@ -7,7 +7,7 @@
 #include "geometry/transform.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/sockets.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"

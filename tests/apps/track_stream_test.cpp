@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "apps/tracked_block.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"
 #include "support/server.hpp"

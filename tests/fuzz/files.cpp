@@ -1,9 +1,10 @@
-// Every reader of files, each fed with changed good files.
+// Fuzz targets for all file readers, each with changed valid files.
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
@@ -39,7 +40,7 @@ namespace fs = std::filesystem;
 using Reader = std::function<void(const fs::path&)>;
 using Writer = std::function<void(const fs::path&)>;
 
-/// A folder of this process's own.
+/// A folder of this process.
 const fs::path& folder() {
     static const struct Folder {
         fs::path path = fs::temp_directory_path() / ("livetet_fuzz_" + std::to_string(::getpid()));
@@ -63,7 +64,7 @@ Target target(std::string name, const std::string& ending, Reader read,
     return {std::move(name), run, std::move(seeds)};
 }
 
-/// Good files, as our own writers write them.
+/// Valid files, written by the program's writers.
 std::function<std::vector<Bytes>()> written(const std::string& ending, Writer write) {
     return [ending, write = std::move(write)] {
         const fs::path path = folder() / ("good" + ending);
@@ -186,7 +187,7 @@ const std::string script =
     "  - {tool: Stylus, on: tracker, tip_mm: [4, -2, 150], moves: [{at_s: 6, turn_deg: [30, 20, "
     "0]}]}\n";
 
-/// A header whose voxels lie in a file beside it.
+/// A header and the separate file with its voxels.
 std::function<std::vector<Bytes>()> header_of_voxels(std::string header) {
     return [header = std::move(header)] {
         write_text_file(folder() / "voxels.raw", std::string(24, '\1'));
@@ -198,7 +199,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text.replace(text.find(from), from.size(), to);
 }
 
-/// A tracked run of two frames, as the recorder leaves it.
+/// A tracked run of two frames, as the recorder writes it.
 void write_run(const fs::path& path) {
     const TetMesh cube = testing_meshes::cube();
     ResultWriter writer(path, cube, scene, Precision::single);
@@ -254,8 +255,8 @@ StudyRow small_row() {
     return row;
 }
 
-/// A study of two solves in a folder of its own, which `use` gets; of its files only those that
-/// `use` leaves.
+/// Calls `use` with a study of two solves in its own folder, which then only contains the files
+/// that `use` leaves.
 template <class Use>
 void with_study(const Use& use) {
     beside();
@@ -271,7 +272,7 @@ void with_study(const Use& use) {
     use(of, store);
 }
 
-/// A checkpoint and a frame of a run, which lie in the folder of its result's parts.
+/// A checkpoint and a frame of a run, in the folder of its result's parts.
 const CheckpointStore& checkpoints() {
     static const CheckpointStore store(folder() / "run.h5", "a run");
     return store;
@@ -309,13 +310,8 @@ Target surface(const std::string& ending) {
                   }));
 }
 
-}  // namespace
-
-std::vector<Target> targets() {
-    // A reader that believes a size before it has seen the bytes shall fail here, not on somebody's
-    // machine.
-    const rlimit memory{rlim_t(6) << 30, rlim_t(6) << 30};
-    setrlimit(RLIMIT_AS, &memory);
+/// Tracker recordings, points and registrations.
+std::vector<Target> recording_targets() {
     return {
         target(
             "sequence", ".mha", [](const fs::path& p) { read_sequence(p); },
@@ -323,6 +319,33 @@ std::vector<Target> targets() {
         target(
             "sequence_nrrd", ".nrrd", [](const fs::path& p) { read_sequence(p); },
             texts({sequence_nrrd})),
+        target(
+            "fcsv", ".fcsv", [](const fs::path& p) { read_fiducials(p); }, texts({fcsv})),
+        target(
+            "mrk_json", ".mrk.json", [](const fs::path& p) { read_fiducials(p); },
+            written(".mrk.json",
+                    [](const fs::path& p) {
+                        write_fiducials(p, {{"F1", {0.1, 0.2, 0.3}}, {"F2", {0, 0, 0}}});
+                    })),
+        target(
+            "points_csv", ".csv", [](const fs::path& p) { read_points_csv(p); },
+            texts({"name,x_mm,y_mm,z_mm\nA,1,2,3\n\"B, b\",4,5,6\n"})),
+        target(
+            "registration", ".json", [](const fs::path& p) { read_registration(p); },
+            written(".json",
+                    [](const fs::path& p) { write_registration(p, small_registration()); })),
+        target(
+            "tip", ".json", [](const fs::path& p) { read_tip(p); },
+            written(".json",
+                    [](const fs::path& p) {
+                        write_tip(p, {"Stylus", {}, {}});
+                    })),
+    };
+}
+
+/// Scenes and studies.
+std::vector<Target> study_targets() {
+    return {
         target(
             "scene", ".yaml", [](const fs::path& p) { load_scene(p); }, texts({scene})),
         target(
@@ -360,6 +383,12 @@ std::vector<Target> targets() {
                 });
                 return std::vector<Bytes>{bytes_of(folder() / "kept.h5")};
             }),
+    };
+}
+
+/// Checkpoints, scripts and results of runs.
+std::vector<Target> run_targets() {
+    return {
         target(
             "checkpoint", ".h5",
             [](const fs::path& p) {
@@ -395,27 +424,12 @@ std::vector<Target> targets() {
                 read_recorded_run(ResultReader(p), p.string());
             },
             written(".h5", write_run)),
-        target(
-            "fcsv", ".fcsv", [](const fs::path& p) { read_fiducials(p); }, texts({fcsv})),
-        target(
-            "mrk_json", ".mrk.json", [](const fs::path& p) { read_fiducials(p); },
-            written(".mrk.json",
-                    [](const fs::path& p) {
-                        write_fiducials(p, {{"F1", {0.1, 0.2, 0.3}}, {"F2", {0, 0, 0}}});
-                    })),
-        target(
-            "points_csv", ".csv", [](const fs::path& p) { read_points_csv(p); },
-            texts({"name,x_mm,y_mm,z_mm\nA,1,2,3\n\"B, b\",4,5,6\n"})),
-        target(
-            "registration", ".json", [](const fs::path& p) { read_registration(p); },
-            written(".json",
-                    [](const fs::path& p) { write_registration(p, small_registration()); })),
-        target(
-            "tip", ".json", [](const fs::path& p) { read_tip(p); },
-            written(".json",
-                    [](const fs::path& p) {
-                        write_tip(p, {"Stylus", {}, {}});
-                    })),
+    };
+}
+
+/// Images.
+std::vector<Target> image_targets() {
+    return {
         target(
             "nifti", ".nii", [](const fs::path& p) { read_label_image(p); },
             written(".nii", [](const fs::path& p) { write_image(p, small_image()); })),
@@ -435,6 +449,12 @@ std::vector<Target> targets() {
         target(
             "meta_header", ".mhd", [](const fs::path& p) { read_grey_image(p); },
             header_of_voxels(replaced(meta_image, "LOCAL", "voxels.raw"))),
+    };
+}
+
+/// Meshes, surfaces and hierarchies.
+std::vector<Target> mesh_targets() {
+    return {
         target(
             "msh", ".msh", [](const fs::path& p) { read_gmsh(p, 1); },
             written(".msh", [](const fs::path& p) { write_gmsh(p, testing_meshes::cube(), 1); })),
@@ -455,6 +475,19 @@ std::vector<Target> targets() {
                         write_hierarchy(p, hierarchy);
                     })),
     };
+}
+
+}  // namespace
+
+std::vector<Target> targets() {
+    // A reader that allocates what a wrong size asks for must fail here, not at a user's.
+    const rlimit memory{rlim_t(6) << 30, rlim_t(6) << 30};
+    setrlimit(RLIMIT_AS, &memory);
+    std::vector<Target> all;
+    for (auto part :
+         {recording_targets(), study_targets(), run_targets(), image_targets(), mesh_targets()})
+        std::move(part.begin(), part.end(), std::back_inserter(all));
+    return all;
 }
 
 }  // namespace livetet::fuzz

@@ -12,17 +12,17 @@ namespace livetet::fuzz {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-/// A reader of hostile bytes. `run` may return, or throw livetet::Error; all else is a fault of the
-/// reader.
+/// A reader of untrusted bytes. `run` may return or throw livetet::Error; anything else is a
+/// defect.
 struct Target {
     std::string name;
     std::function<void(ByteView)> run;
-    std::function<std::vector<Bytes>()> seeds;  ///< good inputs, to be changed
+    std::function<std::vector<Bytes>()> seeds;  ///< valid inputs, to be changed
 };
 
 Bytes bytes_of(const std::filesystem::path& path);
 
-/// Those of one program; defined beside them.
+/// The targets of one fuzz program, which defines this function.
 std::vector<Target> targets();
 
 }  // namespace livetet::fuzz

@@ -1,9 +1,9 @@
-// fuzz_... [TARGET ...] [--seconds N] [--seed S] [--inputs FOLDER] [--replay FILE]
-// Feeds changed inputs to each target (all of the program's, where none is named) for N seconds
-// each, the same ones for the same seed; the files of FOLDER join the good inputs. Whatever ends a
-// reader other than by a livetet::Error, runs for more than 30 s of processor time or 3 minutes of
-// any, or takes too much memory ends the program with status 1 and leaves the input as
-// fuzz_TARGET.bin.
+//     fuzz_... [TARGET ...] [--seconds N] [--seed S] [--inputs FOLDER] [--replay FILE]
+// Feeds changed inputs to each target (default: all targets of the program) for N seconds each. The
+// same seed gives the same inputs; the files of FOLDER are added to the valid inputs. The program
+// ends with status 1, and writes the input to fuzz_TARGET.bin, if a reader ends other than by
+// returning or a livetet::Error, takes more than 30 s of processor time or 3 minutes, or takes too
+// much memory.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -34,7 +34,7 @@ Bytes bytes_of(const std::filesystem::path& path) {
 
 namespace {
 
-constexpr unsigned longest_s = 180;  // a busy machine may leave a reader little of it
+constexpr unsigned max_s = 180;  // generous, for a busy machine
 constexpr ::itimerval longest_of_processor{{}, {30, 0}}, no_limit{};
 
 struct Arguments {
@@ -44,7 +44,7 @@ struct Arguments {
     std::filesystem::path inputs, replay;
 };
 
-// For the signal handler: what is being read, and where it is left.
+// For the signal handler: the current input and the file to write it to.
 ByteView under_way;
 char fault_path[256];
 
@@ -78,10 +78,10 @@ void watch_for_faults(const std::string& target) {
     for (const int signal : {SIGABRT, SIGALRM, SIGPROF}) ::signal(signal, on_signal);
 }
 
-/// Whether the reader refused the input; throws what is no Error.
+/// Whether the reader rejected the input; rethrows other exceptions than Error.
 bool refused(const Target& target, ByteView input) {
     under_way = input;
-    ::alarm(longest_s);
+    ::alarm(max_s);
     ::setitimer(ITIMER_PROF, &longest_of_processor, nullptr);
     bool is_error = false;
     try {

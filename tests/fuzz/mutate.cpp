@@ -20,7 +20,7 @@ class Mutator {
 
   private:
     std::size_t below(std::size_t end) { return end == 0 ? 0 : random_() % end; }
-    /// Often near the front, where headers are.
+    /// A position, often near the front, where headers are.
     std::size_t place() {
         return below(2) ? below(std::min<std::size_t>(bytes_.size(), 512)) : below(bytes_.size());
     }
@@ -68,7 +68,7 @@ class Mutator {
                                             ~0ull};
         write(values[below(std::size(values))]);
     }
-    /// Adds a little to what an integer is.
+    /// Adds a small number to an integer.
     void shift_integer() {
         bytes_[place()] += static_cast<std::uint8_t>(below(2) ? 1 + below(4) : 255 - below(4));
     }
@@ -79,7 +79,7 @@ class Mutator {
             bytes_[at + i] =
                 static_cast<std::uint8_t>(value >> (8 * (big_endian ? size - 1 - i : i)));
     }
-    /// In place of a number of a text.
+    /// Replaces a number in a text.
     void extreme_word() {
         constexpr std::string_view words[] = {
             "nan",        "-1",         "0",   "1e308", "-1e400", "99999999999",

@@ -1,5 +1,5 @@
-// The path of a message: bytes in pieces, header, body, content, pose, sample; and what was read
-// back onto the wire.
+// Fuzz targets for the path of an OpenIGTLink message: bytes in pieces, header, body, content,
+// pose, sample; and the encoding of what was decoded.
 #include <algorithm>
 #include <stdexcept>
 
@@ -12,7 +12,7 @@
 namespace livetet::fuzz {
 namespace {
 
-/// The same messages with a CRC that holds, which chance would never find.
+/// The same messages with a correct CRC, which random changes would never produce.
 Bytes with_right_crcs(ByteView input) {
     Bytes bytes(input.begin(), input.end());
     for (std::size_t at = 0; at + igtl::header_size <= bytes.size();) {
@@ -28,7 +28,7 @@ Bytes with_right_crcs(ByteView input) {
     return bytes;
 }
 
-/// What was decoded must go onto the wire, and come back from there as it was.
+/// A decoded message must encode, and decode to the same message.
 void check_way_back(const igtl::Message& message) {
     Bytes once, twice;
     try {
@@ -71,7 +71,7 @@ void run(ByteView bytes) {
 void run_both(ByteView input) {
     try {
         run(input);
-    } catch (const Error&) {  // a wrong CRC says little about what is behind it
+    } catch (const Error&) {  // a wrong CRC must not hide what follows
     }
     run(with_right_crcs(input));
 }
@@ -99,7 +99,7 @@ std::vector<Target> targets() { return {{"openigtlink", run_both, seeds}}; }
 
 }  // namespace livetet::fuzz
 
-/// For libFuzzer, whose changes follow the branches taken.
+/// Entry point for libFuzzer, whose changes are guided by coverage.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         livetet::fuzz::run_both({data, size});

@@ -1,4 +1,5 @@
-// Exchanges every type of header version 1 with Debian's libopenigtlink, both ways, over sockets.
+// Exchanges every message type of header version 1 with Debian's libopenigtlink, in both
+// directions, over sockets.
 #include <gtest/gtest.h>
 #include <igtlBindMessage.h>
 #include <igtlCapabilityMessage.h>
@@ -33,8 +34,8 @@ namespace {
 using namespace testing_messages;
 using namespace testing_sockets;
 
-/// What the library sends, as our codec reads it; its body must come back from there to the byte.
-/// `unset`: bytes of it that the library leaves as it finds them in memory.
+/// Decodes what the library sends and encodes it again; the body must be the same to the byte.
+/// `unset`: bytes that the library leaves uninitialised.
 template <class Theirs>
 Message from_library(typename Theirs::Pointer theirs, const std::vector<std::size_t>& unset = {}) {
     theirs->SetDeviceName("Device");
@@ -61,7 +62,7 @@ Message from_library(typename Theirs::Pointer theirs, const std::vector<std::siz
     return message;
 }
 
-/// What our server publishes, as the library reads it, CRC checked.
+/// Reads what our server publishes with the library, which checks the CRC.
 template <class Theirs>
 typename Theirs::Pointer to_library(const Message& message) {
     OpenIgtLinkServer server({"127.0.0.1", 0});
@@ -99,7 +100,7 @@ Message one(const char* type) {
     throw std::runtime_error(type);
 }
 
-/// A quarter turn about z, and a place: that of the messages of `one_of_each`.
+/// The pose in the messages of `one_of_each`: a quarter turn about z and a translation.
 void set_matrix(::igtl::Matrix4x4& m) {
     const float rows[4][4] = {{0, -1, 0, 10}, {1, 0, 0, 20}, {0, 0, 1, -30.5f}, {0, 0, 0, 1}};
     std::memcpy(m, rows, sizeof rows);
@@ -121,7 +122,7 @@ TEST(Interop, Transform) {
 }
 
 TEST(Interop, Position) {
-    // Whole ones only: for the two shorter layouts this library writes beyond its own buffer.
+    // Complete layouts only: for the two shorter ones this library writes beyond its buffer.
     auto theirs = ::igtl::PositionMessage::New();
     theirs->SetPosition(1, -2, 3.5);
     theirs->SetQuaternion(0.5, -0.5, 0.5, 0.5);
@@ -427,7 +428,7 @@ TEST(Interop, NdArray) {
 
 TEST(Interop, Bind) {
     auto theirs = ::igtl::BindMessage::New();
-    auto text = ::igtl::StringMessage::New();  // of odd size, for the padding
+    auto text = ::igtl::StringMessage::New();  // odd size, to test the padding
     text->SetDeviceName("a");
     text->SetString("x");
     text->Pack();

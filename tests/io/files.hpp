@@ -13,7 +13,7 @@
 
 namespace livetet::testing_files {
 
-/// A folder of this test's own, emptied when it starts.
+/// A folder for this test, emptied when it starts.
 inline std::filesystem::path fresh_folder() {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     const auto folder = std::filesystem::path(testing::TempDir()) / "livetet_io" /
@@ -34,14 +34,14 @@ inline void truncate_to(const std::filesystem::path& path, double part) {
         path, static_cast<std::uintmax_t>(part * std::filesystem::file_size(path)));
 }
 
-/// The folder of real inputs, if there is one on this machine.
+/// The folder of real inputs, if it exists on this machine.
 inline std::optional<std::filesystem::path> data_folder() {
     const char* folder = std::getenv("LIVETET_DATA");
     if (!folder || !std::filesystem::is_directory(folder)) return std::nullopt;
     return std::filesystem::path(folder);
 }
 
-/// The one line that `action` fails with; empty where it does not fail.
+/// The message of the Error that `action` throws; empty if it throws none.
 inline std::string error_of(const std::function<void()>& action) {
     try {
         action();
@@ -53,7 +53,7 @@ inline std::string error_of(const std::function<void()>& action) {
     return {};
 }
 
-/// Whether an error message holds all of `words`.
+/// Whether an error message contains all of `words`.
 inline testing::AssertionResult says(const std::string& message,
                                      std::initializer_list<const char*> words) {
     if (message.empty()) return testing::AssertionFailure() << "no error was thrown";

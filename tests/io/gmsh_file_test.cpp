@@ -14,8 +14,7 @@ namespace {
 using namespace testing_files;
 using namespace testing_meshes;
 
-/// One tet in mm whose tags are sparse and in no order, one node too many, and an inward-wound
-/// unnamed surface.
+/// One tet in mm with sparse, unordered tags, an unused node and an unnamed surface wound inwards.
 const std::string small = R"($MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -61,7 +60,7 @@ TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {
 }
 
 TEST(GmshFile, PhysicalSurfacesAreWoundOutwards) {
-    const TetMesh mesh = read_gmsh_text(small);  // the file's triangle is seen from within
+    const TetMesh mesh = read_gmsh_text(small);  // the file's triangle is wound inwards
     const Triangle t = mesh.triangle_sets.at("surface_3").at(0);
     const Vector3 normal =
         (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
@@ -105,7 +104,7 @@ TEST(GmshFile, MalformedMeshesAreRefused) {
 }
 
 TEST(GmshFile, WhatGmshsReaderDoesNotSurviveIsAnError) {
-    // Seven partitions are announced and two follow.
+    // The file announces seven partitions and has two.
     const std::string partitioned =
         with(small, "2 4 2 6 1 3 1000 40 70", "2 4 5 6 1 7 4 2 3 1000 40 70");
     EXPECT_TRUE(says(error_of([&] { read_gmsh_text(partitioned); }), {"m.msh", "Gmsh crashed"}));
@@ -134,7 +133,7 @@ TEST(GmshFile, RealMeshesOfBothVersionsAreTheSameBody) {
 }
 
 TEST(GmshFile, Msh41WithNamedGroupsIsRead) {
-    // A tet of unit edges: volume 1 in group 4, its face z = 0 in the group "wall".
+    // A tet with unit edges: volume 1 in group 4, its face z = 0 in the group "wall".
     const TetMesh mesh = read_gmsh_text(
         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 2 \"wall\"\n3 4 "
         "\"body\"\n$EndPhysicalNames\n"

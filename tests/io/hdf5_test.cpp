@@ -9,7 +9,8 @@ namespace {
 
 using namespace testing_files;
 
-/// `bytes` with each 4-byte little-endian `from` that `number`s among them (from 0) made `to`.
+/// `bytes` with the occurrences `number`s (from 0) of the 4-byte little-endian value `from` changed
+/// to `to`.
 std::string with_number(std::string bytes, std::uint32_t from, std::uint32_t to, int number) {
     const auto text = [](std::uint32_t x) {
         return std::string(reinterpret_cast<const char*>(&x), sizeof x);
@@ -21,7 +22,7 @@ std::string with_number(std::string bytes, std::uint32_t from, std::uint32_t to,
 
 TEST(Hdf5, ATextThatIsLongerThanWhatIsStoredOfItIsRefused) {
     const auto path = fresh_folder() / "t.h5";
-    constexpr std::uint32_t size = 54321;  // once as the type's size, once as the storage's
+    constexpr std::uint32_t size = 54321;  // occurs as the type's size and as the storage's
     {
         File file = File::create(path, "t.h5");
         file.write_text("text", std::string(size - 1, 'x'));
@@ -40,7 +41,7 @@ TEST(Hdf5, ATextThatIsLongerThanWhatIsStoredOfItIsRefused) {
     EXPECT_GE(refused, 4);
 }
 
-/// Found by fuzzing: HDF5 1.10 reads from nowhere where a group's heap of names has no address, but
+/// Found by fuzzing: HDF5 1.10 reads an invalid address if a group's name heap has no address, but
 /// only when a name is looked up.
 TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
     const auto path = fresh_folder() / "t.h5";
@@ -49,9 +50,8 @@ TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
         file.write_text("a/b/text", "x");
     }
     const std::string good = read_text_file(path);
-    const std::string message(
-        "\x11\0\x10\0",
-        4);  // of a group: four bytes on, the addresses of its tree and its heap, 8 bytes each
+    // A group's record; four bytes later the addresses of its tree and its heap, 8 bytes each.
+    const std::string message("\x11\0\x10\0", 4);
     const std::string nowhere(8, '\xff'), far_away("\0\0\2\0\xff\xff\xff\xff", 8);
     int groups = 0;
     for (std::size_t at = good.find(message); at != std::string::npos;
@@ -66,7 +66,7 @@ TEST(Hdf5, AGroupWhoseNamesAreNowhereEndsNobody) {
                          }).empty())
                 << groups;
         }
-    EXPECT_EQ(groups, 3);  // the file's own, a and b
+    EXPECT_EQ(groups, 3);  // the root group, a and b
 }
 
 TEST(Hdf5, WhatIsReservedIsTakenAndGivenBack) {

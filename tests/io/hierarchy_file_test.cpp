@@ -12,7 +12,7 @@ namespace {
 using namespace testing_files;
 using namespace testing_meshes;
 
-/// Two levels: the cube, and its first tet with everything drawn onto it.
+/// Two levels: the cube, and its first tet, into which every node is mapped.
 MeshHierarchy example() {
     MeshHierarchy h;
     h.levels.push_back(cube());
@@ -57,7 +57,7 @@ TEST(HierarchyFile, KnowsWhereTheImagesVoxelsLie) {
     const auto spacing = hdf5::File::open(path).read<double>("image/spacing", 3).values;
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(spacing[axis], 1e-3 * (axis + 1), 1e-15);
     EXPECT_EQ(read_hierarchy(path).levels.size(), 2u);
-    write_hierarchy(path, example());  // as all files of older versions
+    write_hierarchy(path, example());  // as in files of older versions
     EXPECT_FALSE(read_image_grid(path));
     for (const int spoilt : {0, 1, 2}) {
         ImageGrid wrong = grid;
@@ -133,7 +133,7 @@ TEST(HierarchyFile, OtherFilesAreErrors) {
         says(error_of([&] { write_hierarchy(folder / "no" / "h.h5", example()); }), {"no folder"}));
 }
 
-/// HDF5 follows wrong addresses and sizes to where there is nothing.
+/// HDF5 follows wrong addresses and sizes to unallocated memory.
 TEST(HierarchyFile, AWrongNumberAnywhereInItNeverCrashes) {
     const auto path = fresh_folder() / "h.h5";
     MeshHierarchy small;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace testing_files;
 
-/// An image whose axes lie askew in space; `handed` -1 makes them left-handed.
+/// An image with oblique axes; `handed` = -1 makes them left-handed.
 LabelImage oblique(int handed, int largest) {
     LabelImage image{{4, 3, 5}, Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(60, 0)};
     image.ras_from_voxel.topLeftCorner<3, 3>() =
@@ -179,8 +179,7 @@ TEST(ImageFile, RealCtShowsALiverWhereItsSegmentationDoes) {
     EXPECT_EQ(ct.size, (std::array<int, 3>{122, 101, 112}));
     EXPECT_EQ(ct.ras_from_voxel, labels.ras_from_voxel);
     EXPECT_NEAR(ct.ras_from_voxel(0, 3), -0.17795632934570312, 1e-9);
-    // By its header the segmentation lies on the CT's lowest slices; by what it shows, on the 30
-    // highest.
+    // The header places the segmentation on the CT's lowest slices, its content on the 30 highest.
     const int shift = ct.size[2] - labels.size[2];
     double sum = 0;
     int count = 0;

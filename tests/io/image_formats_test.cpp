@@ -1,5 +1,5 @@
-// NRRD and MetaImage, by files whose headers are written here by hand, so that no writer shares a
-// reader's mistake.
+// Tests NRRD and MetaImage with hand-written headers, so that a writer cannot share a reader's
+// mistake.
 #include <zlib.h>
 
 #include <cstring>
@@ -14,14 +14,14 @@ namespace {
 
 using namespace testing_files;
 
-/// Voxel n of 4 x 3 x 2 holds n.
+/// An image of 4 x 3 x 2 voxels; voxel n has the value n.
 std::string voxels() {
     std::string bytes(24, '\0');
     std::iota(bytes.begin(), bytes.end(), '\0');
     return bytes;
 }
 
-/// zlib's format, or gzip's.
+/// Compresses in zlib's or gzip's format.
 std::string packed(std::string bytes, bool gzip) {
     z_stream stream{};
     EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, gzip ? 15 + 16 : 15, 8, Z_DEFAULT_STRATEGY),
@@ -94,7 +94,7 @@ Eigen::Vector3d mm(const LabelImage& image, double i, double j, double k) {
     return 1e3 * (image.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>();
 }
 
-/// Worked out by hand from the steps above.
+/// Computed by hand from the steps above.
 void expect_known_points(const LabelImage& image) {
     ASSERT_EQ(image.size, (std::array<int, 3>{4, 3, 2}));
     EXPECT_LT((mm(image, 0, 0, 0) - Eigen::Vector3d(10, 20, 30)).norm(), 1e-5);
@@ -135,13 +135,12 @@ TEST(ImageFormats, OneImageInEveryFormatLiesAtTheSamePoints) {
         {"apart_z.mhd",
          meta(meta_place, "apart.zraw",
               "CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) + "\n")},
-        // The j axis turned round by its direction, and back by its spacing.
+        // The direction flips the j axis and the spacing flips it back.
         {"negative.mha", meta("TransformMatrix = -0.6 -0.8 0 -0.8 0.6 0 0 0 -1\nOffset = -10 -20 "
                               "30\nElementSpacing = 1 "
                               "-2 3\n") +
                              raw},
-        // What AnatomicalOrientation says beside a TransformMatrix is not used, as in ITK and
-        // Slicer.
+        // AnatomicalOrientation beside a TransformMatrix is ignored, as in ITK and Slicer.
         {"oriented.mha", meta("AnatomicalOrientation = RAS\n" + meta_place) + raw},
         {"cm.mha",
          meta("DistanceUnits = cm\nTransformMatrix = -0.6 -0.8 0 0.8 -0.6 0 0 0 -1\nOffset = -1 -2 "
@@ -277,21 +276,27 @@ TEST(ImageFormats, TruncationIsSeenAtAnyPlace) {
                          {name, "found 19 bytes", "expected 24"}));
 }
 
-TEST(ImageFormats, HeadersThatLieAreRefused) {
-    const auto folder = fresh_folder();
-    const auto refuses = [&](const char* name, const std::string& bytes,
-                             std::initializer_list<const char*> words) {
+/// Expects errors for images with wrong headers, made from a good NRRD `n` and MetaImage `m`.
+class WrongImageHeaders : public testing::Test {
+  protected:
+    void refuses(const char* name, const std::string& bytes,
+                 std::initializer_list<const char*> words) const {
         write_bytes(folder / name, bytes);
         const std::string error = error_of([&] { read_label_image(folder / name); });
         EXPECT_TRUE(says(error, {name}));
         EXPECT_TRUE(says(error, words));
-    };
-    const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    }
+    static std::string with(std::string text, const std::string& from, const std::string& to) {
         EXPECT_NE(text.find(from), std::string::npos) << from;
         return text.replace(text.find(from), from.size(), to);
-    };
+    }
+
+    const std::filesystem::path folder = fresh_folder();
     const std::string n = nrrd(lps_lines) + "\n" + voxels(), m = meta(meta_place) + voxels();
-    // Sizes: too many, too few, hostile. Nothing may be allocated for them.
+};
+
+// Also hostile sizes, for which nothing may be allocated.
+TEST_F(WrongImageHeaders, SizesThatDoNotMatchTheData) {
     for (const char* size : {"1500 1500 1500", "4 3 3"}) {
         refuses("a.nrrd", with(n, "4 3 2", size), {"found 24 bytes", "truncated"});
         refuses("a.mha", with(m, "4 3 2", size), {"found 24 bytes", "truncated"});
@@ -321,16 +326,22 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
         with(meta_packed(voxels()), "CompressedDataSize = ", "CompressedDataSize = 8\nComment = "),
         {"truncated"});
     refuses("a.mha", with(m, "DimSize", "HeaderSize = 12\nDimSize"), {"HeaderSize"});
+}
+
+TEST_F(WrongImageHeaders, SizesThatDoNotMatchTheDataFile) {
     write_bytes(folder / "whole.raw", voxels());
     refuses("a.mhd", with(meta(meta_place, "whole.raw"), "DimSize", "HeaderSize = 12\nDimSize"),
             {"found 12", "expected 24"});
-    write_bytes(folder / "long.raw", voxels() + voxels());  // as of 16 bits
+    write_bytes(folder / "long.raw", voxels() + voxels());  // as if of 16 bits
     refuses("a.mhd", meta(meta_place, "long.raw"), {"found 48", "expected 24", "wrong size"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: long.raw\n",
             {"found 48", "expected 24", "wrong size"});
     refuses("a.nii", nifti() + "x", {"more bytes"});
     refuses("a.nii.gz", packed(nifti() + "x", true), {"more bytes"});
-    // Readers that differ in which of two counts must not be led apart.
+}
+
+// Readers that prefer different counts must not disagree.
+TEST_F(WrongImageHeaders, CountsThatContradictEachOther) {
     refuses("a.mha", with(m, "DimSize", "nDIMS = 3\nDimSize"), {"ndims", "twice"});
     refuses("a.mha", with(m, "DimSize", "Comment: x = 3\nDimSize"), {"Name = value"});
     refuses("a.mha", with(m, "ElementDataFile", "nothing to tell\nElementDataFile"),
@@ -340,10 +351,15 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
             with(meta(meta_place, std::string(90, 'x') + "%d.raw 1 2 1"), "4 3 2", "4 3 2"),
             {"at most 79"});
     refuses("a.mhd", with(meta(meta_place, "LIST"), "4 3 2", "4000 1000 900"), {"beside it"});
+}
+
+TEST_F(WrongImageHeaders, DamagedCompressedData) {
     std::string damaged = nrrd(lps_lines, "gzip") + "\n" + packed(voxels(), true);
     damaged[damaged.size() - 12] ^= 0x55;
     refuses("z.nrrd", damaged, {"damaged"});
-    // Not one grey image of three dimensions.
+}
+
+TEST_F(WrongImageHeaders, NotOneGreyImageOfThreeDimensions) {
     refuses(
         "a.mha",
         with(m, "ElementType", "ElementNumberOfChannels = 3\nElementType") + voxels() + voxels(),
@@ -365,7 +381,9 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.mha", "NDims = 30\nElementDataFile = LOCAL\n", {"NDims", "30"});
     refuses("a.igs.mha", with(m, "ElementType", "Seq_Frame0000_Timestamp = 1\nElementType"),
             {"sequence"});
-    // Places that cannot be known, or are none.
+}
+
+TEST_F(WrongImageHeaders, InvalidPositions) {
     refuses("a.nrrd", nrrd("") + "\n" + voxels(), {"no spacing"});
     refuses("a.nrrd", nrrd("spacings: 1 nan 1\n") + "\n" + voxels(), {"spacings"});
     refuses("a.mha", with(m, "ElementSpacing = 1 2 3\n", ""), {"no spacing"});
@@ -374,15 +392,16 @@ TEST(ImageFormats, HeadersThatLieAreRefused) {
     refuses("a.nrrd", with(n, "(0,0,-3)", "(0.6,0.8,0)"), {"span space"});
     refuses("a.mha", with(m, "1 2 3", "1 0 3"), {"span space"});
     refuses("a.mha", with(m, "Offset = -10", "DistanceUnits = inch\nOffset = -10"), {"inch", "mm"});
-    // Encodings, types, names.
+}
+
+TEST_F(WrongImageHeaders, EncodingsTypesAndNames) {
     refuses("a.nrrd", with(n, "raw", "bzip2"), {"bzip2", "gzip"});
     refuses("a.nrrd", with(n, "uint8", "block\nblock size: 1"), {"a.nrrd"});
     refuses("a.nrrd", "PNG\n", {"expected NRRD"});
     refuses("a.mha", "", {"does not end"});
     refuses("a.mhd", meta(meta_place, "none.raw"), {"none.raw", "not there"});
     refuses("a.nhdr", nrrd(lps_lines) + "data file: none.raw\n", {"none.raw", "not there"});
-    // A pattern for printf that takes more than the one number it is given (found by fuzzing: a
-    // crash).
+    // A printf pattern with other conversions than one integer (found by fuzzing: a crash).
     for (const char* pattern :
          {"s%ls.raw", "s%s.raw", "s%n.raw", "%d%d.raw", "s%9999d.raw", "s%"}) {
         refuses("a.mhd", meta(meta_place, std::string(pattern) + " 1 2 1"), {pattern, "%03d"});

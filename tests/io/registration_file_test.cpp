@@ -106,7 +106,7 @@ TEST(TipFile, KeepsTheShaftWithTheTip) {
     EXPECT_NEAR(back.pivot.rms, 0.0004, 1e-15);
 
     json j = json::parse(read_text_file(file));
-    // PLUS's matrix: its third column is the shaft, its fourth the tip in mm.
+    // PLUS's matrix: the third column is the shaft, the fourth the tip in mm.
     EXPECT_NEAR(j["tool_from_tip_mm"][2].get<double>(), shaft.x(), 1e-12);
     EXPECT_NEAR(j["tool_from_tip_mm"][11].get<double>(), 150, 1e-9);
     j["shaft"]["in_tool"] = {1, 1, 0};

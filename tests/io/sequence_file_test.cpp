@@ -228,7 +228,7 @@ TEST(SequenceFile, RealRecordingsWithPixelsAgreeInBothFormats) {
             EXPECT_EQ(a.samples[k].poses[i].status, b.samples[k].poses[i].status);
             EXPECT_EQ(a.samples[k].poses[i].translation, b.samples[k].poses[i].translation);
         }
-    EXPECT_GE(invalid, 97);  // the stylus lies outside the whole time
+    EXPECT_GE(invalid, 97);  // the stylus is out of view the whole time
 }
 
 TEST(SequenceFile, OldTrackerOnlyFilesWithPixelsOfOneAreRead) {

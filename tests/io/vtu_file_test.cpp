@@ -8,8 +8,8 @@ namespace {
 
 using namespace testing_files;
 
-/// Two tets on a common face, a triangle of their surface, and a point of neither, as text; lengths
-/// in mm.
+/// A text file, in mm: two tets with a common face, a triangle of their surface, and an unused
+/// point.
 struct Grid {
     std::string connectivity = "0 1 2 3  1 2 3 4  0 1 2", offsets = "4 8 11", types = "10 10 5";
     std::string array =

@@ -38,8 +38,8 @@ TEST(FillSurface, is_the_same_every_time_whatever_the_heap_looks_like) {
     const TriangleMesh sphere = shapes::sphere(0.05, 4);
     const TetMesh first = fill_surface(sphere, 0.005);
     for (int again = 0; again < 2; ++again) {
-        std::vector<std::vector<char>>
-            holes;  // every second block given back: new ones come in another order
+        // Frees every second block, so that new ones come in another order.
+        std::vector<std::vector<char>> holes;
         for (int i = 0; i < 20000; ++i) holes.emplace_back(16 + 16 * (i * 7 % 40));
         for (std::size_t i = 0; i < holes.size(); i += 2) std::vector<char>().swap(holes[i]);
         const TetMesh other = fill_surface(sphere, 0.005);
@@ -76,7 +76,7 @@ TEST(FillSurface, kills_a_hanging_gmsh_and_says_so) {
                   std::string::npos)
             << error.what();
     }
-    EXPECT_EQ(calls, 2);  // half of the time each
+    EXPECT_EQ(calls, 2);  // each gets half of the time
 }
 
 TEST(FillSurface, passes_on_the_last_words_of_gmsh) {

@@ -24,7 +24,8 @@ int in_ball(const Vector3& x, const Vector3& centre = Vector3::Zero(), double r 
     return (x - centre).norm() < r ? 1 : 0;
 }
 
-/// Closed, free of cuts, one part, and every triangle of a ball about `centre` looks outwards.
+/// Expects a closed, connected surface without self-intersections, every triangle facing outwards
+/// from the ball's `centre`.
 void expect_ball(const ImageSurface& result, const Vector3& centre = Vector3::Zero()) {
     const TriangleMesh& s = result.surface;
     EXPECT_TRUE(check_topology(s).closed());
@@ -133,7 +134,7 @@ TEST(ImageSurface, refuses_images_without_a_body_or_with_a_singular_affine) {
     EXPECT_THROW(surface_of_labels(image, {}), Error);
 }
 
-/// What is not asked for comes from the sizes of voxels and body: an organ's is as it always was.
+/// Default spacing and smoothing come from the sizes of the voxels and the body.
 TEST(ImageSurface, takes_grid_and_smoothing_from_the_image) {
     const auto of_ball = [](double spacing_mm, double radius_voxels,
                             const MeshingOptions& options = {}) {
@@ -188,8 +189,7 @@ void expect_refused(const LabelImage& image, const MeshingOptions& options,
     }
 }
 
-/// Millimetres in a file that says metres; a grid that no memory holds; labels of nothing in one
-/// piece.
+/// Millimetres in a file that states metres; a grid too large for memory; disconnected labels.
 TEST(ImageSurface, refuses_what_cannot_have_been_meant) {
     const std::array<int, 3> size{20, 20, 20};
     const auto ball = [&](double spacing_mm) {

@@ -6,10 +6,11 @@
 
 #include "image/image.hpp"
 
-/// Label images made in code, for tests.
+/// Label images for tests.
 namespace livetet::shapes {
 
-/// `size` voxels, placed by `ras_from_voxel` (metres); each gets label(its centre).
+/// An image of `size` voxels with the affine `ras_from_voxel` (metres); each voxel is label(its
+/// centre).
 inline LabelImage label_image(std::array<int, 3> size, const Eigen::Matrix4d& ras_from_voxel,
                               const std::function<int(const Eigen::Vector3d&)>& label) {
     LabelImage image{size, ras_from_voxel, {}};
@@ -21,7 +22,7 @@ inline LabelImage label_image(std::array<int, 3> size, const Eigen::Matrix4d& ra
     return image;
 }
 
-/// Voxels of `spacing_mm`, turned by `rotation`, about a grid centre at the origin.
+/// An image with voxels of `spacing_mm`, rotated by `rotation`, centred at the origin.
 inline Eigen::Matrix4d centred_affine(
     std::array<int, 3> size, const Eigen::Vector3d& spacing_mm,
     const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity()) {

@@ -17,7 +17,7 @@ Vector3 centre(const TetMesh& mesh, const Tet& t) {
     return (mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]] + mesh.nodes[t[3]]) / 4;
 }
 
-/// A unit block of 6 x 6 x 6 boxes, each tet of the region that `region` gives its centre.
+/// A unit block of 6 x 6 x 6 boxes; each tet has the region `region`(its centre).
 TetMesh block(const std::function<std::int32_t(const Vector3&)>& region) {
     TetMesh mesh = shapes::box({1, 1, 1}, {6, 6, 6});
     for (const Tet& t : mesh.tets) mesh.regions.push_back(region(centre(mesh, t)));
@@ -36,7 +36,7 @@ TEST(Interfaces, are_the_faces_between_regions_and_the_boundary) {
         }
         EXPECT_EQ(f.inside, 3);
         EXPECT_EQ(f.outside, 7);
-        EXPECT_LT(area.x(), 0);  // outwards from region 3, which lies at high x
+        EXPECT_LT(area.x(), 0);  // outwards from region 3, which is at high x
         between += area.norm();
     }
     EXPECT_NEAR(between, 1, 1e-12);
@@ -65,15 +65,15 @@ TEST(RegionVolumes, give_way_to_angles) {
     EXPECT_LT(region_volumes(mesh).at(1), 0.5);
 }
 
-/// One body, closed and manifold at edges and nodes.
+/// Expects one body, closed and manifold at edges and nodes.
 void expect_one_body(const TetMesh& mesh) {
     check_tet_mesh(mesh, "body");
     const TriangleMesh boundary{mesh.nodes, boundary_triangles(mesh.tets)};
     EXPECT_TRUE(check_topology(boundary).closed());
     const auto parts = connected_parts(boundary);
     EXPECT_EQ(*std::max_element(parts.begin(), parts.end()), 0);
-    // About each node its triangles are one fan: from each the next over an edge at the node, until
-    // all are there.
+    // Around each node the triangles must form one fan: edges at the node lead from each to the
+    // next.
     for (const std::int32_t n : nodes_of(boundary.triangles)) {
         std::map<std::int32_t, std::int32_t> next;
         for (const Triangle& t : boundary.triangles) {
@@ -91,7 +91,8 @@ void expect_one_body(const TetMesh& mesh) {
 
 TEST(OneBody, cuts_what_hangs_on_by_an_edge_or_a_node) {
     for (const double z :
-         {0.5, 0.0}) {  // by an edge; where the second block lies above, too, by a node
+         // Connected by an edge; where the second block is also above, by a node.
+         {0.5, 0.0}) {
         TetMesh mesh = block([&](const Vector3& x) {
             const bool big = x.x() < 0.5 && x.y() < 0.5 && x.z() < 0.5;
             const bool small = x.x() > 0.5 && x.y() > 0.5 && x.x() < 0.84 &&
@@ -132,7 +133,7 @@ TEST(OneBody, that_is_one_stays_as_it_is) {
     EXPECT_NEAR(volume(mesh), std::pow(4 / 6., 3), 1e-12);
 }
 
-/// Nodes inside pushed at random; those on the plane x = 1/2 within it.
+/// Moves inner nodes at random; those on the plane x = 1/2 stay on it.
 TetMesh shaken(unsigned seed) {
     TetMesh mesh = block([](const Vector3& x) { return x.x() < 0.5 ? 1 : x.y() < 0.5 ? 2 : 3; });
     std::mt19937 random(seed);

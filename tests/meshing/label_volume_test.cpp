@@ -58,9 +58,9 @@ Meshed mesh(const LabelImage& image, std::int64_t tets, int levels = 2) {
     return meshed;
 }
 
-/// Every level conforming: a face belongs to two tets, or to one on the boundary, and no place has
-/// two nodes; nowhere an angle below five degrees; the boundary closed; transfers that reproduce
-/// what is linear.
+/// Expects every level to be conforming (a face belongs to two tets, or to one on the boundary; no
+/// duplicate nodes), closed, with dihedral angles of at least five degrees, and with transfers that
+/// reproduce linear functions.
 void expect_conforming(const HierarchyResult& result, std::set<std::int32_t> labels) {
     ASSERT_GE(result.hierarchy.levels.size(), 2u);
     for (const TetMesh& level : result.hierarchy.levels) {
@@ -101,7 +101,7 @@ void expect_conforming(const HierarchyResult& result, std::set<std::int32_t> lab
     EXPECT_GT(inside, fine.nodes.size() / 2);
 }
 
-/// The finest level's regions have the volumes of their voxels.
+/// Expects the finest level's regions to have the volumes of their voxels.
 void expect_volumes(const HierarchyResult& result, double relative) {
     const auto volumes = region_volumes(result.hierarchy.levels[0]);
     ASSERT_EQ(result.materials.size(), volumes.size());
@@ -119,7 +119,7 @@ TEST(Materials, of_a_ball_in_a_ball_are_smooth) {
     const auto volumes = region_volumes(mesh);
     EXPECT_NEAR(volumes.at(2), ball_m3(small_mm), 0.02 * ball_m3(small_mm));
     EXPECT_NEAR(volumes.at(1), ball_m3(big_mm) - ball_m3(small_mm), 0.02 * ball_m3(big_mm));
-    // Voxels of 1 mm have corners up to 0.87 mm off; the interface's nodes lie on a sphere.
+    // Corners of 1 mm voxels are up to 0.87 mm off; the interface nodes must be on a sphere.
     double sum = 0, most = 0;
     int count = 0;
     for (const InterfaceTriangle& f : interface_triangles(mesh)) {
@@ -292,7 +292,7 @@ TEST(FillLabels, that_hangs_or_crashes_is_refused_in_a_line) {
     EXPECT_THROW(fill_labels(field, 0), Error);
 }
 
-/// Gmsh that never gets anywhere.
+/// A Gmsh that never finishes.
 TEST(Hierarchy, of_one_label_is_made_from_it_where_its_surface_cannot_be_filled) {
     const LabelImage image = cube(30, [](const Vector3& x) { return x.norm() < 12 ? 6 : 0; });
     MeshingOptions options;

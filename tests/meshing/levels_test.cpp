@@ -16,7 +16,7 @@
 namespace livetet {
 namespace {
 
-/// A sphere pressed to the size of a liver, with a dent.
+/// A sphere deformed to the size of a liver, with a dent.
 TriangleMesh organ() {
     TriangleMesh surface = shapes::sphere(1, 5);
     for (Vector3& x : surface.nodes) {
@@ -113,7 +113,7 @@ TEST(Hierarchy, leaves_out_levels_that_would_not_be_coarser) {
     EXPECT_FALSE(result.notes.empty());
 }
 
-/// Gmsh as it is, but the first calls end at once with nothing.
+/// The real Gmsh, except that the first calls return nothing.
 GmshOptions failing_at_first(int calls) {
     GmshOptions gmsh;
     gmsh.run = [left = std::make_shared<int>(calls)](const std::function<int(int)>& work,
@@ -147,7 +147,7 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
         FAIL() << "nothing filled it";
     } catch (const MeshingFailure& failure) {
         const std::string text = failure.what();
-        double low[3], high[3];  // where it lies: nothing says which place it failed at
+        double low[3], high[3];  // the bounding box; the failing position is unknown
         ASSERT_EQ(std::sscanf(text.c_str() + std::min(text.find("from ("), text.size()),
                               "from (%lf, %lf, %lf) mm to (%lf, %lf, %lf) mm", low, low + 1,
                               low + 2, high, high + 1, high + 2),
@@ -163,7 +163,7 @@ TEST(Hierarchy, that_cannot_be_made_names_the_place_and_hands_out_the_surface) {
     }
 }
 
-/// Edges of a hundredth of the usual length all over: minutes of remeshing.
+/// Edges of a hundredth of the usual length everywhere: minutes of remeshing.
 TEST(Hierarchy, gives_up_remeshing_at_the_time_limit) {
     MeshingOptions options;
     options.edge_lengths_mm = {9};
@@ -200,8 +200,7 @@ TEST(Hierarchy, is_held_to_the_volume_of_the_voxels) {
     }
 }
 
-/// In a plate of 0.4 mm tets with edges of 8 mm have angles of about 5 degrees, whatever is done to
-/// them.
+/// In a plate of 0.4 mm, tets with edges of 8 mm necessarily have angles of about 5 degrees.
 TEST(Hierarchy, that_only_a_smaller_bound_would_let_pass_is_refused) {
     const TetMesh block = shapes::box({0.05, 0.05, 0.0004}, {12, 12, 1});
     const TriangleMesh plate{block.nodes, boundary_triangles(block.tets)};
@@ -221,7 +220,7 @@ TEST(Hierarchy, that_only_a_smaller_bound_would_let_pass_is_refused) {
     }
 }
 
-/// The mean edge of the tets whose centre lies in the sphere.
+/// Mean edge of the tets whose centre is in the sphere.
 double mean_edge_in(const TetMesh& mesh, const FineSphere& s) {
     double sum = 0;
     int count = 0;
@@ -251,7 +250,7 @@ TEST(Hierarchy, is_finer_at_the_border_of_a_mask) {
     mask.ras_from_voxel.topLeftCorner<3, 3>() *= 0.016;
     mask.ras_from_voxel.topRightCorner<3, 1>() = Vector3::Constant(-0.016 * 4.5);
     for (std::size_t v = 0; v < 1000; ++v)
-        mask.values[v] = v % 10 < 7;  // the border: a plane at x = 32 mm
+        mask.values[v] = v % 10 < 7;  // the border is the plane x = 32 mm
     MeshingOptions options;
     options.edge_lengths_mm = {10};
     options.finer_at = mask_faces(mask);
@@ -259,7 +258,7 @@ TEST(Hierarchy, is_finer_at_the_border_of_a_mask) {
     const HierarchyResult result = build_hierarchy(organ(), options);
     expect_valid(result);
     EXPECT_LT(mean_edge_in(result.hierarchy.levels[0], at_border),
-              0.0085);  // 5 at it, 7.4 eight mm off
+              0.0085);  // 5 mm at the border, 7.4 mm at 8 mm from it
     EXPECT_GT(mean_edge_in(result.hierarchy.levels[0], elsewhere), 0.009);
     options.finer_at_ratio = 1;
     EXPECT_GT(mean_edge_in(build_hierarchy(organ(), options).hierarchy.levels[0], at_border),
@@ -281,8 +280,8 @@ TEST(Hierarchy, grows_inside_as_far_as_asked) {
 
 TEST(Hierarchy, fits_a_frame_budget) {
     EXPECT_EQ(tets_for_budget(6e-3), 60000);
-    EXPECT_EQ(tets_for_budget(1e-9), least_tets);
-    EXPECT_EQ(tets_for_budget(300), most_tets);
+    EXPECT_EQ(tets_for_budget(1e-9), min_tets);
+    EXPECT_EQ(tets_for_budget(300), max_tets);
 }
 
 TEST(Hierarchy, refuses_options_out_of_range_by_name) {

@@ -11,7 +11,7 @@
 namespace livetet {
 namespace {
 
-/// The same body with its nodes and tets in random order.
+/// The same body with nodes and tets in random order.
 TetMesh shuffled(const TetMesh& mesh) {
     std::mt19937 random(11);
     std::vector<std::int32_t> number(mesh.nodes.size());

@@ -18,14 +18,14 @@ OptimiseReport improve(TetMesh& mesh, double aim_deg) {
     return raise_dihedral_angles(mesh, {surface.nodes, surface.triangles}, aim_deg);
 }
 
-/// A closed manifold of positive tets of this volume.
+/// Expects a closed manifold of positive tets with this volume.
 void expect_whole(const TetMesh& mesh, double expected_volume) {
     check_tet_mesh(mesh, "improved");
     EXPECT_TRUE(check_topology(boundary(mesh)).closed());
     EXPECT_NEAR(volume(mesh), expected_volume, 3e-3 * expected_volume);
 }
 
-/// A block with every inner node pushed at random as far as no tet is turned inside out.
+/// A block whose inner nodes are moved at random as far as no tet is inverted.
 TetMesh shaken_block(unsigned seed) {
     TetMesh mesh = shapes::box({1, 1, 1}, {6, 6, 6});
     std::mt19937 random(seed);
@@ -59,9 +59,8 @@ TEST(Optimise, collapses_what_moves_and_flips_cannot_mend) {
     int collapses = 0;
     for (const unsigned seed : {1u, 2u, 3u}) {
         TetMesh mesh = shaken_block(seed);
-        collapses +=
-            improve(mesh, 30)
-                .collapses;  // more than a block of cubes' halves can reach: all means are tried
+        // More than a plain block can reach, so that all operations are tried.
+        collapses += improve(mesh, 30).collapses;
         check_tet_mesh(mesh, "improved");
         EXPECT_TRUE(check_topology(boundary(mesh)).closed());
     }
@@ -76,8 +75,8 @@ TEST(Optimise, leaves_what_is_good_alone) {
     EXPECT_EQ(mesh.tets, before.tets);
 }
 
-/// A tet that lies flat on a face of a block, both of its outer faces on the boundary: no node that
-/// moves along the surface can mend it.
+/// A flat tet on a face of a block, both outer faces on the boundary: moving nodes along the
+/// surface cannot improve it.
 TEST(Optimise, leaves_out_a_flat_tet_on_the_boundary) {
     TetMesh mesh = shapes::box({1, 1, 1}, {2, 2, 2});
     const std::vector<Triangle> faces = boundary_triangles(mesh.tets);
@@ -92,8 +91,8 @@ TEST(Optimise, leaves_out_a_flat_tet_on_the_boundary) {
                 std::all_of(f.begin(), f.end(), [&](int n) { return mesh.nodes[n].z() == 1; }) &&
                 std::all_of(g.begin(), g.end(), [&](int n) { return mesh.nodes[n].z() == 1; });
             if (shared.size() != 2 || !top || rest.size() != 2) continue;
-            mesh.nodes[rest[0]].z() +=
-                1e-4;  // the edge shared sinks below the line of the other two nodes
+            // The shared edge sinks below the line of the other two nodes.
+            mesh.nodes[rest[0]].z() += 1e-4;
             mesh.nodes[rest[1]].z() += 1e-4;
             Tet flat{shared[0], shared[1], rest[0], rest[1]};
             if (signed_volume(mesh, flat) < 0) std::swap(flat[2], flat[3]);

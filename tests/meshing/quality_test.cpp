@@ -37,8 +37,8 @@ TEST(Quality, of_a_flat_tet_is_zero) {
 
 TEST(Quality, finds_the_worst_tet_and_its_place) {
     TetMesh mesh = shapes::box({0.1, 0.1, 0.1}, {4, 4, 4});
-    mesh.nodes[2 + 5 * (2 + 5 * 2)] +=
-        Vector3(0.02, 0, 0);  // the middle node, nearly onto its neighbour
+    // The middle node, nearly onto its neighbour.
+    mesh.nodes[2 + 5 * (2 + 5 * 2)] += Vector3(0.02, 0, 0);
     const MeshQuality q = measure_quality(mesh);
     EXPECT_EQ(q.tets, 384);
     EXPECT_EQ(q.nodes, 125);
@@ -61,7 +61,7 @@ TEST(Quality, counts_every_angle_once_and_lists_the_worst_first) {
     EXPECT_TRUE(std::is_sorted(q.worst.begin(), q.worst.end(), [](const auto& a, const auto& b) {
         return a.min_dihedral_deg < b.min_dihedral_deg;
     }));
-    // A Kuhn tet has dihedral angles of 45, 60 and 90 degrees alone.
+    // A Kuhn tet has only dihedral angles of 45, 60 and 90 degrees.
     const MeshQuality regular = measure_quality(shapes::box({1, 1, 1}, {3, 3, 3}));
     EXPECT_NEAR(regular.min_dihedral_deg, 45, 1e-9);
     EXPECT_EQ(regular.dihedral_counts[0] + regular.dihedral_counts[3] + regular.dihedral_counts[10],

@@ -13,8 +13,7 @@
 namespace livetet {
 namespace {
 
-/// A binary STL in mm, each triangle with corners of its own: just enough of the format for these
-/// tests.
+/// Minimal reader for binary STL in mm; triangles do not share nodes.
 TriangleMesh read_binary_stl(const std::filesystem::path& path) {
     const std::string bytes = read_text_file(path);
     constexpr std::size_t header = 84, record = 50;
@@ -38,13 +37,13 @@ class RealOrgan : public testing::Test {
         if (!folder) GTEST_SKIP() << "LIVETET_DATA is not set: no real organs to mesh";
         folder_ = folder;
     }
-    /// Four valid levels of about 60,000, 7,500, 1,000 and 150 tets.
+    /// Expects four valid levels of about 60,000, 7,500, 1,000 and 150 tets.
     static void expect_default_hierarchy(const TriangleMesh& surface, double volume_ml) {
         const HierarchyResult result = build_hierarchy(surface, {});
         ASSERT_EQ(result.hierarchy.levels.size(), 4u);
         for (const TetMesh& mesh : result.hierarchy.levels) check_tet_mesh(mesh, "organ");
         EXPECT_NEAR(result.levels[0].quality.tets, 60000, 6000);
-        // A level that had a nearly flat tet is made again with edges up to 14 % shorter: up to 1.6
+        // A level with a nearly flat tet is made again with edges up to 14 % shorter: up to 1.6
         // times the tets.
         EXPECT_GT(result.levels[1].quality.tets, 6000);
         EXPECT_LT(result.levels[1].quality.tets, 13000);

@@ -54,7 +54,7 @@ TEST(Refine, EachNodeLiesWhereItsWeightsSay) {
 
 TEST(Refine, AnglesStayBounded) {
     MeshHierarchy hierarchy = block_hierarchy();
-    hierarchy.levels[0].nodes[5] += Vector3(1e-3, -2e-3, 1e-3);  // no shape of its own
+    hierarchy.levels[0].nodes[5] += Vector3(1e-3, -2e-3, 1e-3);  // breaks the symmetry
     const double before = measure_quality(hierarchy.levels[0]).min_dihedral_deg;
     EXPECT_GT(measure_quality(with_refined_levels(hierarchy, 3).levels[0]).min_dihedral_deg,
               0.5 * before);

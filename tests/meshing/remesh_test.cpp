@@ -22,7 +22,7 @@ std::string error_of(const std::function<void()>& work) {
     return {};
 }
 
-/// Every triangle with corners of its own, as an STL file has them.
+/// Separates the triangles' nodes, as in an STL file.
 TriangleMesh torn(const TriangleMesh& surface) {
     TriangleMesh soup;
     for (const Triangle& t : surface.triangles) {
@@ -78,7 +78,7 @@ TEST(Repair, refuses_half_a_sphere_and_counts_its_border) {
 }
 
 TEST(Repair, refuses_a_non_manifold_edge_within_seconds) {
-    // A fin: a triangle that stands on an edge of the sphere.
+    // A fin: a triangle standing on an edge of the sphere.
     TriangleMesh surface = shapes::sphere(0.05, 4);
     const Triangle t = surface.triangles[40];
     surface.nodes.push_back(1.3 * surface.nodes[t[0]]);
@@ -165,7 +165,7 @@ TEST(Remesh, makes_the_edges_smaller_where_the_ones_asked_for_are_too_coarse) {
 TEST(Remesh, sees_triangles_that_cut_each_other) {
     TriangleMesh surface = shapes::sphere(0.05, 2);
     EXPECT_EQ(find_self_intersections(surface).pairs, 0);
-    surface.nodes[0] *= -1.5;  // pulled through the opposite wall
+    surface.nodes[0] *= -1.5;  // moved through the opposite wall
     const SelfIntersections cuts = find_self_intersections(surface);
     EXPECT_GT(cuts.pairs, 0);
     EXPECT_LT(cuts.place.norm(), 0.08);

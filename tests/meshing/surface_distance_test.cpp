@@ -24,7 +24,7 @@ TEST(SurfaceDistance, between_concentric_spheres_is_the_difference_of_radii) {
 TEST(SurfaceDistance, of_a_coarse_sphere_is_that_of_its_chords) {
     const TriangleMesh coarse = shapes::sphere(1, 1), fine = shapes::sphere(1, 5);
     const HausdorffDistance d = hausdorff_distance(coarse, fine, tree(fine));
-    double deepest = 0;  // of the flat triangles' centres below the sphere
+    double deepest = 0;  // depth of the triangles' centres below the sphere
     for (const auto& [i, j, k] : coarse.triangles)
         deepest = std::max(deepest,
                            1 - ((coarse.nodes[i] + coarse.nodes[j] + coarse.nodes[k]) / 3).norm());
@@ -32,8 +32,7 @@ TEST(SurfaceDistance, of_a_coarse_sphere_is_that_of_its_chords) {
     EXPECT_LT(d.to_body.mean_m, d.to_body.max_m);
 }
 
-/// A spike is seen from the surface that has it, not from the one without: both directions are
-/// needed.
+/// Only the surface with a spike sees it, the other one does not: both directions are needed.
 TEST(SurfaceDistance, sees_a_spike_from_its_side_alone) {
     const TriangleMesh sphere = shapes::sphere(0.05, 4);
     TriangleMesh spiky = sphere;

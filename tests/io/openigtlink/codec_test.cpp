@@ -25,7 +25,7 @@ Message decode(ByteView bytes) {
     return decode_body(decode_header(bytes.first(header_size)), bytes.subspan(header_size));
 }
 
-/// A message of version 1 whose CRC is right, whatever its content.
+/// A message of version 1 with a correct CRC for any content.
 Bytes signed_message(std::string_view type, ByteView content) {
     ByteWriter out(type);
     out(std::uint16_t(1));
@@ -39,7 +39,8 @@ Bytes signed_message(std::string_view type, ByteView content) {
 }
 
 TEST(OpenIgtLinkCrc, IsThatOfEcma182) {
-    EXPECT_EQ(crc64(bytes_of("123456789")), 0x6C40DF5F0B497347);  // the catalogue's check value
+    EXPECT_EQ(crc64(bytes_of("123456789")),
+              0x6C40DF5F0B497347);  // check value of the CRC catalogue
     EXPECT_EQ(crc64({}), 0);
     EXPECT_EQ(crc64(bytes_of("6789"), crc64(bytes_of("12345"))), 0x6C40DF5F0B497347) << "in pieces";
 }
@@ -188,7 +189,7 @@ TEST(OpenIgtLinkCodec, RefusesAWrongCrcAndMetadataLargerThanItsBody) {
         header.crc = crc64(body);
         return error_of([&] { decode_body(header, body); });
     };
-    EXPECT_EQ(changed(11, 5), "");  // the message's number
+    EXPECT_EQ(changed(11, 5), "");  // the message id
     EXPECT_TRUE(says(changed(1, 3), {"extended header has 3 bytes"}));
     EXPECT_TRUE(says(changed(0, 0xff), {"expected"}));
     EXPECT_TRUE(says(changed(4, 0xff), {"metadata"}));
@@ -210,13 +211,13 @@ TEST(OpenIgtLinkCodec, EncodeRefusesWhatDoesNotFitItsField) {
     EXPECT_TRUE(says(error_of([] { encode(message("A_TYPE_OF_13_", Raw{})); }), {"type"}));
 }
 
-/// Each golden file that is a whole message, its type and what is told apart in it.
+/// The golden files with a whole message: its type and a distinguishing text.
 TEST(OpenIgtLinkGolden, EveryMessageIsDecodedAndEncodedToTheSameBytes) {
     LIVETET_DATA_OR_SKIP(data);
     std::map<std::string, int> seen;
     for (const auto& entry : std::filesystem::directory_iterator(data / "igtl")) {
         const std::string name = entry.path().filename().string();
-        if (name.starts_with("test_bind_message")) continue;  // in three files: the test below
+        if (name.starts_with("test_bind_message")) continue;  // in three files: see the test below
         const Bytes bytes = bytes_of_file(entry.path());
         const Message m = decode(bytes);
         EXPECT_EQ(encode(m), bytes) << name;

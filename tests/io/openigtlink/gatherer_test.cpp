@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "io/files.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "tracking/poses.hpp"
 
@@ -16,10 +16,10 @@ using testing_files::error_of;
 using testing_files::says;
 using namespace testing_messages;
 
-constexpr double when = 1.7e9;  // the sender's clock, and the wall's
+constexpr double when = 1.7e9;  // time of the sender's and the UTC clock
 const OpenIgtLinkSourceOptions options;
 
-/// A gatherer for Stylus and Reference, and what it posted.
+/// A gatherer for Stylus and Reference, and the samples it posted.
 struct Gathered {
     std::vector<StreamSample> samples;
     PoseGatherer gatherer{{"Stylus", "Reference"},
@@ -28,7 +28,7 @@ struct Gathered {
                           100,
                           when};
 
-    /// Whatever is due until then, by a clock that ticks every 5 ms.
+    /// Posts everything due until then, with a clock that ticks every 5 ms.
     void wait_until(double end_s) {
         for (double now_s = waited_s_; now_s < end_s; now_s += 0.005) gatherer.post_due(now_s);
         waited_s_ = end_s;
@@ -53,7 +53,7 @@ TEST(PoseGatherer, TransformsOfOneMomentAreOneSampleWithoutAnyWait) {
     Gathered g;
     g.transform("StylusToTracker", 1, when, 100);
     g.transform("ReferenceToTracker", 2, when, 100.001);
-    g.samples.clear();  // which tools there are was not known yet
+    g.samples.clear();  // the tools were not known yet
     g.transform("ReferenceToTracker", 4, when + 0.1, 100.1);
     EXPECT_TRUE(g.samples.empty());
     g.transform("StylusToTracker", 3, when + 0.1, 100.1);

@@ -23,7 +23,7 @@ inline Message with_metadata(Message m, std::vector<std::pair<std::string, std::
     return m;
 }
 
-/// A message of every type, none of their fields as they are by default.
+/// A message of every type; no field has its default value.
 inline std::vector<Message> one_of_each() {
     const std::array<float, 12> matrix{0, 1, 0, -1, 0, 0, 0, 0, 1, 10, 20, -30.5f};
     const std::array<float, 3> place{1, -2, 3.5f};

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"
 
@@ -116,7 +116,7 @@ TEST(OpenIgtLinkServer, AClientThatNeverReadsLosesMessagesAndDelaysNobody) {
     OpenIgtLinkServer server(any_port);
     Peer never_reads = connect_to(server.port()), reads = connect_to(server.port());
     ASSERT_TRUE(has_clients(server, 2));
-    constexpr int frames = 60;  // of 1.2 MB: far more than the system keeps for a connection
+    constexpr int frames = 60;  // of 1.2 MB: far more than the system buffers for a connection
     for (int i = 1; i <= frames; ++i) {
         server.publish({surface(50000, i), string_message("Frame", std::to_string(i), i)});
         Message m;
@@ -128,7 +128,7 @@ TEST(OpenIgtLinkServer, AClientThatNeverReadsLosesMessagesAndDelaysNobody) {
     EXPECT_EQ(statistics.clients, 2);
     EXPECT_EQ(statistics.skipped, 0);
     EXPECT_GT(statistics.dropped, frames / 2);
-    // What it finds, should it read after all: whole messages, the newest at the end.
+    // If the client reads after all, it gets whole messages with the newest at the end.
     std::string last;
     while (last != std::to_string(frames)) {
         const Message m = never_reads.receive_message();

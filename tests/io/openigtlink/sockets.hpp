@@ -17,10 +17,10 @@
 
 namespace livetet::igtl::testing_sockets {
 
-constexpr int patience_ms =
-    30000;  // what should happen happens long before, on however busy a machine
+// Generous, for a busy machine: the awaited events take milliseconds.
+constexpr int patience_ms = 30000;
 
-/// Waits until `happens`; false where it does not in all patience.
+/// Waits until `happens` is true; false at the time limit.
 inline bool eventually(const std::function<bool()>& happens) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
     while (!happens()) {
@@ -36,7 +36,7 @@ inline void wait_for(int socket, short event) {
         throw std::runtime_error("nothing happened on a socket");
 }
 
-/// One end of a connection, of plain system calls: what the peer under test talks to.
+/// One end of a connection, by plain system calls: the peer of the code under test.
 class Peer {
   public:
     explicit Peer(int socket) : socket_(socket) {}
@@ -56,7 +56,7 @@ class Peer {
     }
     void send(const Message& message) { send(encode(message)); }
 
-    /// The next `size` bytes, fewer where the other end closes.
+    /// The next `size` bytes; fewer if the other end closes.
     Bytes receive(std::size_t size) {
         Bytes bytes(size);
         std::size_t have = 0;

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files.hpp"
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/server.hpp"
 #include "io/openigtlink/sockets.hpp"
@@ -18,13 +18,12 @@ using namespace testing_messages;
 using namespace testing_sockets;
 using State = OpenIgtLinkStatistics::State;
 
-/// Pauses short enough for a test, and no silence that could take the place of a sample that a test
-/// waits for.
+/// Short pauses, and no silence that could produce a sample that a test waits for.
 OpenIgtLinkSourceOptions quick() {
     OpenIgtLinkSourceOptions options;
     options.silence_after_s = 1000;
     options.first_retry_s = 0.01;
-    options.longest_retry_s = 0.05;
+    options.max_retry_s = 0.05;
     options.stale_after_s = 1000;
     return options;
 }

@@ -18,7 +18,7 @@ namespace {
 using End = ChildResult::End;
 
 TEST(ChildProcess, hands_back_its_result_and_what_it_printed) {
-    const std::vector<char> sent(3'000'000, 'x');  // more than a pipe would hold
+    const std::vector<char> sent(3'000'000, 'x');  // more than a pipe can buffer
     const ChildResult child = run_in_child(
         [&](int out) {
             std::printf("said on stdout\n");
@@ -48,7 +48,7 @@ TEST(ChildProcess, is_killed_at_the_time_limit_even_if_deaf_to_SIGTERM) {
     EXPECT_EQ(child.end, End::timed_out);
     EXPECT_GE(child.seconds, 0.3);
     EXPECT_LT(child.seconds, 5);
-    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // nobody left to wait for
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // no child is left
     EXPECT_EQ(errno, ECHILD);
 }
 
@@ -83,7 +83,7 @@ TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
     EXPECT_EQ(run_in_child(taking(limit / 2), 20).end, End::returned);
     const ChildResult greedy = run_in_child(taking(2 * limit), 20);
     EXPECT_EQ(greedy.end, End::failed);
-    EXPECT_EQ(end_text(greedy, 20), "failed: Error   : std::bad_alloc");
+    EXPECT_EQ(describe_end(greedy, 20), "failed: Error   : std::bad_alloc");
     const ChildResult chatty = run_in_child(
         [](int) {
             limit_memory(1 << 20);
@@ -94,7 +94,7 @@ TEST(ChildProcess, has_no_more_memory_and_disk_than_it_is_given) {
     EXPECT_EQ(chatty.end, End::crashed);
     EXPECT_EQ(chatty.detail, SIGXFSZ);
     EXPECT_EQ(chatty.log.size(), 65536u) << "the last of the MB";
-    EXPECT_EQ(last_words(chatty.log).substr(0, 15), "no end of words");
+    EXPECT_EQ(last_error_lines(chatty.log).substr(0, 15), "no end of words");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using std::this_thread::sleep_for;
 
-/// Ends the program where `body` hangs, so that a wake-up that got lost is a failure.
+/// Ends the program if `body` hangs, so that a lost wake-up is a failure.
 template <class Body>
 void in_time(Body&& body) {
     auto done = std::async(std::launch::async, body);
@@ -30,13 +30,13 @@ void in_time(Body&& body) {
     done.get();
 }
 
-/// Counts calls by thread, without any lock: the team has to bring them back to the caller.
+/// Counts calls by thread without a lock: the team must make the counts visible to the caller.
 struct Calls {
     std::array<std::size_t, 4> by_thread{};
     void run(ThreadTeam& team) {
         team.run([this](int thread) { ++by_thread.at(thread); });
     }
-    /// Each of the team's threads `rounds` times, and no other.
+    /// Expects `rounds` calls on each of the team's threads and none on others.
     bool are(const ThreadTeam& team, std::size_t rounds) const {
         for (int t = 0; t < 4; ++t)
             if (by_thread[t] != (t < team.size() ? rounds : 0)) return false;
@@ -52,8 +52,8 @@ TEST_P(ThreadTeamOf, DoesEachThreadsWorkOnceACall) {
         ThreadTeam team(GetParam());
         ASSERT_EQ(team.size(), GetParam());
         Calls calls;
-        // Where threads wait for a core, a round takes as long as the system's time slices: then
-        // fewer rounds.
+        // Fewer rounds if the threads share cores, as a round then takes a time slice of the
+        // system.
         const auto late = std::chrono::steady_clock::now() + 4s;
         for (std::size_t round = 1; round <= 100000 && std::chrono::steady_clock::now() < late;
              ++round) {
@@ -150,7 +150,7 @@ TEST(ThreadTeam, WakesWorkersThatSleep) {
     });
 }
 
-/// Workers go to sleep after about 2 ms: calls just before, at and after that.
+/// Workers sleep after about 2 ms: calls just before, at and after that time.
 TEST(ThreadTeam, LosesNoCallToWorkersAboutToSleep) {
     in_time([] {
         ThreadTeam team(2);

@@ -66,7 +66,8 @@ TEST(Yaml, SaysValueLimitAndPlace) {
     EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");
     EXPECT_NE(refusal("material: [").find("liver.yaml:"), std::string::npos);
     for (const char* key :
-         {"[a]: 3", "{a: 1}: 3"})  // a list, a table where a key should be: a fuzz target found it
+         // A list or a table as a key; found by fuzzing.
+         {"[a]: 3", "{a: 1}: 3"})
         EXPECT_NE(refusal(fmt::format("material: {{{}}}", key)).find("expected a name"),
                   std::string::npos)
             << key;

@@ -21,7 +21,7 @@ using Pose = RigidTransform<Tracker, Tool>;
 
 const Vector3d tip(0.01, -0.02, 0.15), pivot(0.3, -0.1, 0.4);
 
-// Poses that hold the tip in the pivot, tilted by up to `cone_deg` towards all sides.
+// Poses with the tip in the pivot, tilted by up to `cone_deg` to all sides.
 std::vector<Pose> cone(int count, double cone_deg) {
     std::vector<Pose> poses;
     for (int i = 0; i < count; ++i) {
@@ -112,7 +112,7 @@ TEST(Pivot, RefusesTooFewAndNotFinitePoses) {
     EXPECT_NE(pivot_error(poses).find("pose 5 of 20 is not finite"), std::string::npos);
 }
 
-// The file: for each pose a line `# stamp`, then a 4 x 4 matrix in millimetres.
+// File format: for each pose a line `# stamp`, then a 4 x 4 matrix in millimetres.
 std::vector<Pose> read_poses(const std::filesystem::path& path) {
     std::ifstream in(path);
     std::vector<Pose> poses;

@@ -38,7 +38,7 @@ TEST(PointOrder, BadPointsAreNotExplainedByAnotherOrder) {
     EXPECT_FALSE(better_order(p, x));
 }
 
-// Every order there is, by brute force.
+// Tries all orders.
 std::vector<PointOrder> all_orders(const Points& from, const Points& to) {
     std::vector<std::size_t> order(from.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -58,7 +58,7 @@ TEST(PointOrder, IsTheBestAndTheNextBestOfAll) {
     for (int trial = 0; trial < 30; ++trial) {
         const std::size_t count = 3 + trial % 4;
         const Points p = random.points(count, 0.1);
-        // From points that fit to points that have nothing in common.
+        // From points that fit to unrelated points.
         Points x = mapped(Truth{1, random.rotation(), random.vector(0.5)}, p);
         for (Vector3d& point : x) point += random.gaussian(0.003 * trial);
         std::shuffle(x.begin(), x.end(), std::mt19937_64(trial));
@@ -93,7 +93,7 @@ TEST(PointOrder, TenPointsWithoutLikenessAreSearchedToTheEnd) {
     const OrderSearch found = find_order(p, x);
     EXPECT_LE(found.best.fre, found.rival.fre);
     std::vector<std::size_t> order = found.best.order;
-    for (std::size_t i = 0; i < 10; ++i)  // no exchange of two, nor of three, improves it
+    for (std::size_t i = 0; i < 10; ++i)  // no swap of two or three points improves it
         for (std::size_t j = 0; j < 10; ++j)
             for (std::size_t k = 0; k < 10; ++k) {
                 std::vector<std::size_t> other = order;
@@ -115,10 +115,11 @@ TEST(PointOrder, SaysWhereTwoOrdersFitWithinTheNoise) {
     for (Vector3d& point : noisy) point += random.gaussian(0.001);
     EXPECT_TRUE(is_ambiguous(find_order(noisy, square)));
 
-    // An isosceles triangle turns over onto itself; one with three different sides does not.
+    // An isosceles triangle maps onto itself when turned over; one with three different sides does
+    // not.
     EXPECT_NEAR(nearest_symmetry(Points{{-0.05, 0, 0}, {0.05, 0, 0}, {0, 0.07, 0}}).fre, 0, 1e-9);
     EXPECT_GT(nearest_symmetry(Points{{-0.05, 0, 0}, {0.05, 0, 0}, {0.03, 0.04, 0}}).fre, 0.004);
-    // A mirror image is not the same layout.
+    // A mirror image is a different layout.
     const Points chiral{
         {0.05, 0, 0}, {-0.05, 0, 0}, {0.05, 0.06, 0}, {-0.05, 0.06, 0}, {0.05, 0, 0.07}};
     EXPECT_GT(nearest_symmetry(chiral).fre, 0.01);

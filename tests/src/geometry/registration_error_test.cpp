@@ -51,7 +51,7 @@ TEST(RegistrationError, LeaveOneOutIsEmptyWhereTheOthersDetermineNothing) {
         EXPECT_FALSE(error);
 }
 
-// Fiducials localised with errors of RMS length fle / sqrt(w), as many registrations of them, FRE
+// Many registrations of fiducials with localisation errors of RMS length fle / sqrt(w): their FRE
 // and TRE.
 struct ManyRegistrations {
     double fre = 0, tre = 0;
@@ -90,9 +90,10 @@ TEST(RegistrationError, OfWeightsAndOfAScaleIsThatOfManyRegistrations) {
 }
 
 TEST(RegistrationError, OfASquareIsTheClosedForm) {
-    // Corners at distance a of the centre: f^2 = a^2 / 2 about both diagonals and a^2 about the
-    // normal. At height h above the centre <TRE^2> = FLE^2 / 4 (1 + (h^2 / (a^2/2) + h^2 / (a^2/2))
-    // / 3).
+    // Corners at distance a from the centre: f^2 = a^2 / 2 for both diagonals and a^2 for the
+    // normal. At height h above the centre
+    //
+    //     <TRE^2> = FLE^2 / 4 (1 + (h^2 / (a^2/2) + h^2 / (a^2/2)) / 3)
     const double a = 0.05, h = 0.1, fle = 0.001;
     const Points square{{a, 0, 0}, {0, a, 0}, {-a, 0, 0}, {0, -a, 0}};
     EXPECT_NEAR(expected_tre(square, fle, {0, 0, h}),
@@ -158,7 +159,7 @@ TEST(RegistrationError, NoiseAloneIsRarelyCalledAnOutlier) {
         for (Vector3d& point : p) point += random.gaussian(0.002);
         named += find_outlier(p, five, Scaling::rigid).has_value();
     }
-    // 1 % by construction (Bonferroni: at most, but for the square that linearising forgets).
+    // 1 % by construction (an upper bound by Bonferroni, up to the linearisation).
     EXPECT_GT(named, 4);
     EXPECT_LT(named, 36);
 }
@@ -167,7 +168,7 @@ TEST(RegistrationError, NoOutlierIsNamedWhereTheOthersCannotTell) {
     const Points three(five.begin(), five.begin() + 3);
     EXPECT_FALSE(find_outlier(three, three, Scaling::rigid));
     Points off = five;
-    off[2].x() += 0.0001;  // exact otherwise: an outlier to statistics, but to nobody else
+    off[2].x() += 0.0001;  // exact otherwise: statistically an outlier, but irrelevant
     EXPECT_FALSE(find_outlier(off, five, Scaling::rigid));
 }
 

@@ -13,8 +13,7 @@ using Pose = RigidTransform<Tracker, Tool>;
 const Vector3d shaft = Vector3d(0.1, -0.2, 1).normalized(),
                tip_off_shaft = 0.15 * shaft + Vector3d(0.002, 0, 0);
 
-// Turns about the shaft by `turn_deg` in all, with a tilt of RMS `tilt_deg` on top, the same to all
-// sides.
+// Poses that turn about the shaft by `turn_deg` in total, with an isotropic tilt of RMS `tilt_deg`.
 std::vector<Pose> turning(int count, double turn_deg, double tilt_deg, unsigned seed = 1) {
     Random random(seed);
     const Matrix3d start = random.rotation();
@@ -60,7 +59,7 @@ TEST(Spin, SaysTheTiltOfNoisyPosesAndStaysNearTheShaft) {
         EXPECT_NEAR(spin.tilt_deg, 2, 0.4);
         errors.push_back(angle_deg(spin.shaft_in_tool, shaft));
     }
-    // The mean of 200 tilts: 2 / sqrt(200) degrees.
+    // Standard error of the mean of 200 tilts: 2 / sqrt(200) degrees.
     EXPECT_NEAR(rms(errors), 2 / std::sqrt(200), 0.06);
 }
 

@@ -13,7 +13,8 @@ namespace {
 using namespace test;
 using Motion = RigidTransform<ImageFrame, ImageFrame>;
 
-// About as large as a liver, no two axes alike, and a dent and a bulge that no turn maps to itself.
+// A surface of the size of a liver, with three different axes, and a dent and a bulge that break
+// every rotational symmetry.
 TriangleMesh organ() {
     TriangleMesh mesh = shapes::sphere(1, 4);
     for (Vector3& x : mesh.nodes) {
@@ -70,10 +71,10 @@ TEST(SurfaceFit, LeavesOutPointsThatAreNotOnTheOrgan) {
     Points truth = points_on(surface, 300, 2, anywhere);
     for (std::size_t i = 0; i < 30; ++i) truth[10 * i] *= 1.3;  // 10 % of them far outside
     const Points moved = mapped(off, truth);
-    const SurfaceFit trimmed = fit_to_surface(moved, surface, {.left_out = 0.15});
+    const SurfaceFit trimmed = fit_to_surface(moved, surface, {.trimmed_share = 0.15});
     EXPECT_LT(worst_error(trimmed, moved, truth), 1e-4);
     EXPECT_GT(trimmed.rms_of_all, 100 * trimmed.rms_after);
-    const SurfaceFit all = fit_to_surface(moved, surface, {.left_out = 0});
+    const SurfaceFit all = fit_to_surface(moved, surface, {.trimmed_share = 0});
     EXPECT_GT(worst_error(all, moved, truth), 0.001);
 }
 
@@ -88,9 +89,9 @@ TEST(SurfaceFit, NoiseAveragesOutAsTheConstraintSays) {
         const Points truth = points_on(surface, count, seed, anywhere);
         Points moved = truth;
         for (Vector3d& p : moved) p += random.gaussian(noise);
-        const SurfaceFit fit = fit_to_surface(moved, surface, {.left_out = 0});
+        const SurfaceFit fit = fit_to_surface(moved, surface, {.trimmed_share = 0});
         rms_after.push_back(fit.rms_after);
-        // How far the least held motion went, from the truth: noise / sqrt(n constraint).
+        // Expected error along the least constrained motion: noise / sqrt(n constraint).
         const PointMotion& m = fit.motions.front();
         double along = 0;
         Vector3d mean = Vector3d::Zero();
@@ -120,13 +121,14 @@ TEST(SurfaceFit, SaysAndKeepsTheMotionsThatAPlaneDoesNotHold) {
     const Points moved = mapped(slid, truth);
     const SurfaceFit fit = fit_to_surface(moved, plate);
     EXPECT_EQ(fit.free_motions, 3u);
-    for (int k = 0; k < 3; ++k) {  // slides along the plane, turns about its normal
+    // Translations along the plane and the rotation about its normal.
+    for (int k = 0; k < 3; ++k) {
         EXPECT_NEAR(fit.motions[k].slide.z(), 0, 1e-6);
         EXPECT_NEAR(fit.motions[k].turn.head<2>().norm(), 0, 1e-6);
         EXPECT_LT(fit.motions[k].constraint, 1e-9);
     }
     EXPECT_LT(fit.rms_after, 1e-6);
-    // What the points do not hold stays as it was: the turn by 0.1 about the normal.
+    // Unconstrained motions are unchanged: the rotation by 0.1 about the normal.
     const Matrix3d left = fit.image_from_start.rotation * slid.rotation;
     EXPECT_NEAR(std::atan2(left(1, 0), left(0, 0)), 0.1, 1e-3);
 }
@@ -156,8 +158,8 @@ TEST(SurfaceFit, RefusesWhatCannotBeFitted) {
               }).find("9 points, expected at least"),
               std::string::npos);
     EXPECT_THROW(fit_to_surface(points, {}), Error);
-    EXPECT_THROW(fit_to_surface(points, surface, {.left_out = 0.5}), Error);
-    EXPECT_THROW(fit_to_surface(points, surface, {.left_out = -0.1}), Error);
+    EXPECT_THROW(fit_to_surface(points, surface, {.trimmed_share = 0.5}), Error);
+    EXPECT_THROW(fit_to_surface(points, surface, {.trimmed_share = -0.1}), Error);
     points[4].x() = std::nan("");
     EXPECT_NE(message_of([&] { fit_to_surface(points, surface); }).find("point 5 of 20"),
               std::string::npos);

@@ -167,8 +167,8 @@ TEST(Umeyama, IsCheckedByHornsMethod) {
 }
 
 TEST(Umeyama, SaysWhereNoRotationIsTheBest) {
-    // A regular tetrahedron and its mirror image: H is a multiple of -I, for which all half turns
-    // are as good.
+    // A regular tetrahedron and its mirror image: H is a multiple of -I, so all half turns fit
+    // equally well.
     const Points p{
         {0.05, 0.05, 0.05}, {0.05, -0.05, -0.05}, {-0.05, 0.05, -0.05}, {-0.05, -0.05, 0.05}};
     Points mirrored = p;

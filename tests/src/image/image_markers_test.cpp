@@ -14,7 +14,7 @@ namespace {
 using test::message_of;
 using test::rms;
 
-/// Voxels that are anisotropic, oblique, left-handed where told, and sheared by `shear`.
+/// An anisotropic, oblique grid, optionally left-handed, sheared by `shear`.
 GreyImage grid(std::array<int, 3> size, const Vector3& spacing_mm, const Vector3& turn,
                double shear = 0, bool left = false) {
     GreyImage image;
@@ -35,7 +35,7 @@ Vector3 place_of(const GreyImage& image, const Vector3& voxel) {
     return (image.ras_from_voxel * voxel.homogeneous()).head<3>();
 }
 
-/// The mean over each voxel's volume (6^3 samples) of `value(place)`, with normal noise.
+/// Averages `value(position)` over each voxel's volume (6^3 samples) and adds normal noise.
 void fill(GreyImage& image, double noise, unsigned seed, const auto& value) {
     std::mt19937_64 engine(seed);
     std::normal_distribution<double> normal(0, 1);
@@ -77,7 +77,7 @@ TEST(ImageMarkers, AreFoundWithinAFewHundredthsOfAVoxelOnAnyGrid) {
                 place_of(image, extent.cwiseProduct(Vector3(0.68, 0.64, 0.55)) +
                                     Vector3(0.37, -0.22, 0.45))};
             const double sign = shade == MarkerShade::bright ? 1 : -1;
-            // A slope of the background as large across a ball as a third of its contrast.
+            // A background gradient that changes across a ball by a third of its contrast.
             fill(image, 0, 1, [&](const Vector3& x) {
                 double value = 300 + sign * 10000 * (x - truth[0]).dot(Vector3(1, -1, 0.5));
                 for (const Vector3& c : truth) value += (x - c).norm() < radius ? sign * 400 : 0;
@@ -127,7 +127,7 @@ TEST(ImageMarkers, AMarkerHalfInTissueIsNotPulledIntoIt) {
     const auto found = find_markers(image, {.diameter = 0.01});
     ASSERT_FALSE(found.empty());
     EXPECT_LT(1e3 * (found[0].centre - c).norm(),
-              0.15 * 1.5);  // a centroid above a threshold is off by 0.4 voxels
+              0.15 * 1.5);  // the centroid above a threshold would be off by 0.4 voxels
 }
 
 TEST(ImageMarkers, RanksBallsOfTheDiameterBeforeOtherShapes) {

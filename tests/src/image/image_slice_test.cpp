@@ -10,8 +10,8 @@
 namespace livetet {
 namespace {
 
-/// A block of 60 x 50 x 40 mm in the middle of an image of 80 x 70 x 60 mm with oblique voxels; its
-/// values are linear in space, which linear interpolation keeps.
+/// A block of 60 x 50 x 40 mm in the middle of an image of 80 x 70 x 60 mm with oblique voxels. The
+/// values are linear in space, so linear interpolation is exact.
 struct Imaged {
     TetMesh mesh = test::block({6, 5, 4}, {0.06, 0.05, 0.04});
     GreyImage image;
@@ -39,7 +39,7 @@ struct Imaged {
     }
 };
 
-/// No pixel lies on the block's border, where rounding decides.
+/// No pixel is on the block's border, where rounding decides.
 SlicePlane plane_at(double z) {
     return {{-0.0053, -0.0052, z}, {0.001, 0, 0}, {0, 0.001, 0}, 70, 60};
 }
@@ -126,7 +126,7 @@ TEST(ImageSlice, AnInvertedTetShowsNothing) {
                              [](std::int32_t t) { return t >= 0; });
     };
     EXPECT_EQ(covered(), 36);  // i + j <= 7.5
-    u[1] = Vector3(-1, 1, 0);  // nodes 1 and 2 change places
+    u[1] = Vector3(-1, 1, 0);  // swaps nodes 1 and 2
     u[2] = Vector3(1, -1, 0);
     EXPECT_EQ(covered(), 0);
 }

@@ -18,8 +18,7 @@ namespace {
 
 using Eigen::Affine3d;
 
-/// Voxels of 2 x 2.5 x 3 mm that lie obliquely in space; left-handed where asked. The middle is at
-/// the origin.
+/// Oblique grid with voxels of 2 x 2.5 x 3 mm, centred at the origin; optionally left-handed.
 ImageGrid oblique_grid(std::array<int, 3> size, bool left_handed = false) {
     ImageGrid grid{size, Eigen::Matrix4d::Identity()};
     Eigen::Matrix3d axes =
@@ -50,7 +49,7 @@ Image<T> image_of(const ImageGrid& grid, const std::function<T(const Vector3&)>&
     return image;
 }
 
-/// A ball of tets about the origin: a block's nodes moved so that cubes become spheres.
+/// A ball of tets around the origin: a block whose cubes of nodes become spheres.
 TetMesh ball(double radius, int cells) {
     TetMesh mesh = test::block({cells, cells, cells}, {2, 2, 2});
     for (Vector3& x : mesh.nodes) {
@@ -61,7 +60,7 @@ TetMesh ball(double radius, int cells) {
     return mesh;
 }
 
-/// What `move` does to every node.
+/// The displacement of every node under `move`.
 std::vector<Vector3> displaced(const TetMesh& mesh,
                                const std::function<Vector3(const Vector3&)>& move) {
     std::vector<Vector3> u;
@@ -84,7 +83,7 @@ Image<T> warped(const Image<T>& image, const BodyMotion& motion, Interpolation h
 }
 
 TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
-    // Linear interpolation is exact on an image that is linear: any error is the motion's.
+    // Linear interpolation is exact on a linear image, so any error is the motion's.
     for (const bool left_handed : {false, true}) {
         const ImageGrid grid = oblique_grid({40, 36, 30}, left_handed);
         const auto value = [](const Vector3& x) {
@@ -104,8 +103,8 @@ TEST(ImageWarp, AnAffineMotionMovesALinearImageExactly) {
                 for (int i = 0; i < grid.size[0]; ++i) {
                     const Vector3 x = place_of(grid, i, j, k);
                     const float found = out.at(i, j, k);
-                    if ((back * x).norm() <
-                        0.024) {  // the ball's facets cut less than a millimetre off
+                    // The ball's facets deviate by less than a millimetre.
+                    if ((back * x).norm() < 0.024) {
                         EXPECT_NEAR(found, value(back * x), 2e-3) << i << ' ' << j << ' ' << k;
                         ++inside;
                     } else if ((back * x).norm() > 0.025 && x.norm() > 0.025) {
@@ -160,10 +159,10 @@ TEST(ImageWarp, WithoutMotionTheImageIsTheSameWhateverTheRind) {
 TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
     const ImageGrid grid = oblique_grid({80, 64, 56});
     const TetMesh mesh = ball(0.04, 10);
-    // Everything is labelled but what is empty: the label counts what the deformed mesh covers.
+    // The body lies within the label, so the voxels that it carries are those of the deformed mesh.
     const LabelImage labels =
         image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.05 ? 1 : 0; });
-    const auto u = displaced(mesh, [](const Vector3& x) -> Vector3 {  // bent and squeezed
+    const auto u = displaced(mesh, [](const Vector3& x) -> Vector3 {  // bent and compressed
         return {x.x() + 4 * x.z() * x.z(), 0.8 * x.y() + 2 * x.x() * x.z(), 1.1 * x.z() + 0.002};
     });
     warped(labels, body_motion(mesh, u, 0), Interpolation::nearest);
@@ -171,8 +170,8 @@ TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
     EXPECT_NEAR(static_cast<double>(last_warp.carried) * voxel_volume(grid), expected,
                 2e-3 * expected);
 
-    // A label that fills the mesh fills the deformed mesh, its rind with it; what was there and is
-    // not is empty.
+    // A label that fills the mesh fills the deformed mesh with its rind; voxels that the body has
+    // left are empty.
     const LabelImage exact =
         image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0397 ? 3 : 0; });
     const LabelImage out = warped(exact, body_motion(mesh, u, 0.004), Interpolation::nearest);
@@ -183,7 +182,7 @@ TEST(ImageWarp, TheLabelsVolumeIsTheDeformedMeshes) {
 }
 
 TEST(ImageWarp, ARigidMotionCarriesTheRindAndLeavesNoGhost) {
-    // The organ in the image is a voxel larger than its mesh.
+    // The organ in the image is one voxel larger than its mesh.
     const ImageGrid grid = oblique_grid({60, 56, 44});
     const LabelImage labels =
         image_of<std::int32_t>(grid, [](const Vector3& x) { return x.norm() < 0.0225 ? 1 : 0; });
@@ -203,7 +202,7 @@ TEST(ImageWarp, ARigidMotionCarriesTheRindAndLeavesNoGhost) {
             }
     EXPECT_EQ(wrong, 0u);
     EXPECT_GT(right, 2000u);
-    // Without a rind the old rim stays where it was.
+    // Without a rind the old border stays in place.
     const LabelImage bare = warped(labels, body_motion(mesh, u, 0), Interpolation::nearest);
     std::size_t ghost = 0;
     for (int k = 0; k < grid.size[2]; ++k)
@@ -246,8 +245,8 @@ TEST(ImageWarp, WhatComesFromBeyondTheImageIsEmptyAndCounted) {
     ImageGrid grid{{10, 10, 10}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-2);
     const GreyImage image = image_of<float>(grid, [](const Vector3&) { return 5.0F; });
-    const TetMesh mesh =
-        test::block({2, 2, 2}, {0.09, 0.09, 0.09});  // corner to corner of the outermost centres
+    // Spans the centres of the outermost voxels.
+    const TetMesh mesh = test::block({2, 2, 2}, {0.09, 0.09, 0.09});
     const BodyMotion motion = body_motion(
         mesh, displaced(mesh, [](const Vector3& x) { return Vector3(x + Vector3(0.02, 0, 0)); }),
         0);
@@ -262,10 +261,10 @@ TEST(ImageWarp, WhatComesFromBeyondTheImageIsEmptyAndCounted) {
         warp_image(narrow, grid, motion, Interpolation::linear, -1.0F, team, last_warp);
     EXPECT_FLOAT_EQ(wide.at(6, 5, 5), 5);
     EXPECT_EQ(wide.at(7, 5, 5), -1);
-    EXPECT_EQ(last_warp.beyond_image, 300u);  // i = 7, 8, 9 came from 5, 6, 7
+    EXPECT_EQ(last_warp.beyond_image, 300u);  // i = 7, 8, 9 come from outside
 }
 
-/// Two tets apart that come to lie over each other.
+/// Two separate tets that overlap after the motion.
 struct Overlap {
     TetMesh mesh;
     std::vector<Vector3> u;
@@ -298,8 +297,7 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3);
     const LabelImage labels =
         image_of<std::int32_t>(grid, [](const Vector3& x) { return x.x() < 15e-3 ? 1 : 2; });
-    // The one that moves least is turned inside out where it lies, by two of its nodes that change
-    // places.
+    // The tet that moves least is inverted in place by swapping two of its nodes.
     o.u[1] = o.mesh.nodes[2] - o.mesh.nodes[1];
     o.u[2] = o.mesh.nodes[1] - o.mesh.nodes[2];
     const LabelImage out = warped(labels, body_motion(o.mesh, o.u, 0), Interpolation::nearest);
@@ -315,9 +313,9 @@ TEST(TetRaster, AnInvertedTetCoversOnlyWhatNoUprightOneDoes) {
 TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {
     const std::vector<Vector3> corners{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}};
     std::vector<Vector3> nodes = corners,
-                         values(4, Vector3(0.5, 0, 0));  // the tissue, moved by half a metre
+                         values(4, Vector3(0.5, 0, 0));  // tissue, moved by half a metre
     nodes.insert(nodes.end(), corners.begin(), corners.end());
-    values.insert(values.end(), 4, Vector3(0, 1e-3, 0));  // what lies about it, by a millimetre
+    values.insert(values.end(), 4, Vector3(0, 1e-3, 0));  // its surroundings, moved by a millimetre
     ImageGrid grid{{4, 4, 4}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3);
     const std::vector<Tet> tets{{0, 1, 2, 3}, {4, 5, 6, 7}};
@@ -331,7 +329,7 @@ TEST(TetRaster, TheFirstClassCountsHoweverFarItMoved) {
 }
 
 TEST(TetRaster, EveryVoxelOfABlockIsCoveredOnFacesToo) {
-    // Nodes on voxels' centres: every inner face is met by voxels exactly.
+    // Nodes at voxel centres, so that voxels lie exactly on inner faces.
     ImageGrid grid{{13, 13, 13}, Eigen::Matrix4d::Identity()};
     grid.ras_from_voxel.diagonal().head<3>().setConstant(1e-3 / 3);
     const TetMesh mesh = test::block({4, 4, 4}, {4e-3, 4e-3, 4e-3});
@@ -356,8 +354,8 @@ TEST(TetRaster, EveryVoxelOfABlockIsCoveredOnFacesToo) {
 }
 
 TEST(BodyMotion, OfAQuadraticMeshFollowsItsMiddleNodes) {
-    // x' = x + c z^2 e_x, which ten-node tets hold exactly; the linear pieces miss it by c h^2 / 8,
-    // h half an edge.
+    // x' = x + c z^2 e_x: ten-node tets represent it exactly; linear pieces with half an edge h
+    // have an error of c h^2 / 8.
     const TetMesh linear = test::block({3, 3, 3}, {0.06, 0.06, 0.06});
     const auto bend = [](const Vector3& x) {
         return Vector3(x + Vector3(2 * x.z() * x.z(), 0, 0));
@@ -406,7 +404,7 @@ TEST(BodyMotion, TheRindFillsTheLayerAroundABody) {
     }
     const double ratio = std::pow(0.042 / 0.04, 3) - 1;
     EXPECT_NEAR(layer / volume(mesh), ratio, 0.02 * ratio);
-    // No gaps, no overlaps: every face is between two tets or outside.
+    // No gaps and no overlaps: every face is shared by two tets or on the boundary.
     const auto outer = boundary_triangles(motion.tets);
     EXPECT_EQ(outer.size(), boundary_triangles(mesh.tets).size());
 }
@@ -443,7 +441,7 @@ TEST(DisplacementField, ForwardAfterInverseIsTheIdentity) {
                 ++compared;
             }
     EXPECT_GT(compared, 1500u);
-    EXPECT_LT(worst, 1e-4);  // interpolation between voxels of 2 to 3 mm, of what bends by 5/m
+    EXPECT_LT(worst, 1e-4);  // interpolation error for voxels of 2 to 3 mm and a curvature of 5/m
 }
 
 TEST(BodyMotion, RefusesDisplacementsThatAreNotOneANode) {

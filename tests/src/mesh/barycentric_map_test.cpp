@@ -72,7 +72,7 @@ TEST(BarycentricMap, holds_points_on_nodes_edges_and_faces) {
 TEST(BarycentricMap, takes_the_nearest_boundary_point_of_points_outside) {
     const TetMesh mesh = shapes::box(box_size, {5, 4, 3});
     std::vector<Vector3> points = random_points(3000, -box_size, 2 * box_size);
-    points.push_back({-1e-9, 0.03, 0.03});          // a hair from a face
+    points.push_back({-1e-9, 0.03, 0.03});          // almost on a face
     points.push_back({-0.001, -0.001, 0.03});       // beside an edge
     points.push_back(box_size + Vector3(1, 2, 3));  // beyond a corner, far away
     const BarycentricMap map = map_into(mesh, points);
@@ -101,7 +101,7 @@ TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_r
     for (std::size_t i = 0; i < far.size(); ++i) {
         double sum = 0;
         for (const double w : away.weights[i]) {
-            EXPECT_GE(w, least_extrapolated - 1e-12) << "point " << i;
+            EXPECT_GE(w, min_extrapolated_weight - 1e-12) << "point " << i;
             sum += w;
         }
         EXPECT_NEAR(sum, 1, 1e-12) << "point " << i;
@@ -109,8 +109,8 @@ TEST(BarycentricMap, extrapolates_linear_fields_a_little_way_out_and_no_weight_r
 }
 
 TEST(BarycentricMap, stays_on_the_boundary_for_points_absurdly_far_away) {
-    // A thousand km off, squared distances no longer tell neighbouring triangles apart; the
-    // distance is still right.
+    // At a distance of a thousand km, squared distances cannot distinguish neighbouring triangles;
+    // the distance is still right.
     const TetMesh mesh = shapes::box(box_size, {5, 4, 3});
     const std::vector<Vector3> points{{1e6, 0.05, 0.04}};
     const BarycentricMap map = map_into(mesh, points);
@@ -120,8 +120,7 @@ TEST(BarycentricMap, stays_on_the_boundary_for_points_absurdly_far_away) {
 }
 
 TEST(BarycentricMap, finds_the_inside_of_a_body_with_a_gap) {
-    // Two boxes with 2 cm of nothing between them: the grid's cells there are empty, and the nearer
-    // box counts.
+    // Two boxes 2 cm apart: the grid cells in between are empty, and the nearer box counts.
     TetMesh mesh = shapes::box({0.05, 0.05, 0.05}, {3, 3, 3});
     const TetMesh single = mesh;
     for (const Vector3& x : single.nodes) mesh.nodes.push_back(x + Vector3(0.07, 0, 0));

@@ -40,8 +40,8 @@ TEST(NodeSelection, leaves_out_nodes_beyond_the_image) {
 }
 
 TEST(NodeSelection, box_sphere_and_half_space_take_their_borders) {
-    const Vector3 corner(0.1, 0.1,
-                         box.nodes[36].z());  // to the last bit that of the second layer of nodes
+    // Exactly that of the second layer of nodes.
+    const Vector3 corner(0.1, 0.1, box.nodes[36].z());
     EXPECT_EQ(nodes_in_box(box, {0, 0, 0}, corner).size(), 72u);
     EXPECT_EQ(nodes_in_box(box, {0, 0, 0}, corner, NodeScope::surface_only).size(), 72u - 16u);
     EXPECT_EQ(nodes_in_sphere(box, box.nodes[0], 0.0200001).size(), 4u);

@@ -23,7 +23,7 @@ TEST(QuadraticMesh, HasANodeInTheMiddleOfEachEdgeAndTakesSetsAlong) {
     const TetMesh linear = named_block(), mesh = quadratic_mesh(linear);
     check_tet_mesh(mesh, "test");
     EXPECT_EQ(corner_count(mesh), static_cast<std::int32_t>(linear.nodes.size()));
-    EXPECT_EQ(mesh.nodes.size(), 7u * 5 * 5);  // of Kuhn's bricks: the grid of half the spacing
+    EXPECT_EQ(mesh.nodes.size(), 7u * 5 * 5);  // Kuhn's subdivision: the grid of half the spacing
     for (std::size_t e = 0; e < mesh.tets.size(); ++e)
         for (int k = 0; k < 6; ++k)
             EXPECT_LT(

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double side = 0.096, thickness = 0.001, edge = 0.008;
 
-/// A plate whose upper nodes lie above the middles between the lower ones.
+/// A plate whose upper nodes are above the centres between the lower ones.
 TetMesh plate() {
     TetMesh mesh = shapes::box({side, side, thickness}, {12, 12, 1});
     for (Vector3& x : mesh.nodes)
@@ -29,7 +29,7 @@ TEST(SurfacePatch, does_not_go_through_a_plate_to_its_other_side) {
     for (const std::int32_t n : below.nodes) EXPECT_EQ(mesh.nodes[n].z(), 0);
 }
 
-/// Right above a lower node: it is the nearest node of all, by 1.5 mm to 5.7.
+/// Directly above a lower node, which is the nearest node (1.5 mm against 5.7 mm).
 TEST(SurfacePatch, has_its_centre_on_the_side_of_the_place) {
     const TetMesh mesh = plate();
     const Vector3 place(6 * edge, 6 * edge, thickness + 0.0005);
@@ -40,7 +40,7 @@ TEST(SurfacePatch, has_its_centre_on_the_side_of_the_place) {
     for (const std::int32_t n : patch.nodes) EXPECT_EQ(mesh.nodes[n].z(), thickness);
 }
 
-/// Near the rim, the other side is near in space, and far along the surface.
+/// Near the rim the other side is near in space, but far along the surface.
 TEST(SurfacePatch, measures_along_the_surface) {
     const TetMesh mesh = plate();
     const Vector3 place(side - edge, 0.05, thickness + 0.001);  // 12 mm from the upper rim
@@ -52,7 +52,7 @@ TEST(SurfacePatch, measures_along_the_surface) {
     EXPECT_GT(patch.nodes.size(), 8u);
 }
 
-/// Where the radius reaches the rim it may go round it.
+/// If the radius reaches the rim, the patch may go around it.
 TEST(SurfacePatch, goes_round_a_rim_as_far_as_the_radius_goes) {
     const TetMesh mesh = plate();
     const SurfacePatch patch = surface_patch(mesh, {side + 0.004, 0.05, thickness + 0.001}, 0.02);

@@ -59,7 +59,7 @@ TEST(Dwell, AToolThatLiesStillOrKeepsMovingIsNoLandmark) {
     EXPECT_THROW(dwells_in_windows(moving, options.tool_from_tip, window), Error);
 }
 
-// The organ is carried about with its reference sensor and the tool resting on it.
+// The organ moves, together with its reference sensor and the tool resting on it.
 Recording carried(const SimulatedTrackerOptions& options) {
     Recording recording = simulate_touching(options, points);
     for (TrackerSample& s : recording.samples) {

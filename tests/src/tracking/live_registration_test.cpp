@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Fiducials with 1 mm of error, as touched while the organ was where it starts.
+// Fiducials with an error of 1 mm, touched while the organ is in its initial pose.
 struct Scene {
     SimulatedTrackerOptions options;
     std::vector<Vector3d> in_image{

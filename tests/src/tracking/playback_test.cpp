@@ -7,7 +7,7 @@
 namespace livetet {
 namespace {
 
-/// Samples 10 ms apart whose tool is at x = its number, m.
+/// Samples at intervals of 10 ms; in sample number i the tool is at x = i m.
 Recording ten_samples() {
     Recording recording{{"Stylus"}, {}};
     for (int i = 0; i < 10; ++i) {
@@ -41,7 +41,8 @@ TEST(Playback, FrameByFrameNoneIsMissed) {
 TEST(Playback, AtAPaceTheNewestIsTakenAndAllAreHeardInOrder) {
     std::vector<std::uint64_t> heard;
     std::vector<double> came;
-    const double began = steady_seconds();  // a late first sample makes nothing sooner
+    const double began =
+        steady_seconds();  // a delay of the first sample does not make later ones early
     {
         Playback playback(ten_samples(), {.speed = 2, .listener = [&](const StreamSample& s) {
                                               heard.push_back(s.number);

@@ -37,7 +37,7 @@ TEST(PoseFilter, CalmsTheNoiseOfASensorAtRest) {
         turn_before += std::pow(turn_between(raw, at({0, 0, 0})), 2);
         turn_after += std::pow(turn_between(smooth, at({0, 0, 0})), 2);
     }
-    // An exponential average leaves alpha / (2 - alpha) of the variance; alpha = 1 / (1 + 40 / (2
+    // An exponential average reduces the variance to alpha / (2 - alpha), alpha = 1 / (1 + 40 / (2
     // pi)).
     const double alpha = 1 / (1 + 40 / (2 * M_PI)), left = alpha / (2 - alpha);
     EXPECT_NEAR(after / before, left, 0.15 * left);
@@ -77,7 +77,7 @@ TEST(PoseFilter, DoesNotDependOnTheAxes) {
 TEST(PoseFilter, SurvivesAnyTimesAndPoses) {
     PoseFilter filter;
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    int i = 0;  // counts the poses
+    int i = 0;  // number of poses
     for (const double t :
          {0.0, 0.0, 0.1, 0.1, 0.05, 0.1000001, 0.3, nan, 0.31, 100.0, 1.0, 1.02, 1.02}) {
         const TrackedPose pose = filter.update(t, at({0.01 * i, 0, 0}, 0.1 * i));
@@ -113,7 +113,8 @@ TEST(PoseFilter, CarriesAPoseOnByItsSpeedsToMakeUpForLatency) {
     PoseFilter filter(options), plain;
     TrackedPose ahead, now;
     for (int i = 0; i <= 200;
-         ++i) {  // steadily 0.1 m/s and 0.5 rad/s: four seconds, the speeds are known
+         // Constant 0.1 m/s and 0.5 rad/s for four seconds, until the speeds have converged.
+         ++i) {
         const double t = 0.02 * i;
         ahead = filter.update(t, at({0.1 * t, 0, 0}, 0.5 * t));
         now = plain.update(t, at({0.1 * t, 0, 0}, 0.5 * t));

@@ -47,7 +47,7 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
     options.base_window_s = 1;
     const Vector3d elsewhere(0.03, 0, 0);
     SensorDrive drive(options);
-    drive.update(0, moved_by(elsewhere));  // in the hand, then lost for ten seconds
+    drive.update(0, moved_by(elsewhere));  // seen elsewhere, then lost for ten seconds
     for (double t = 0.05; t < 10; t += 0.05) drive.update(t, std::nullopt);
     const auto rest = [&](double from_s, const Vector3d& place) {
         for (int i = 0; i <= 21; ++i) drive.update(from_s + 0.05 * i, moved_by(place));
@@ -60,7 +60,7 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
 
     drive.reset();
     for (int i = 0; i < 10; ++i) drive.update(0.05 * i, moved_by(elsewhere));
-    rest(0.5, Vector3d::Zero());  // moved before the window was over, in sight
+    rest(0.5, Vector3d::Zero());  // moved during the averaging, while visible
     ASSERT_TRUE(drive.base());
     EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
 }

@@ -16,7 +16,7 @@ TrackedPose seen_at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
     return {Eigen::Matrix3d::Identity(), place, status};
 }
 
-/// A sensor whose image is the tracker's frame, followed every 20 ms.
+/// A sensor in an image frame equal to the tracker's, followed every 20 ms.
 struct Followed {
     SensorPatch patch{
         {.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
@@ -58,14 +58,14 @@ TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
     const std::vector<std::int32_t> surface = surface_nodes(block);
     const std::vector<Vector3d> rest(block.nodes.size(), Vector3d::Zero());
     Followed f;
-    ASSERT_TRUE(f.patch.is_to_be_placed());
+    ASSERT_TRUE(f.patch.awaits_placement());
     const Vector3d nearest(0.1, 0, 0);
     const std::vector<Vector3d> lifted(block.nodes.size(), Vector3d(0, 0.03, 0));
     EXPECT_NEAR(f.patch.place(block, surface, lifted, 0.02), 0.03, 1e-12);
-    EXPECT_FALSE(f.patch.is_to_be_placed());
+    EXPECT_FALSE(f.patch.awaits_placement());
     EXPECT_TRUE(f.patch.nodes().empty());
     for (int i = 0; i < 10; ++i) f.follow(seen_at(nearest));
-    ASSERT_TRUE(f.patch.is_to_be_placed());
+    ASSERT_TRUE(f.patch.awaits_placement());
     EXPECT_NEAR(f.patch.place(block, surface, rest, 0.02), 0, 1e-12);
     EXPECT_FALSE(f.patch.nodes().empty());
 }

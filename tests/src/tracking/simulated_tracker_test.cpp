@@ -55,7 +55,8 @@ TEST(SimulatedTracker, PivotingGivesBackTheTip) {
     SimulatedTrackerOptions options = noiseless();
     const auto exact = calibrate_pivot(usable_poses(simulate_pivoting(options), "Stylus"));
     EXPECT_LT((exact.tool_from_tip.translation - options.tool_from_tip.translation).norm(), 1e-10);
-    EXPECT_NEAR(exact.spread_deg, 71, 1);  // less than 80: opposite tilts come a half swing apart
+    EXPECT_NEAR(exact.spread_deg, 71,
+                1);  // less than 80, because opposite tilts are half a swing apart
     options.position_rms_mm = 1.4;
     options.rotation_rms_deg = 0.5;
     const auto noisy = calibrate_pivot(usable_poses(simulate_pivoting(options), "Stylus"));

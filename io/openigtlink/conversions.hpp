@@ -10,27 +10,27 @@
 
 namespace livetet::igtl {
 
-// The border between the wire (mm, single precision, unchecked numbers) and the inside (m, rigid
+// Conversions between the wire (mm, single precision, unchecked numbers) and the program (m, rigid
 // transforms).
 
-/// A TRANSFORM's or TDATA's matrix; nothing where it is not finite or not rigid
-/// (`tracker_from_tool_of_mm`).
+/// The pose in a TRANSFORM or TDATA matrix; nothing if it is not finite or not rigid
+/// (`tracker_from_tool_mm`).
 std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(const std::array<float, 12>& matrix);
 
-/// A POSITION's or QTDATA's; nothing where it is not finite, or the quaternion's norm is not 1
-/// within 1 %.
+/// The pose in a POSITION or QTDATA; nothing if it is not finite or the quaternion's norm differs
+/// from 1 by 1 % or more.
 std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
     const std::array<float, 3>& position, const std::array<float, 4>& quaternion);
 
-/// A transform as TRANSFORM has it.
+/// The matrix of a TRANSFORM message, in mm.
 std::array<float, 12> wire_matrix(const Eigen::Matrix3d& rotation,
                                   const Eigen::Vector3d& translation);
 
-/// A message with nothing but its header. `time_s`: seconds since 1970, UTC; 0 for none.
+/// A message without content. `time_s`: seconds since 1970, UTC; 0 for none.
 Message dated_message(std::string type, std::string device, double time_s);
 
-/// Messages to send, at `time_s` (as above). In 3D Slicer, whose node gets the device's name,
-/// TRANSFORM becomes a linear transform, POLYDATA a model, STRING a text.
+/// Messages to send, with time stamp `time_s` (as above). In 3D Slicer the node has the device's
+/// name; TRANSFORM becomes a linear transform, POLYDATA a model, STRING a text.
 template <class To, class From>
 Message transform_message(std::string device, const RigidTransform<To, From>& to_from_from,
                           double time_s) {
@@ -41,14 +41,14 @@ Message transform_message(std::string device, const RigidTransform<To, From>& to
 Message status_message(std::string device, std::uint16_t code, std::string text, double time_s);
 Message string_message(std::string device, std::string text, double time_s);
 
-/// One value for each point of a surface, in whatever unit its name says.
+/// Point data of a surface: one value for each point, in the unit that the name states.
 struct PointScalars {
     std::string name;
     std::span<const float> values;
 };
 
-/// A surface, points in metres, RAS. Throws Error where a triangle names a point that is not there,
-/// or there are not as many scalars as points.
+/// A surface as POLYDATA; points in metres, RAS. Throws Error if a triangle has an invalid point
+/// index or the number of scalars differs from the number of points.
 Message surface_message(std::string device, std::span<const Eigen::Vector3d> points,
                         std::span<const Triangle> triangles, std::span<const PointScalars> scalars,
                         double time_s);

@@ -1,4 +1,4 @@
-#include "io/openigtlink/border.hpp"
+#include "io/openigtlink/conversions.hpp"
 
 #include "io/openigtlink/codec.hpp"
 #include "io/openigtlink/plus_pose.hpp"
@@ -18,7 +18,7 @@ std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
     const std::array<float, 12>& matrix) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     for (int i = 0; i < 12; ++i) m(i % 3, i / 3) = matrix[i];
-    return tracker_from_tool_of_mm(m);
+    return tracker_from_tool_mm(m);
 }
 
 std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
@@ -28,7 +28,7 @@ std::optional<RigidTransform<Tracker, Tool>> tracker_from_tool(
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     m.topLeftCorner<3, 3>() = q.normalized().toRotationMatrix();
     m.topRightCorner<3, 1>() << position[0], position[1], position[2];
-    return tracker_from_tool_of_mm(m);
+    return tracker_from_tool_mm(m);
 }
 
 std::array<float, 12> wire_matrix(const Eigen::Matrix3d& rotation,

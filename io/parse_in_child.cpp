@@ -1,4 +1,4 @@
-#include "io/parse_apart.hpp"
+#include "io/parse_in_child.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -10,10 +10,10 @@ namespace livetet {
 
 namespace {
 
-/// In front of the result: what follows.
+/// First byte of the result: says what follows.
 constexpr char whole = 'w', refused = 'r';
 
-/// The child's work.
+/// Runs in the child process.
 int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
     const auto write = [descriptor](char kind, const char* data, std::size_t bytes) {
         if (!write_all(descriptor, &kind, 1) || !write_all(descriptor, data, bytes))
@@ -31,13 +31,13 @@ int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
 
 }  // namespace
 
-std::vector<char> parse_apart(const std::filesystem::path& path, const std::string& who,
-                              const std::function<std::vector<char>()>& parse) {
+std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
+                                 const std::function<std::vector<char>()>& parse) {
     std::error_code ignored;
     const std::uintmax_t size = std::filesystem::file_size(path, ignored);
     if (ignored) fail("{}: no such file", path.string());
     const double enough_s = 5 + 2e-6 * static_cast<double>(size),
-                 time_limit_s = 20 * enough_s;  // a busy machine is no damage
+                 time_limit_s = 20 * enough_s;  // generous, for a busy machine
     const auto work = [&](int descriptor) {
         limit_processor_time(enough_s);
         limit_memory((std::uint64_t(2) << 30) + 100 * size);
@@ -46,7 +46,7 @@ std::vector<char> parse_apart(const std::filesystem::path& path, const std::stri
     ChildResult child = run_in_child(work, time_limit_s);
     if (child.end != ChildResult::End::returned || child.result.empty())
         fail("{}: cannot be read, is it damaged? {} {}", path.string(), who,
-             end_text(child, time_limit_s));
+             describe_end(child, time_limit_s));
     const char kind = child.result.front();
     child.result.erase(child.result.begin());
     if (kind == whole) return std::move(child.result);
