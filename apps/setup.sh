@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of apps/packages.txt that are missing (sudo only if not root), configures and builds.
-# Sourced by apps/demo.sh and tests/run.sh; afterwards $livetet is the program and $build the build folder.
+# Sourced with options for CMake by apps/demo.sh and tests/run.sh, which may set $preset; afterwards $livetet is the program and
+# $build the build folder.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=${LIVETET_BUILD:-$root/build}
@@ -23,7 +24,7 @@ if ((${#missing[@]})); then
 fi
 
 say "building in $build"
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON "$@" >"$build.log" 2>&1 || { cat "$build.log"; exit 1; }
+cmake -S "$root" -B "$build" --preset "${preset:-release}" "$@" >"$build.log" 2>&1 || { cat "$build.log"; exit 1; }
 rm -f "$build.log"
 cmake --build "$build"
 

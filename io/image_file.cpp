@@ -118,7 +118,7 @@ std::optional<std::string> content_digest(const fs::path& path) {
 std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) {
 #ifdef LIVETET_IMAGES
     try {
-        const std::optional<fs::path> voxels =
+        std::optional<fs::path> voxels =
             is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
         if (voxels && *voxels != path) return voxels;
     } catch (const Error&) {  // the reader reports the error

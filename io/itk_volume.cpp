@@ -446,7 +446,7 @@ Header checked_header(const fs::path& path) {
             "{}: the name ends in '{}', expected an image: .nii, .nii.gz, .nrrd, .nhdr, .mha or "
             ".mhd",
             where, end);
-    const Header header = read_header(path, is_nrrd(path));
+    Header header = read_header(path, is_nrrd(path));
     is_nrrd(path) ? check_nrrd(header, where) : check_meta(header, where);
     return header;
 }

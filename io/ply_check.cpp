@@ -64,7 +64,7 @@ class PlyFile {
         ++line_;
         const std::size_t end = left_.find('\n');
         if (end == left_.npos) fail("{}:{}: its header does not end: truncated", where_, line_);
-        const Words words = split_words(left_.substr(0, end));
+        Words words = split_words(left_.substr(0, end));
         left_.remove_prefix(end + 1);
         return words;
     }

@@ -33,9 +33,9 @@ json matrix_mm(const RigidTransform<Tool, Tip>& t) {
 }
 
 SpinCalibration spin_of(const json& j, const std::string& where) {
-    const SpinCalibration spin{vector_of(j, "in_tool", where), vector_of(j, "in_tracker", where),
-                               j.at("tilt_deg").get<double>(), j.at("turn_deg").get<double>(),
-                               j.at("used").get<std::size_t>()};
+    SpinCalibration spin{vector_of(j, "in_tool", where), vector_of(j, "in_tracker", where),
+                         j.at("tilt_deg").get<double>(), j.at("turn_deg").get<double>(),
+                         j.at("used").get<std::size_t>()};
     if (!(std::abs(spin.shaft_in_tool.norm() - 1) < 1e-6))
         fail("{}: shaft.in_tool has a length of {}, expected 1", where, spin.shaft_in_tool.norm());
     return spin;

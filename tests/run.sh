@@ -1,9 +1,14 @@
 #!/usr/bin/env bash
 # All tests, then the benchmarks' commands at a small size. Real inputs are used where LIVETET_DATA names their folder; tests that want them skip, saying so, without.
-source "$(dirname "$0")/../apps/setup.sh" -DBUILD_TESTING=ON -DLIVETET_BENCHMARKS=ON
+preset=ci
+source "$(dirname "$0")/../apps/setup.sh"
+
+say "unit tests under the address and undefined behaviour sanitizers, configured without VTK, ITK and CGAL"
+cmake -S "$root" -B "$build-dev" --preset dev -DLIVETET_IMAGES=OFF -DLIVETET_BENCHMARKS=OFF >/dev/null
+cmake --build "$build-dev" --target tests_src tests_io_openigtlink
+ctest --test-dir "$build-dev" --output-on-failure -R '^(src|io_openigtlink)$'
 
 say "the variant without VTK, ITK and CGAL, for machines that only solve"
-cmake -S "$root" -B "$build-lean" -G Ninja -DLIVETET_IMAGES=OFF >/dev/null  # what is built of it is the same as:
 cmake --build "$build" --target livetet_lean
 "$build/apps/livetet_lean" scene >/dev/null
 if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK'; then

@@ -17,8 +17,8 @@
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
+#include "mechanics/gravity_load.hpp"
 #include "mechanics/rigid_motions.hpp"
-#include "mechanics/tet_kernels.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/refine.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
@@ -267,23 +267,7 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
 
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty()) return {};
-    std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
-    if (scene.gravity_m_per_s2 != Vector3::Zero())
-        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-            const Material& material =
-                material_of(scene.materials, mesh.regions.empty() ? 0 : mesh.regions[e]);
-            const Vector3 weight = material.density_kg_per_m3 * signed_volume(mesh, mesh.tets[e]) *
-                                   scene.gravity_m_per_s2;
-            if (mesh.edge_nodes.empty()) {
-                for (int i = 0; i < 4; ++i)
-                    force[mesh.tets[e][i]] += TetShape<4>::force_share(i) * weight;
-                continue;
-            }
-            for (int i = 0; i < 4; ++i)
-                force[mesh.tets[e][i]] += TetShape<10>::force_share(i) * weight;
-            for (int k = 0; k < 6; ++k)
-                force[mesh.edge_nodes[e][k]] += TetShape<10>::force_share(4 + k) * weight;
-        }
+    auto force = gravity_load(mesh, scene.materials, scene.gravity_m_per_s2);
     const EdgeNodes edges(mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadOptions& load = scene.loads[i];

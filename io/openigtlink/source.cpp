@@ -77,8 +77,8 @@ class OpenIgtLinkSource::Connector {
           retry_s_(options.first_retry_s),
           last_message_s_(steady_seconds()),
           gatherer_(
-              std::move(tools), options, [this](const StreamSample& sample) { post(sample); },
-              last_message_s_, utc_seconds()) {
+              tools, options, [this](const StreamSample& sample) { post(sample); }, last_message_s_,
+              utc_seconds()) {
         check_options(options_);
         statistics_.never_came = gatherer_.never_came();
         connect();

@@ -6,9 +6,41 @@
 #include "base/stopwatch.hpp"
 #include "solvers/nonlinear/line_search.hpp"
 
+// Eisenstat and Walker's forcing terms. SNES calls these around its linear solves only where it
+// made the KSP itself; they do nothing unless -snes_ksp_ew is given. PETSc exports them, but no
+// header declares them.
+extern "C" {
+PetscErrorCode KSPPreSolve_SNESEW(KSP ksp, Vec b, Vec x, SNES snes);
+PetscErrorCode KSPPostSolve_SNESEW(KSP ksp, Vec b, Vec x, SNES snes);
+}
+
 namespace livetet {
 
 namespace {
+
+/// Has SNES set the tolerances of `ksp` while it lives.
+class ForcingTerms {
+  public:
+    ForcingTerms(KSP ksp, SNES snes) : ksp_(ksp) {
+        const auto before = [](KSP k, Vec b, Vec x, void* s) {
+            return KSPPreSolve_SNESEW(k, b, x, static_cast<SNES>(s));
+        };
+        const auto after = [](KSP k, Vec b, Vec x, void* s) {
+            return KSPPostSolve_SNESEW(k, b, x, static_cast<SNES>(s));
+        };
+        LIVETET_PETSC(KSPSetPreSolve(ksp, before, snes));
+        LIVETET_PETSC(KSPSetPostSolve(ksp, after, snes));
+    }
+    ~ForcingTerms() {
+        KSPSetPreSolve(ksp_, nullptr, nullptr);
+        KSPSetPostSolve(ksp_, nullptr, nullptr);
+    }
+    ForcingTerms(const ForcingTerms&) = delete;
+    ForcingTerms& operator=(const ForcingTerms&) = delete;
+
+  private:
+    KSP ksp_;
+};
 
 bool is_given(const char* option) {
     PetscBool given = PETSC_FALSE;
@@ -168,7 +200,8 @@ void NewtonSolver::set_tolerances(int newton_iterations_done) {
 
 void NewtonSolver::solve_by_snes(StepReport& report) {
     set_tolerances(report.newton_iterations);
-    (void)solver_.krylov({controls_.linear_tolerance, options_.max_iterations, {}});
+    const ForcingTerms terms(
+        solver_.krylov({controls_.linear_tolerance, options_.max_iterations, {}}), snes_.get());
     copy_from_state();
     const double ours_before = report.forces_s + report.operator_s + report.preconditioner_s;
     Stopwatch watch;

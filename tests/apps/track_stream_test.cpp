@@ -121,38 +121,25 @@ std::uint16_t served_port(const Tracked& t) {
                : static_cast<std::uint16_t>(std::stoi(said.substr(at + before.size())));
 }
 
-TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes) {
-    Tracked t;
-    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
-    ScriptedPlus plus(t.tracker);
-    t.set_source("openigtlink://127.0.0.1:" + std::to_string(plus.port()));
-    t.set_track(
-        "base_window_s: 0.5, hold_s: 0.5, release_s: 0.4, max_displacement_mm: 50, budget: 15 ms, "
-        "tools: [{tool: Probe}]");
-    auto run = std::async(std::launch::async, [&] {
-        return test::livetet(t.folder, "track scene.yaml --publish 0", "echo $$ > pid.txt && exec");
-    });
-    ASSERT_TRUE(eventually([&] { return served_port(t) > 0; }))
-        << test::text_of(t.folder / "stderr.txt");
-    plus.accept();
-    const Peer never_reads = connect_to(served_port(t));
-    Received received;
-    auto reading =
-        std::async(std::launch::async, [&] { received.read(connect_to(served_port(t))); });
+using Parts = std::map<std::string, double>;  ///< when each part of a script begins, s
 
-    const auto held = [&](double depth) {
-        return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); };
-    };
-    std::map<std::string, double> at;  // when each part begins
+/// Sends the sensor pressed in by `depth` m, over and over.
+auto held(ScriptedPlus& plus, double depth) {
+    return [&plus, depth](double) { plus.peer().send(plus.sensor(depth)); };
+}
+
+/// A sensor that is pressed in, and all that can go wrong with it.
+Parts play_faults(ScriptedPlus& plus) {
+    Parts at;
     const auto begins = [&](const char* part) { at[part] = plus.now(); };
     plus.run(0.8, [&](double) {
         plus.peer().send(plus.sensor(0, {0, 0, 0.1}));
     });  // not on the organ yet
-    plus.run(2, held(0));
+    plus.run(2, held(plus, 0));
     begins("press");
     plus.run(0.6, [&](double share) { plus.peer().send(plus.sensor(0.01 * share)); });
     begins("pressed");
-    plus.run(0.6, held(0.01));
+    plus.run(0.6, held(plus, 0.01));
     begins("not a number");
     plus.run(0.2, [&](double) {
         igtl::Message m = plus.sensor(0.01);
@@ -164,42 +151,33 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
         wrong[igtl::header_size + 50] ^= 16;  // the CRC says so
         plus.peer().send(wrong);
     });
-    plus.run(0.6, held(0.01));
+    plus.run(0.6, held(plus, 0.01));
     begins("jump");
     plus.run(0.04, [&](double) { plus.peer().send(plus.sensor(0.01, {0.3, 0, 0})); });
-    plus.run(0.4, held(0.01));
+    plus.run(0.4, held(plus, 0.01));
     begins("far away");
     plus.run(1.2, [&](double) { plus.peer().send(plus.sensor(0.01, {0, 2, 0})); });
     begins("back");
-    plus.run(1.5, held(0.01));
+    plus.run(1.5, held(plus, 0.01));
     begins("out of volume");
     plus.run(0.3, [&](double) { plus.peer().send(plus.sensor(0.01, {}, "OUT_OF_VOLUME")); });
     begins("silent sensor");
     plus.run(1.2, [](double) {});
     begins("back again");
-    plus.run(1.5, held(0.01));
+    plus.run(1.5, held(plus, 0.01));
     const igtl::Bytes half = igtl::encode(plus.sensor(0.01));
     plus.peer().send(igtl::ByteView(half).first(70));
     plus.close();
     plus.accept();  // it comes back by itself
     begins("new connection");
-    plus.run(1.5, held(0.01));
+    plus.run(1.5, held(plus, 0.01));
     begins("end");
-    plus.run(0.3, held(0.01));
-    ASSERT_EQ(::kill(std::stoi(test::text_of(t.folder / "pid.txt")), SIGINT), 0)
-        << "Ctrl-C ends it";
-    try {
-        for (;;) plus.run(0.1, held(0.01));
-    } catch (const std::exception&) {  // it has ended
-    }
-    const test::Outcome outcome = run.get();
-    reading.wait();
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("no Probe yet; what comes: ReferenceToTracker, SensorToTracker"),
-              std::string::npos)
-        << outcome.err;
+    plus.run(0.3, held(plus, 0.01));
+    return at;
+}
 
-    const ResultReader result(t.folder / "result.h5");
+/// What the loop did in each part of play_faults().
+void expect_followed(const ResultReader& result, Parts at) {
     enum Status { placing, following, returning, holding, releasing, released };
     std::map<std::string, std::set<Status>> seen;
     std::map<std::string, double> least, most;
@@ -234,7 +212,9 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
     EXPECT_TRUE(seen["back again"].count(following));
     EXPECT_TRUE(seen["new connection"].count(following));
     EXPECT_GT(most["end"], 0.008);
+}
 
+void expect_served(Received& received) {
     EXPECT_GT(received.messages["POLYDATA Organ"], 20);
     EXPECT_GT(received.messages["TRANSFORM TrackerToRAS"], 20);
     EXPECT_GT(received.messages["TRANSFORM ReferenceToRAS"], 20);
@@ -250,6 +230,43 @@ TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes)
         EXPECT_NE(texts.find(text), std::string::npos) << text << " is not in\n" << texts;
     EXPECT_TRUE(received.texts.count("registration valid; Sensor 100 mm off the organ"));
     EXPECT_NEAR(received.deepest_mm, 10, 1);
+}
+
+TEST(TrackStream, FollowsAServerThroughAllThatCanGoWrongAndServesWhatItComputes) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    ScriptedPlus plus(t.tracker);
+    t.set_source("openigtlink://127.0.0.1:" + std::to_string(plus.port()));
+    t.set_track(
+        "base_window_s: 0.5, hold_s: 0.5, release_s: 0.4, max_displacement_mm: 50, budget: 15 ms, "
+        "tools: [{tool: Probe}]");
+    auto run = std::async(std::launch::async, [&] {
+        return test::livetet(t.folder, "track scene.yaml --publish 0", "echo $$ > pid.txt && exec");
+    });
+    ASSERT_TRUE(eventually([&] { return served_port(t) > 0; }))
+        << test::text_of(t.folder / "stderr.txt");
+    plus.accept();
+    const Peer never_reads = connect_to(served_port(t));
+    Received received;
+    auto reading =
+        std::async(std::launch::async, [&] { received.read(connect_to(served_port(t))); });
+
+    const Parts at = play_faults(plus);
+    ASSERT_EQ(::kill(std::stoi(test::text_of(t.folder / "pid.txt")), SIGINT), 0)
+        << "Ctrl-C ends it";
+    try {
+        for (;;) plus.run(0.1, held(plus, 0.01));
+    } catch (const std::exception&) {  // it has ended
+    }
+    const test::Outcome outcome = run.get();
+    reading.wait();
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("no Probe yet; what comes: ReferenceToTracker, SensorToTracker"),
+              std::string::npos)
+        << outcome.err;
+
+    expect_followed(ResultReader(t.folder / "result.h5"), at);
+    expect_served(received);
 
     const auto replay = test::livetet(t.folder, "track --replay result.h5");
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;

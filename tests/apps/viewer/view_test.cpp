@@ -13,7 +13,7 @@
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 
-// `livetet view` under a virtual X server. Kept pictures lie in tests/apps/view;
+// `livetet view` under a virtual X server. Kept pictures lie in tests/apps/viewer;
 // LIVETET_KEEP_PICTURES=1 writes them anew.
 
 namespace livetet {
@@ -66,7 +66,7 @@ struct Picture {
 /// another colouring change more, which a test below holds.
 void expect_as_kept(const std::filesystem::path& written, const std::string& name,
                     int rows_left_out = 0) {
-    const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/view" / name;
+    const std::filesystem::path kept = std::filesystem::path(LIVETET_TESTS) / "apps/viewer" / name;
     if (std::getenv("LIVETET_KEEP_PICTURES"))
         std::filesystem::copy_file(written, kept,
                                    std::filesystem::copy_options::overwrite_existing);

@@ -1,0 +1,16 @@
+cmake_minimum_required(VERSION 3.25)
+# Installs the build in BUILD into a folder of its own, then configures, builds and runs EXAMPLES against that package alone.
+set(place ${BUILD}/examples)
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(status)
+    string(JOIN " " command ${ARGN})
+    message(FATAL_ERROR "${command}\nended with ${status}:\n${output}")
+  endif()
+endfunction()
+file(REMOVE_RECURSE ${place})  # what an earlier version installed must not be found
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/install)
+run(${CMAKE_COMMAND} -S ${EXAMPLES} -B ${place}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
+  -DCMAKE_PREFIX_PATH=${place}/install -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+run(${CMAKE_COMMAND} --build ${place}/build)
+run(${CMAKE_CTEST_COMMAND} --test-dir ${place}/build --output-on-failure --no-tests=error)

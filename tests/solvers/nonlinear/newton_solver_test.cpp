@@ -1,0 +1,152 @@
+// Newton's method by SNES: its options are real, and whatever they choose leads to the same answer.
+
+#include "solvers/nonlinear/newton_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include "base/error.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+/// Sets PETSc options ("-name value ...") while it lives.
+class PetscOptions {
+  public:
+    explicit PetscOptions(std::vector<std::pair<std::string, std::string>> options)
+        : options_(std::move(options)) {
+        for (const auto& [name, value] : options_)
+            LIVETET_PETSC(PetscOptionsSetValue(nullptr, name.c_str(),
+                                               value.empty() ? nullptr : value.c_str()));
+    }
+    ~PetscOptions() {
+        for (const auto& [name, value] : options_) PetscOptionsClearValue(nullptr, name.c_str());
+    }
+
+  private:
+    std::vector<std::pair<std::string, std::string>> options_;
+};
+
+/// A neo-Hookean beam on one rank, clamped at one end and pulled down by its weight, about a
+/// quarter of its length.
+class NewtonSolverTest : public testing::Test {
+  protected:
+    struct Outcome {
+        StepReport report;
+        std::vector<Vector3> u;
+    };
+    Outcome solve(const SolveControls& controls,
+                  std::vector<std::pair<std::string, std::string>> options = {}) const {
+        const PetscOptions set(std::move(options));
+        DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, StrainModel::neohookean}, {},
+                            {.kind = SolverKind::direct});
+        const TetMesh& mesh = hierarchy.levels.front();
+        Constraints constraints(mesh.nodes.size());
+        constraints.prescribe(
+            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+            Vector3::Zero());
+        body.set_constraints(constraints);
+        body.set_external_force(std::vector<Vector3>(
+            mesh.nodes.size(), Vector3(0, 0, -0.4 / static_cast<double>(mesh.nodes.size()))));
+        Outcome outcome;
+        outcome.report = body.solve(0, controls);
+        outcome.u = body.displacement();
+        return outcome;
+    }
+    static double largest(const std::vector<Vector3>& u) {
+        double size = 0;
+        for (const Vector3& v : u) size = std::max(size, v.norm());
+        return size;
+    }
+    static double gap(const Outcome& a, const Outcome& b) {
+        double size = 0;
+        for (std::size_t n = 0; n < a.u.size(); ++n)
+            size = std::max(size, (a.u[n] - b.u[n]).norm());
+        return size;
+    }
+
+    const SolveControls tight{.max_newton = 60, .tolerance = 1e-9, .linear_tolerance = 1e-8};
+    const std::vector<Material> materials{{.young_Pa = 20000, .poisson = 0.4}};
+    const MeshHierarchy hierarchy =
+        make_hierarchy({test::block({8, 3, 3}, Vector3(0.2, 0.05, 0.05))}, "a beam");
+};
+
+TEST_F(NewtonSolverTest, ConvergesQuadraticallyNearTheSolution) {
+    const Outcome loose = solve({.max_newton = 60, .tolerance = 1e-3, .linear_tolerance = 1e-10});
+    const Outcome close = solve({.max_newton = 60, .tolerance = 1e-12, .linear_tolerance = 1e-10});
+    ASSERT_TRUE(loose.report.converged && close.report.converged);
+    EXPECT_GT(largest(close.u), 0.02);  // it does bend
+    EXPECT_LE(close.report.newton_iterations, loose.report.newton_iterations + 3);
+    EXPECT_LT(close.report.imbalance, 1e-12);
+}
+
+TEST_F(NewtonSolverTest, OtherSearchesAndTrustRegionsReachTheSameEquilibrium) {
+    const Outcome ours = solve(tight);
+    ASSERT_TRUE(ours.report.converged);
+    using Options = std::vector<std::pair<std::string, std::string>>;
+    for (const Options& options :
+         {Options{{"-snes_linesearch_type", "bt"}}, Options{{"-snes_linesearch_type", "cp"}},
+          Options{{"-snes_linesearch_type", "l2"}}, Options{{"-snes_type", "newtontr"}}}) {
+        // A trust region by the residual's norm takes small steps where a beam bends.
+        SolveControls patient = tight;
+        patient.max_newton = 400;
+        const Outcome other = solve(patient, options);
+        EXPECT_TRUE(other.report.converged)
+            << options.front().second << ": " << other.report.reason;
+        EXPECT_LT(gap(ours, other), 1e-6 * largest(ours.u)) << options.front().second;
+    }
+}
+
+TEST_F(NewtonSolverTest, OptionsGoBeforeWhatASolveAsksFor) {
+    const Outcome two = solve(tight, {{"-snes_max_it", "2"}});
+    EXPECT_FALSE(two.report.converged);
+    EXPECT_EQ(two.report.newton_iterations, 2);
+    EXPECT_STREQ(two.report.reason, "DIVERGED_MAX_IT");
+    const Outcome rough = solve(tight, {{"-snes_rtol", "1e-2"}});
+    EXPECT_TRUE(rough.report.converged);
+    EXPECT_LT(rough.report.newton_iterations, solve(tight).report.newton_iterations);
+    EXPECT_GT(rough.report.imbalance, 1e-9);
+}
+
+/// Eisenstat and Walker's forcing terms solve the first linear systems less tightly.
+TEST_F(NewtonSolverTest, EisenstatWalkerSavesLinearIterations) {
+    const std::pair<std::string, std::string> jacobi[] = {{"-pc_type", "pbjacobi"},
+                                                          {"-ksp_max_it", "2000"}};
+    const Outcome plain = solve(tight, {jacobi[0], jacobi[1]});
+    const Outcome forced = solve(tight, {jacobi[0], jacobi[1], {"-snes_ksp_ew", ""}});
+    ASSERT_TRUE(plain.report.converged && forced.report.converged) << forced.report.reason;
+    EXPECT_LT(forced.report.iterations, 0.8 * plain.report.iterations);
+    EXPECT_LT(gap(plain, forced), 1e-6 * largest(plain.u));
+}
+
+/// What a callback throws reaches the caller with its own type and text.
+TEST(PetscCallback, ThrowsOnWhatWasThrownInside) {
+    PetscHandle<KSP> ksp;
+    PetscHandle<Mat> shell;
+    PetscHandle<Vec> b, x;
+    LIVETET_PETSC(MatCreateShell(PETSC_COMM_SELF, 4, 4, 4, 4, nullptr, shell.out()));
+    const auto multiply = [](Mat, Vec, Vec) noexcept -> PetscErrorCode {
+        return in_callback([] { fail("region 7: its fibres are not finite"); });
+    };
+    LIVETET_PETSC(MatShellSetOperation(
+        shell.get(), MATOP_MULT,
+        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
+    LIVETET_PETSC(MatCreateVecs(shell.get(), x.out(), b.out()));
+    LIVETET_PETSC(VecSet(b.get(), 1));
+    LIVETET_PETSC(KSPCreate(PETSC_COMM_SELF, ksp.out()));
+    LIVETET_PETSC(KSPSetOperators(ksp.get(), shell.get(), shell.get()));
+    PC pc = nullptr;
+    LIVETET_PETSC(KSPGetPC(ksp.get(), &pc));
+    LIVETET_PETSC(PCSetType(pc, PCNONE));
+    try {
+        LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
+        FAIL() << "nothing was thrown";
+    } catch (const Error& e) {
+        EXPECT_STREQ(e.what(), "region 7: its fibres are not finite");
+    }
+    EXPECT_EQ(kept_exception(), nullptr);
+}
+
+}  // namespace
+}  // namespace livetet
