@@ -1,12 +1,13 @@
-#include "apps/bench/accuracy_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include "apps/bench/accuracy_result.hpp"
 #include "apps/bench/accuracy_run.hpp"
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -17,15 +18,23 @@ namespace livetet {
 
 namespace {
 
+/// `livetet bench accuracy`.
+struct AccuracyArguments {
+    int seeds = 100;
+    int tets = 6000;         ///< of the model
+    int truth_tets = 14000;  ///< of the truth, P2
+    std::filesystem::path json, csv, figure;
+};
+
 constexpr TrackerKind trackers[] = {{1.4, 0.5},
-                                    {0.5, 0.2}};  // by the makers of electromagnetic ones
-constexpr int most_sensors = 6;
+                                    {0.5, 0.2}};  // as stated by makers of electromagnetic trackers
+constexpr int max_sensors = 6;
 
 MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCallback& progress) {
     return mesh_phantom(images, {"", tets, 0, 0, 0}, progress);
 }
 
-/// The runs of one cell's column: all seeds.
+/// All seeds' runs of a case.
 AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds,
                          const ProgressCallback& progress = {}) {
     AccuracySeries series;
@@ -51,18 +60,19 @@ AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
             squares += organ.truth.targets[i].displacement[d].squaredNorm();
         table.motion_mm.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
     }
-    for (int sensors = 1; sensors <= most_sensors; ++sensors)
+    for (int sensors = 1; sensors <= max_sensors; ++sensors)
         table.by_sensors.push_back(run_seeds(
             model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, seeds,
             [&](double fraction, std::string_view what) {
-                progress.update(from + (to - from) * (sensors - 1 + fraction) / most_sensors,
+                progress.update(from + (to - from) * (sensors - 1 + fraction) / max_sensors,
                                 fmt::format("{} mm, {} of {} sensors, {}", tracker.position_rms_mm,
-                                            sensors, most_sensors, what));
+                                            sensors, max_sensors, what));
             }));
     return table;
 }
 
-/// The causes one after another: the tracker, the organ's motion, then the model's parts.
+/// Errors with causes removed one after the other: the tracker's noise, the organ's motion, then
+/// the model's parts.
 std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy,
                                        const PressedOrgan& organ, const PhantomImages& images,
                                        const std::vector<AccuracyTable>& tables, int seeds,
@@ -75,38 +85,38 @@ std::vector<AccuracyLimit> find_limits(AccuracyModel& model, const MeshHierarchy
     };
     const auto [position, rotation] = tables.front().tracker;
     for (const AccuracyTable& t : tables)
-        for (const int sensors : {1, most_sensors})
+        for (const int sensors : {1, max_sensors})
             limits.push_back({fmt::format("as above, tracker of {} mm", t.tracker.position_rms_mm),
                               sensors, t.by_sensors[sensors - 1]});
-    add(fmt::format("tracker of {} mm", position), model, {position, rotation, most_true_sensors},
+    add(fmt::format("tracker of {} mm", position), model, {position, rotation, max_true_sensors},
         some);
-    for (const int sensors : {1, most_sensors})
+    for (const int sensors : {1, max_sensors})
         add(fmt::format("tracker of {} mm, organ still: no lag", position), model,
             {position, rotation, sensors, 1, false}, some);
     add("no noise, organ moving: the filter's lag", model, {0, 0, 1}, some);
-    for (const int sensors : {1, most_sensors, most_true_sensors})
+    for (const int sensors : {1, max_sensors, max_true_sensors})
         add("no noise, organ still: model, mesh, sensors", model, {0, 0, sensors, 1, false}, 1);
     {
         AccuracyModel finer(accuracy_scene(), mesh_model(images, 60000, {}), organ);
-        for (const int sensors : {1, most_sensors})
+        for (const int sensors : {1, max_sensors})
             add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer,
                 {0, 0, sensors, 1, false}, 1);
     }
     Scene scene = accuracy_scene();
     scene.strain = "neohookean";
-    scene.track->linearisations = 2;
+    scene.track->newton_iterations = 2;
     {
         AccuracyModel material(scene, hierarchy, organ);
         add("... of the truth's material", material, {0, 0, 1, 1, false}, 1);
     }
     scene.elements = Elements::p2;
     AccuracyModel elements(scene, hierarchy, organ);
-    for (const int sensors : {1, most_sensors})
+    for (const int sensors : {1, max_sensors})
         add("... of the truth's material and elements", elements, {0, 0, sensors, 1, false}, 1);
     return limits;
 }
 
-int tell(const AccuracyVerdict& verdict) {
+int print_verdict(const AccuracyVerdict& verdict) {
     if (verdict.lost.empty()) {
         fmt::print(
             "\ndeforming is better than rigid-only in all {} cells where the press is larger than "
@@ -122,8 +132,9 @@ int tell(const AccuracyVerdict& verdict) {
     return 1;
 }
 
-}  // namespace
-
+/// Error at targets inside the pressed phantom, rigid-only and deforming, by tracker noise, depth
+/// of the press and number of sensors, and what limits it. Returns 1 unless deforming is better in
+/// every cell.
 int bench_accuracy(const AccuracyArguments& arguments) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1)
@@ -135,7 +146,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         };
     };
 
-    // 1. the organ as it truly is, and the model's mesh
+    // 1. the true organ, and the mesh of the model
     const PhantomImages images = make_phantom_images(0.0015, 1);
     const PressedOrgan organ =
         press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030},
@@ -146,7 +157,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
                organ.truth.provenance, model.mesh().tets.size(), model.mesh().nodes.size(),
                judged_targets(organ.truth).size(), organ.truth.targets.size());
 
-    // 2. every cell, and what limits it
+    // 2. all cells, and the limits
     std::vector<AccuracyTable> tables;
     for (const TrackerKind& tracker : trackers) {
         const double from = 0.22 + 0.34 * static_cast<double>(tables.size());
@@ -159,7 +170,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
     const std::vector<double>& depths_mm = tables.front().depths_mm;
     print(limits, depths_mm);
 
-    // 3. the files, and the verdict
+    // 3. files and verdict
     if (!arguments.json.empty()) {
         nlohmann::json result{{"truth", organ.truth.provenance},
                               {"model_tets", model.mesh().tets.size()}};
@@ -173,7 +184,34 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         for (const AccuracyTable& t : tables) charts.push_back(chart_of(t));
         write_spread_picture(arguments.figure, charts);
     }
-    return tell(judge(tables));
+    return print_verdict(judge(tables));
+}
+
+}  // namespace
+
+void add_accuracy_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "accuracy",
+        "Error at targets inside the pressed phantom, rigid against deforming registration, and "
+        "what limits it; exit status 1 if rigid is better in any cell");
+    auto a = std::make_shared<AccuracyArguments>();
+    command->add_option("--seeds", a->seeds, "runs of each cell")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    command->add_option("--tets", a->tets, "tets of the model")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
+    command->add_option("--truth-tets", a->truth_tets, "ten-node tets of the true organ")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
+    command->add_option("--json", a->json, "write the errors of every cell to this file");
+    command->add_option("--csv", a->csv, "write the errors of every run to this file");
+    add_figure_option(*command, "--figure", a->figure,
+                      "draw errors and their spread against the depth of the press to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure);
+        status = bench_accuracy(*a);
+    });
 }
 
 }  // namespace livetet

@@ -20,7 +20,7 @@ std::string text_of(const MeanAndSpread& m) {
     return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd);
 }
 
-/// Of each depth: mean and standard deviation of each error, mm.
+/// Mean and standard deviation of each error at each depth, mm.
 json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm) {
     json list = json::array();
     for (std::size_t d = 0; d < depths_mm.size(); ++d) {

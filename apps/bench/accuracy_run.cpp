@@ -18,8 +18,8 @@ namespace livetet {
 
 namespace {
 
-/// Of the press, s: the sensors' places at rest are measured, then each depth is come to and held,
-/// judged at the end.
+/// Phases of the press, s: the sensors' positions at rest are measured; then each depth is
+/// approached, held, and judged at the end.
 constexpr double rest_s = 1.2, ramp_s = 0.7, hold_s = 1.1, judged_s = 0.5;
 
 SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
@@ -29,15 +29,13 @@ SimulatedTrackerOptions tracker_of(const AccuracyCase& c) {
     return tracker;
 }
 
-/// Seeds of the errors of one run: each tool has its own, so that one tool more changes nothing for
-/// the others.
+/// Seed of a tool's noise in a run: each tool has its own, so that adding a tool changes no other.
 std::uint64_t seed_of(const AccuracyCase& c, int tool) {
-    return static_cast<std::uint64_t>(most_true_sensors + 2) * c.seed +
+    return static_cast<std::uint64_t>(max_true_sensors + 2) * c.seed +
            static_cast<std::uint64_t>(tool);
 }
 
-/// The fiducials touched one after the other, averaged in the reference sensor's frame, registered
-/// by Umeyama's method.
+/// Registration from fiducials touched in turn, averaged in the reference sensor's frame (Umeyama).
 RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
     SimulatedTrackerOptions tracker = tracker_of(c);
     tracker.seed = seed_of(c, 0);
@@ -59,14 +57,14 @@ RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
 
 std::string name_of_sensor(int k) { return fmt::format("Sensor{}", k + 1); }
 
-/// Which depth the press is held at and judged, -1 while none is.
+/// Index of the depth that is being judged, or -1.
 int judged_depth(double time_s, int depths) {
     const double since = time_s - rest_s;
     const int k = static_cast<int>(std::floor(since / (ramp_s + hold_s)));
     return since >= 0 && k < depths && (k + 1) * (ramp_s + hold_s) - since <= judged_s ? k : -1;
 }
 
-/// How deep the press is, m.
+/// Depth of the press, m.
 double depth_at(double time_s, const std::vector<double>& depths) {
     const double since = std::max(0.0, time_s - rest_s);
     const auto k = std::min(depths.size() - 1, static_cast<std::size_t>(since / (ramp_s + hold_s)));
@@ -75,7 +73,7 @@ double depth_at(double time_s, const std::vector<double>& depths) {
     return from + way * way * (3 - 2 * way) * (depths[k] - from);
 }
 
-/// The tracker in front of the pressed organ: sample after sample of a run.
+/// Samples of the tracker while the organ is pressed.
 class RecordedPress {
   public:
     RecordedPress(const AccuracyCase& c, const PressedOrgan& organ)
@@ -92,7 +90,7 @@ class RecordedPress {
     }
     double time_s(std::size_t k) const { return static_cast<double>(k) / tracker_.rate_Hz; }
 
-    /// Each seed sees another stretch of the organ's way, long after it set off.
+    /// Each seed starts at another time of the organ's motion.
     RigidTransform<Tracker, ImageFrame> tracker_from_image(std::size_t k) const {
         const double since = 1 + 17.3 * static_cast<double>(case_.seed);
         return true_tracker_from_image(tracker_, case_.organ_moves ? since + time_s(k) : 0);
@@ -137,7 +135,7 @@ std::vector<std::size_t> judged_targets(const Truth& truth) {
 Scene accuracy_scene() {
     Scene scene = phantom_scene(TimeScheme::newmark);
     scene.solver.relative_tolerance = 1e-2;
-    scene.solver.threads = 1;  // meshes are small
+    scene.solver.threads = 1;  // the meshes are small
     scene.track->sensors.clear();
     return scene;
 }
@@ -150,7 +148,7 @@ AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const 
       targets_(body_.mesh(), places_of(organ.truth, judged_)) {}
 
 std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
-    // 1. the model at rest
+    // 1. model at rest
     Scene scene = scene_;
     std::vector<std::string> tools{scene.track->reference_tool};
     for (int k = 0; k < c.sensors; ++k) {
@@ -164,11 +162,11 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     const std::vector<Vector3> still(body_.mesh().nodes.size(), Vector3::Zero());
     body_.body->set_displacement(still);
     body_.body->set_velocity(still);
-    LiveModel model(scene, body_, tool_finder(tools), registered(c));
+    TrackedBody model(scene, body_, tool_finder(tools), registered(c));
 
-    // 2. the press, frame after frame
+    // 2. press, frame by frame
     const Truth& truth = organ_.truth;
-    std::vector<AccuracyErrors> sums(truth.depths.size());  // of squares
+    std::vector<AccuracyErrors> sums(truth.depths.size());  // sums of squares
     std::vector<double> counts(truth.depths.size(), 0);
     RecordedPress press(c, organ_);
     for (std::size_t k = 0; k < press.size(); ++k) {

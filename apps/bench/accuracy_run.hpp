@@ -9,12 +9,12 @@
 
 namespace livetet {
 
-/// What a run is recorded with.
+/// Conditions of a run.
 struct AccuracyCase {
-    double position_rms_mm = 1.4, rotation_rms_deg = 0.5;  ///< the tracker's noise
+    double position_rms_mm = 1.4, rotation_rms_deg = 0.5;  ///< noise of the tracker
     int sensors = 1;
     std::uint64_t seed = 1;
-    bool organ_moves = true;  ///< as a whole, in front of the tracker
+    bool organ_moves = true;  ///< rigid motion in front of the tracker
 };
 
 /// RMS over the judged targets and the last half second at one depth of the press, mm, in the
@@ -26,22 +26,21 @@ struct AccuracyErrors {
     double rigid = 0, deforming = 0, registration = 0, deformation = 0;
 };
 
-/// The targets that are judged, at every depth the same: those that move by more than a fifth of a
-/// press of 15 mm.
+/// Targets that are judged at all depths: those that move by more than a fifth of a press of 15 mm.
 std::vector<std::size_t> judged_targets(const Truth& truth);
 
-/// The phantom's scene as `livetet track` follows it.
+/// The phantom's scene as `livetet track` runs it.
 Scene accuracy_scene();
 
-/// A model of the organ that one run after another is made with.
+/// Model of the organ, used for run after run.
 class AccuracyModel {
   public:
-    /// `scene`: without sensors, each run has its own. The organ must outlive the model.
+    /// `scene`: without sensors, which each run has of its own. The organ must outlive the model.
     AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const PressedOrgan& organ);
 
-    /// Fiducials are touched and registered; then the organ moves, is pressed from one depth to the
-    /// next and held at each, and the model follows. The same case gives the same noise, the
-    /// reference sensor's whatever other sensors there are.
+    /// Touches and registers the fiducials; then the organ moves, is pressed to each depth and held
+    /// there, and the model follows. A case always gives the same noise, and that of the reference
+    /// sensor does not depend on other sensors.
     std::vector<AccuracyErrors> run(const AccuracyCase& c);
 
     const TetMesh& mesh() const { return body_.mesh(); }
@@ -51,7 +50,7 @@ class AccuracyModel {
     SceneBody body_;
     const PressedOrgan& organ_;
     std::vector<std::size_t> judged_;
-    PointSampler targets_;  ///< the judged ones in the mesh
+    PointSampler targets_;  ///< judged targets in the mesh
 };
 
 }  // namespace livetet

@@ -15,20 +15,20 @@ namespace livetet {
 
 namespace {
 
-constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // of the patches, m
-/// The disc that presses has a rounded rim. Under a sharp one the body is not brought to rest
-/// beyond 27 mm.
+constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // radii of patches, m
+/// The pressing disc has a rounded rim. With a sharp one the body does not come to rest beyond 27
+/// mm.
 constexpr double flat_radius = 0.009, rim_share = 0.65;
 
 struct SensorRing {
-    double tilt_deg;  ///< from the pressed place, seen from `depth_of_centre` below it
+    double tilt_deg;  ///< angle from the pressed position, seen from `depth_of_centre` below it
     int places;
-    int stride;  ///< from one place to the next taken, so that the first few spread
+    int stride;  ///< step between selected positions, so that the first few are spread out
 };
 constexpr double depth_of_centre = 0.04;  // m
 constexpr SensorRing rings[] = {{40, 5, 2}, {75, 10, 3}};
 
-/// Two unit vectors across a third.
+/// Two unit vectors orthogonal to a third.
 std::pair<Vector3, Vector3> across(const Vector3& axis) {
     const Vector3 side = axis.cross(Vector3::UnitY()).normalized();
     return {side, axis.cross(side)};
@@ -52,7 +52,7 @@ std::vector<Vector3> sensor_places() {
     return places;
 }
 
-/// A place on the surface and six around it, 4 mm away.
+/// A point on the surface and six around it, 4 mm away.
 std::vector<Vector3> places_around(const Vector3& place) {
     constexpr double radius = 0.004, below = 0.01;  // m
     const Vector3 outwards = phantom::organ_normal(place);

@@ -9,33 +9,33 @@
 
 namespace livetet {
 
-/// A deformation sensor on the phantom: the first is pressed, the others ride on the surface.
+/// A deformation sensor on the phantom: the first is pressed, the others move with the surface.
 struct TrueSensor {
     RigidTransform<ImageFrame, Sensor> at_rest;
-    double patch_radius;  ///< of the surface that the model moves with it, m
-    DriveMotion motion;   ///< what the model takes of its motion
+    double patch_radius;  ///< of the model's patch, m
+    DriveMotion motion;   ///< part of its motion that the model follows
     std::vector<TruthTarget>
-        around;  ///< its place on the surface and six around it, which it goes with
+        around;  ///< its position on the surface and six points around it, which it moves with
 };
 
-/// The phantom as it truly is when pressed: `truth` holds the press and the targets inside.
+/// The true pressed phantom: `truth` holds the press and the targets inside.
 struct PressedOrgan {
     Truth truth;
     std::vector<TrueSensor> sensors;
 };
 
-/// How many sensors have a place: the pressed one, five around it, ten farther out, none on the
-/// side that is held.
-constexpr int most_true_sensors = 16;
+/// Number of sensor positions: the pressed one, five around it, ten farther out, none on the fixed
+/// side.
+constexpr int max_true_sensors = 16;
 
-/// Targets and sensors at each of the depths (m, rising, above 0), from P2 tets of a neo-Hookean
-/// material: the finest level gets about `tets`. Needs a PetscSession. Throws Error as solve_truth
-/// does.
+/// Computes targets and sensors at each of the depths (m, rising, above 0) with P2 tets of a
+/// neo-Hookean material; about `tets` on the finest level. Needs a PetscSession. Throws Error as
+/// solve_truth does.
 PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<double> depths,
                          const ProgressCallback& progress = {});
 
-/// Where the surface takes a sensor when the press is `depth` metres: the rigid motion nearest to
-/// that of the surface around it. Linear between the depths solved for.
+/// Pose of a sensor at a press of `depth` metres: the rigid motion nearest to that of the surface
+/// around it. Linear between the computed depths.
 RigidTransform<ImageFrame, Sensor> sensor_at(const PressedOrgan& organ, const TrueSensor& sensor,
                                              double depth);
 

@@ -3,8 +3,8 @@
 #include <cerrno>
 #include <cstddef>
 
-// A program that uses this file gets its memory through the functions below. They count, then pass
-// on to glibc's own.
+// Programs that link this file allocate through the functions below, which count and then call
+// glibc's.
 
 namespace {
 thread_local std::uint64_t count = 0;

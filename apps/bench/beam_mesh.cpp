@@ -28,7 +28,7 @@ TriangleMesh surface_of(const TetMesh& mesh) {
 MeshHierarchy mesh_beam(double edge, const ProgressCallback& progress) {
     const Vector3 extent(0.2, 0.1, 0.1);
     GmshOptions patient;
-    patient.time_limit_s = 1800;  // a million nodes on a busy machine
+    patient.time_limit_s = 1800;  // for a million nodes on a busy machine
     std::vector<TetMesh> levels;
     for (double h = edge; h < 0.06; h *= 2) {
         if (progress)

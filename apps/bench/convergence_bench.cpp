@@ -1,12 +1,13 @@
-#include "apps/bench/convergence_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/beam_mesh.hpp"
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/solve_run.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -25,14 +26,21 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+struct ConvergenceArguments {
+    double min_nodes = 1050, max_nodes = 1.1e6;  ///< range of mesh sizes
+    double nodes = 1e4;  ///< size of the mesh on which everything else is varied
+    std::string only;    ///< part of the name "VARIED, METHOD", such as "nodes, multigrid"
+    std::filesystem::path csv, json, figure, folder;
+};
+
 constexpr double tolerance = 1e-8;
-constexpr int most_iterations = 2000;
-constexpr double most_meshed_nodes =
-    5e5;  ///< beyond, the finest mesh is cut from the next: Gmsh takes minutes for a million nodes
+constexpr int max_iterations = 2000;
+constexpr double max_meshed_nodes = 5e5;  ///< above this size the finest mesh is refined from the
+                                          ///< next: Gmsh takes minutes for a million nodes
 
 struct SolveMethod {
     std::string name, solver;
-    double most_nodes;  ///< beyond which it takes minutes, and is left out
+    double max_nodes;  ///< left out above this size, where it takes minutes
 };
 
 const std::vector<SolveMethod>& methods() {
@@ -48,17 +56,17 @@ const std::vector<SolveMethod>& methods() {
     return all;
 }
 
-/// A beam, and what is said of it.
+/// Parameters of a beam.
 struct Setting {
     std::string against;  ///< what is varied: "nodes", "nu", ...
     double value = 0;
     double edge_m = 0.0054;
-    int refine = 0;  ///< cut so often from a mesh that much coarser
+    int refine = 0;  ///< number of uniform refinements of a mesh that is coarser by as much
     double poisson = 0.45;
-    double contrast = 1;  ///< of Young's modulus, the upper half to the lower
-    double stretch = 1;   ///< of the mesh along z
+    double contrast = 1;  ///< of Young's modulus, upper half to lower half
+    double stretch = 1;   ///< scaling of the mesh along z
     int levels = 0;       ///< 0: all
-    int smoothing = 0;    ///< 0: the solver's own
+    int smoothing = 0;    ///< 0: default of the solver
 };
 
 std::string name_of(const Setting& s, const SolveMethod& m) { return s.against + ", " + m.name; }
@@ -72,7 +80,7 @@ struct Point {
     double factor() const { return std::pow(tolerance, 1 / std::max(1.0, iterations)); }
 };
 
-/// Scenes of settings, solved once each.
+/// Solves scenes of settings.
 class Beams {
   public:
     explicit Beams(const WorkFolder& folder) : folder_(folder) {}
@@ -94,15 +102,15 @@ class Beams {
                         "max_iterations: {}, newton_tolerance: 0.5, max_newton: 1}}\n"
                         "output: {{file: result.h5}}\n",
                         mesh, s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001,
-                        top + 0.001, method.solver, s.smoothing, tolerance, most_iterations));
+                        top + 0.001, method.solver, s.smoothing, tolerance, max_iterations));
         Point point{s, method.name, "", 0, 0, 0};
         try {
             const SolveRun run = run_solve(method.name, "", 1, scene);
             point.nodes = run.unknowns / 3;
             point.iterations = run.iterations_a_solve();
             point.seconds = run.assembly_s + run.preconditioner_s + run.linear_s;
-            if (point.iterations >= most_iterations)
-                point.failure = fmt::format("not in {} iterations", most_iterations);
+            if (point.iterations >= max_iterations)
+                point.failure = fmt::format("not in {} iterations", max_iterations);
             else if (!run.converged)
                 point.failure = "did not converge";
         } catch (const Error& error) {
@@ -134,8 +142,8 @@ class Beams {
     int count_ = 0;
 };
 
-/// The edge of the beam's mesh with about so many nodes; the power is what meshes from 10^3 to 10^6
-/// nodes came to.
+/// Edge length of a beam's mesh with about this number of nodes; the power is fitted to meshes from
+/// 10^3 to 10^6 nodes.
 double edge_for(double nodes) {
     return std::cbrt(4.955 * 0.002 / (5.75 * nodes)) /
            std::cbrt(0.877 * std::pow(nodes / 1000, 0.062));
@@ -200,18 +208,16 @@ void draw(const fs::path& path, const std::vector<Point>& points) {
 }
 #endif
 
-}  // namespace
+using Solve = std::pair<Setting, SolveMethod>;
 
-int bench_convergence(const ConvergenceArguments& a) {
-    const WorkFolder folder(a.folder);
-    Beams beams(folder);
-    std::vector<std::pair<Setting, SolveMethod>> all;
-    for (double nodes = a.least_nodes; nodes < 1.01 * a.most_nodes; nodes *= std::sqrt(10)) {
+/// Meshes of rising size, solved by every method that is quick enough on them.
+void add_sizes(const ConvergenceArguments& a, std::vector<Solve>& all) {
+    for (double nodes = a.min_nodes; nodes < 1.01 * a.max_nodes; nodes *= std::sqrt(10)) {
         for (const SolveMethod& m : methods()) {
-            if (nodes > m.most_nodes) continue;
-            const int cuts = m.name.ends_with("nested")  ? (nodes > 3e4 ? 2 : 1)
-                             : nodes > most_meshed_nodes ? 1
-                                                         : 0;
+            if (nodes > m.max_nodes) continue;
+            const int cuts = m.name.ends_with("nested") ? (nodes > 3e4 ? 2 : 1)
+                             : nodes > max_meshed_nodes ? 1
+                                                        : 0;
             all.emplace_back(Setting{.against = "nodes",
                                      .value = std::round(nodes),
                                      .edge_m = std::pow(2, cuts) * edge_for(nodes),
@@ -219,35 +225,68 @@ int bench_convergence(const ConvergenceArguments& a) {
                              m);
         }
     }
+}
+
+/// The solves selected by `--only`. Throws Error if there are none, or none for `--figure`.
+std::vector<Solve> chosen_solves(const ConvergenceArguments& a) {
+    std::vector<Solve> all;
+    add_sizes(a, all);
     const auto vary = [&](const std::string& against, std::initializer_list<double> values,
-                          auto&& set) {
+                          std::initializer_list<std::size_t> of_methods, auto&& set) {
         for (const double value : values)
-            for (const std::size_t m : {0, 1, 3, 4}) {
+            for (const std::size_t m : of_methods) {
                 Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
                 set(s, value);
                 all.emplace_back(s, methods()[m]);
             }
     };
-    vary("nu", {0, 0.3, 0.45, 0.49, 0.499}, [](Setting& s, double v) { s.poisson = v; });
-    vary("contrast", {1, 1e2, 1e4, 1e6}, [](Setting& s, double v) { s.contrast = v; });
-    vary("anisotropy", {1, 0.3, 0.1, 0.03}, [](Setting& s, double v) { s.stretch = v; });
-    for (const auto& [against, values] :
-         {std::pair{"levels", std::vector<double>{2, 3, 4}},
-          std::pair{"smoothing", std::vector<double>{1, 2, 4, 6, 8}}})
-        for (const double value : values)
-            for (const std::size_t m : {0, 1}) {
-                Setting s{.against = against, .value = value, .edge_m = edge_for(a.nodes)};
-                (s.against == "levels" ? s.levels : s.smoothing) = static_cast<int>(value);
-                all.emplace_back(s, methods()[m]);
-            }
-    std::erase_if(all, [&](const auto& solve) {
+    const std::initializer_list<std::size_t> multilevel{0, 1, 3, 4}, ours{0, 1};
+    vary("nu", {0, 0.3, 0.45, 0.49, 0.499}, multilevel,
+         [](Setting& s, double v) { s.poisson = v; });
+    vary("contrast", {1, 1e2, 1e4, 1e6}, multilevel, [](Setting& s, double v) { s.contrast = v; });
+    vary("anisotropy", {1, 0.3, 0.1, 0.03}, multilevel,
+         [](Setting& s, double v) { s.stretch = v; });
+    vary("levels", {2, 3, 4}, ours, [](Setting& s, double v) { s.levels = static_cast<int>(v); });
+    vary("smoothing", {1, 2, 4, 6, 8}, ours,
+         [](Setting& s, double v) { s.smoothing = static_cast<int>(v); });
+    std::erase_if(all, [&](const Solve& solve) {
         return name_of(solve.first, solve.second).find(a.only) == std::string::npos;
     });
     if (all.empty()) fail("--only {}: no solve has this in its name", a.only);
-    if (!a.figure.empty() && std::none_of(all.begin(), all.end(), [](const auto& solve) {
+    if (!a.figure.empty() && std::none_of(all.begin(), all.end(), [](const Solve& solve) {
             return solve.first.against == "nodes";
         }))
-        fail("--only {}: leaves nothing for --figure, which shows what is against nodes", a.only);
+        fail("--only {}: leaves nothing for --figure, which shows solves against nodes", a.only);
+    return all;
+}
+
+/// Prints how multigrid's iterations grow from 10^4 nodes on. True if by at most a fifth.
+bool judge_growth(const std::vector<Point>& points) {
+    double at_ten_thousand = 0, most = 0;
+    for (const Point& p : points)
+        if (p.setting.against == "nodes" && p.method == methods().front().name &&
+            p.setting.value > 9e3) {
+            if (at_ten_thousand == 0) at_ten_thousand = p.iterations;
+            most = std::max(most, p.failure.empty() ? p.iterations : 1e9);
+        }
+    const bool holds = most <= 1.2 * at_ten_thousand;
+    if (at_ten_thousand > 0)
+        fmt::print(
+            "\nmultigrid's iterations: {} at 10^4 nodes, at most {} on larger meshes: grow by "
+            "{:.0f} %, target at most 20: {}\n",
+            at_ten_thousand, most, 100 * (most / at_ten_thousand - 1), holds ? "holds" : "MISSED");
+    else
+        fmt::print("\nmultigrid's growth is judged from 10^4 nodes on; no mesh is that large\n");
+    return holds;
+}
+
+/// Iterations and time of one linear solve to 1e-8 of a clamped and pressed beam, by each
+/// preconditioner, against mesh size, Poisson's ratio, contrast, anisotropy, levels and smoothing
+/// steps. Returns 1 if multigrid's iterations grow by more than a fifth from 10^4 nodes on.
+int bench_convergence(const ConvergenceArguments& a) {
+    const WorkFolder folder(a.folder);
+    Beams beams(folder);
+    const std::vector<Solve> all = chosen_solves(a);
     std::vector<Point> points;
     {
         ProgressLine progress("convergence");
@@ -260,33 +299,53 @@ int bench_convergence(const ConvergenceArguments& a) {
         }
     }
     print(points);
-    double at_ten_thousand = 0, most = 0;
-    for (const Point& p : points)
-        if (p.setting.against == "nodes" && p.method == methods().front().name &&
-            p.setting.value > 9e3) {
-            if (at_ten_thousand == 0) at_ten_thousand = p.iterations;
-            most = std::max(most, p.failure.empty() ? p.iterations : 1e9);
-        }
-    const bool holds = most <= 1.2 * at_ten_thousand;
     fmt::print(
-        "\ncut: how often the finest mesh was cut from the next one, the levels below being meshed "
-        "each on its own (beyond {:.0e} nodes Gmsh takes\n"
-        "minutes); BoomerAMG, GAMG, ICC, Jacobi and Galerkin end where they would take minutes\n",
-        most_meshed_nodes);
-    if (at_ten_thousand > 0)
-        fmt::print(
-            "\nmultigrid's iterations: {} at 10^4 nodes, {} at most beyond: grow by {:.0f} %, "
-            "asked at most 20: {}\n",
-            at_ten_thousand, most, 100 * (most / at_ten_thousand - 1), holds ? "holds" : "MISSED");
-    else
-        fmt::print(
-            "\nmultigrid's growth is judged from 10^4 nodes on: no such mesh was asked for\n");
+        "\ncut: number of uniform refinements that made the finest mesh; the levels below are each "
+        "meshed on their own (above {:.0e} nodes\n"
+        "Gmsh takes minutes); BoomerAMG, GAMG, ICC, Jacobi and Galerkin stop where they would take "
+        "minutes\n",
+        max_meshed_nodes);
+    const bool holds = judge_growth(points);
     if (!a.csv.empty()) write_text_file(a.csv, csv_text(points));
     if (!a.json.empty()) write_text_file(a.json, json_of(points).dump(2) + "\n");
 #ifdef LIVETET_IMAGES
     if (!a.figure.empty()) draw(a.figure, points);
 #endif
     return holds ? 0 : 1;
+}
+
+}  // namespace
+
+void add_convergence_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "convergence",
+        "Iterations and time to 1e-8 of each preconditioner against mesh size, Poisson's ratio, "
+        "contrast, anisotropy, levels and smoothing steps; exit status 1 if multigrid's "
+        "iterations grow by more than a fifth");
+    auto a = std::make_shared<ConvergenceArguments>();
+    command->add_option("--least-nodes", a->min_nodes, "nodes of the smallest mesh")
+        ->capture_default_str()
+        ->check(CLI::Range(300., 1e9));
+    command->add_option("--most-nodes", a->max_nodes, "nodes of the largest mesh")
+        ->capture_default_str()
+        ->check(CLI::Range(1e3, 1e9));
+    command
+        ->add_option("--nodes", a->nodes,
+                     "nodes of the mesh on which everything but mesh size is varied")
+        ->capture_default_str()
+        ->check(CLI::Range(300., 1e9));
+    command->add_option("--only", a->only,
+                        "only solves with this in their name, such as \"nodes\" or \"nu, "
+                        "multigrid\"");
+    command->add_option("--folder", a->folder, "keep meshes, scenes and logs here");
+    command->add_option("--csv", a->csv, "write all figures to this file");
+    command->add_option("--json", a->json, "the same as JSON");
+    add_figure_option(*command, "--figure", a->figure,
+                      "draw iterations and time against mesh size to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure);
+        status = bench_convergence(*a);
+    });
 }
 
 }  // namespace livetet

@@ -7,11 +7,11 @@
 
 namespace livetet {
 
-/// The heads of the columns that `distribution_row` fills, after `unit`.
+/// Column heads of `distribution_row`, with their unit.
 std::string distribution_heads(const std::string& unit);
 std::string distribution_row(const std::string& name, const Distribution& values);
 
-/// median, p95, p99, worst and count; the unit belongs into the key that this is kept under.
+/// median, p95, p99, worst and count; the unit belongs in the key of this object.
 nlohmann::json json_of(const Distribution& values);
 
 }  // namespace livetet

@@ -2,7 +2,7 @@
 
 namespace livetet {
 
-/// Bytes a second that a team of so many threads reads from memory, far more than caches hold.
+/// Read bandwidth in bytes/s of this number of threads, on an array much larger than the caches.
 double measure_bandwidth(int threads);
 
 }  // namespace livetet

@@ -43,8 +43,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
     result.bandwidth = bandwidth;
     result.tets = mesh.tets.size();
     result.nodes = mesh.nodes.size();
-    result.rate_asked = 1 / size.budget_s;
-    result.mean_allowed = result.worst_allowed = size.allowed;
+    result.target = {1 / size.budget_s, size.allowed, size.allowed};
 
     std::vector<Vector3> reached;
     {
@@ -54,7 +53,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
         reached.resize(mesh.nodes.size());
         std::vector<Measured> frames;
         for (int turn = 0; turn < 12;
-             ++turn) {  // the same thirty steps, often enough for a 99th percentile
+             ++turn) {  // repeats the thirty steps until a 99th percentile is meaningful
             body.set_displacement(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             body.set_velocity(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             for (int k = 1; k <= steps; ++k) {

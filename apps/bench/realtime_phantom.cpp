@@ -54,8 +54,8 @@ Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
     return scene;
 }
 
-/// The organ moves, the sensor is pressed by `depth(t)` metres, t from the end of `rest_s` at rest,
-/// while the sensor's place is measured.
+/// The organ moves and is pressed by `depth(t)` metres, with t from the end of `rest_s`, during
+/// which the sensor's position at rest is measured.
 template <class Depth>
 std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double rate, int frames,
                                         Depth&& depth, double rest_s = 0.6) {
@@ -76,7 +76,8 @@ std::vector<TrackerSample> record_press(SimulatedTrackerOptions tracker, double 
     return samples;
 }
 
-/// A body on a phantom's mesh that follows samples, and one that solves the same steps to the end.
+/// A body on a phantom's mesh that follows samples, and a second one that solves the same steps to
+/// convergence.
 class Follower {
   public:
     Follower(const Scene& scene, const MeshHierarchy& hierarchy,
@@ -101,10 +102,9 @@ class Follower {
         return m;
     }
 
-    /// The same, compared with the converged solve of the same step.
+    /// A frame compared with the converged solve of the same step.
     Measured judged_frame(const TrackerSample& sample, const FrameLimits& limits, double dt) {
-        if (!reference_) {  // the same kernels: they agree with the plain path (LiveSolver tests)
-                            // and are twenty times as fast
+        if (!reference_) {  // same kernels, which agree with the plain path (LiveSolver tests)
             SolverOptions converged = scene_.solver;
             converged.kind = SolverKind::live;
             reference_ = std::make_unique<DeformableBody>(
@@ -115,7 +115,8 @@ class Follower {
         if (!is_static) reference_->copy_state(*body_.body);
         Measured m = frame(sample, limits);
         if (is_static)
-            reference_->copy_state(*body_.body);  // equilibrium has no past: from as near as can be
+            reference_->copy_state(
+                *body_.body);  // an equilibrium has no history: start close to it
         reference_->set_constraints(model_.constraints());
         reference_->move_constraints(model_.driven(), model_.driven_to());
         m.reference_converged =
@@ -128,7 +129,7 @@ class Follower {
         return m;
     }
 
-    /// Of the frame judged last.
+    /// Converged displacement of the last judged frame.
     std::vector<Vector3> converged() const { return reference_->displacement(); }
 
     DeformableBody& body() { return *body_.body; }
@@ -137,7 +138,7 @@ class Follower {
   private:
     Scene scene_;
     SceneBody body_;
-    LiveModel model_;
+    TrackedBody model_;
     std::unique_ptr<DeformableBody> reference_;
 };
 
@@ -145,7 +146,7 @@ double press_depth(double t) { return 0.0075 * (1 - std::cos(2 * std::numbers::p
 
 SimulatedTrackerOptions bench_tracker() { return phantom_tracker(PhantomOptions{}); }
 
-/// One jump of 10 mm within a frame, the filter off so that nothing softens it: the ten frames
+/// A jump of 10 mm within a frame, without the filter, which would soften it; and the ten frames
 /// after it.
 json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double rate,
                   const FrameLimits& limits) {
@@ -173,7 +174,7 @@ json measure_jump(const Scene& pressed, const MeshHierarchy& hierarchy, double r
 struct FrameMethod {
     std::string name;
     SolverOptions solver;
-    std::vector<int> iterations;  ///< a point for each
+    std::vector<int> iterations;  ///< one point each
 };
 
 }  // namespace
@@ -186,10 +187,8 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     result.motion = scheme == TimeScheme::static_equilibrium ? "static" : "newmark";
     result.nu = nu;
     result.bandwidth = bandwidth;
-    result.rate_asked = size.rate * (nu > 0.47 ? 0.5 : 1);
-    result.mean_allowed = size.mean_allowed;
-    result.worst_allowed = size.worst_allowed;
-    const double rate = result.rate_asked, budget = budget_within(1 / rate);
+    result.target = {size.rate * (nu > 0.47 ? 0.5 : 1), size.mean_allowed, size.worst_allowed};
+    const double rate = result.target.rate, budget = budget_within(1 / rate);
     const Scene scene = phantom_scene(nu, scheme, rate, arguments.threads);
     const SimulatedTrackerOptions tracker = bench_tracker();
     constexpr int warm_up = 20;
@@ -197,7 +196,7 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     const std::size_t first = samples.size() - arguments.frames;
     const std::string title = fmt::format("{} nu {} {}", size.name, nu, result.motion);
 
-    // 1. the times, frame after frame
+    // 1. times, frame by frame
     std::vector<FrameLimits> taken;
     {
         Follower follower(scene, hierarchy, tracker);
@@ -215,7 +214,7 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
             const Measured m = follower.frame(samples[k], {}, budget);
             taken.push_back({{},
                              std::max(1, m.step.solves[0].iterations),
-                             m.step.half_renewed});  // not of a solve that was done again
+                             m.step.half_renewed});  // not for a repeated solve
             if (k < first) continue;
             result.allocations += allocations_of_this_thread() - allocations;
             result.blocked += times_blocked() - blocked;
@@ -225,7 +224,7 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
         result.bytes = bytes_of_frame(follower.body(), result.tets, result.nodes,
                                       result.cycles_mean, scheme != TimeScheme::static_equilibrium);
     }
-    // 2. the errors: the same frames by as much work, some of them judged
+    // 2. errors: the same frames with the same number of iterations, some of them judged
     const auto every =
         static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
     Follower follower(scene, hierarchy, tracker);
@@ -246,6 +245,21 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     return result;
 }
 
+namespace {
+
+std::vector<FrameMethod> frame_methods(int threads) {
+    return {{"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
+            {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
+            {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
+            {"PCMG Galerkin",
+             {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
+             {1, 2, 3, 5}},
+            {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
+            {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
+}
+
+}  // namespace
+
 WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy& hierarchy,
                                    int threads, ProgressLine& progress) {
     const double rate = size.rate;
@@ -253,15 +267,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
                                          hierarchy.levels.front().tets.size(), rate),
                              "mean error of a frame, % of the largest displacement",
                              {}};
-    const std::vector<FrameMethod> methods = {
-        {"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
-        {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
-        {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
-        {"PCMG Galerkin",
-         {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
-         {1, 2, 3, 5}},
-        {"GAMG", {.kind = SolverKind::gamg}, {2, 8}},
-        {"BoomerAMG", {.kind = SolverKind::boomeramg}, {2, 8}}};
+    const std::vector<FrameMethod> methods = frame_methods(threads);
     const SimulatedTrackerOptions tracker = bench_tracker();
     const auto scene_for = [&](const SolverOptions& solver) {
         Scene scene = phantom_scene(0.45, TimeScheme::static_equilibrium, rate, threads);
@@ -274,10 +280,9 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
     constexpr int frames = 16, every = 4;
     const auto samples = record_press(
         tracker, rate, frames + 1, [](double t) { return press_depth(t + 0.2); }, 0.1);
-    const std::size_t pressed =
-        samples.size() - frames - 1;  // at once, a fifth of a second into the press
+    const std::size_t pressed = samples.size() - frames - 1;  // at once, 0.2 s into the press
 
-    // Equilibria have no past: what the frames are judged by is the same for all methods.
+    // Equilibria have no history, so all methods are judged by the same ones.
     std::vector<std::vector<Vector3>> equilibria;
     {
         Follower follower(scene_for({.kind = SolverKind::live, .threads = threads}), hierarchy,
@@ -298,9 +303,9 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
         WorkPrecisionLine line{method.name, {}, {}};
         const bool makes_hierarchies =
             method.solver.kind == SolverKind::gamg || method.solver.kind == SolverKind::boomeramg;
-        const std::size_t last = makes_hierarchies
-                                     ? pressed + every
-                                     : samples.size() - 1;  // anew in every frame: seconds each
+        const std::size_t last =
+            makes_hierarchies ? pressed + every
+                              : samples.size() - 1;  // set up in every frame, which takes seconds
         for (const int iterations : method.iterations) {
             progress.update(done, fmt::format("figure: {}, {}, {} iterations", size.name,
                                               method.name, iterations));

@@ -17,8 +17,8 @@ long times_blocked() {
     return usage.ru_nvcsw;
 }
 
-// Batches and rotations in float, once for the rotations and once for the forces; about forty
-// passes over vectors of doubles in a step and nine more an iteration.
+// Batches and rotations in float, read once for rotations and once for forces; about forty passes
+// over vectors of doubles in a step and nine more in an iteration.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
                       bool dynamic) {
     const double batches = static_cast<double>(tets) / batch_width<float>;
@@ -101,11 +101,11 @@ json json_of(const RealtimeResult& r) {
             {"ms_p99", 1e3 * r.seconds.p99},
             {"fps_median", 1 / r.seconds.median},
             {"fps_p99", r.rate()},
-            {"fps_asked", r.rate_asked},
+            {"fps_asked", r.target.rate},
             {"error_mean", r.error_mean},
             {"error_worst", r.error_worst},
-            {"error_mean_allowed", r.mean_allowed},
-            {"error_worst_allowed", r.worst_allowed},
+            {"error_mean_allowed", r.target.mean_error},
+            {"error_worst_allowed", r.target.worst_error},
             {"error_estimate_mean", r.estimate_mean},
             {"node_error_mean", r.node_error_mean},
             {"node_error_worst", r.node_error_worst},
@@ -121,7 +121,7 @@ json json_of(const RealtimeResult& r) {
             {"allocations", r.allocations},
             {"blocked", r.blocked},
             {"jump", r.jump},
-            {"held", r.held()}};
+            {"held", r.meets_target()}};
 }
 
 void print_realtime_header() {
@@ -142,10 +142,10 @@ void print_row(const RealtimeResult& r) {
         "{:<6} {:<8} {:>5} {:>8} {:>7} | {:>7.2f} {:>7.2f} {:>6.0f} {:>6.0f} | {:>7.3f} / {:>6.3f} "
         "{:>9.3f} {:>6.2f} / {:>6.2f} | {:>6.2f} {:>5.0f}% {:>6}  {}\n",
         r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.seconds.median, 1e3 * r.seconds.p99,
-        r.rate(), r.rate_asked, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
+        r.rate(), r.target.rate, 100 * r.error_mean, 100 * r.error_worst, 100 * r.estimate_mean,
         100 * r.node_error_mean, 100 * r.node_error_worst, r.cycles_mean,
         100 * r.bytes / r.seconds.median / r.bandwidth,
-        fmt::format("{}+{}", r.allocations, r.blocked), r.held() ? "yes" : "NO");
+        fmt::format("{}+{}", r.allocations, r.blocked), r.meets_target() ? "yes" : "NO");
     std::string stages;
     for (const auto& [name, ms] : r.stages.items())
         stages += fmt::format("  {} {:.2f}", name, ms.get<double>());

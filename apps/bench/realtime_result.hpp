@@ -10,69 +10,76 @@
 
 namespace livetet {
 
-/// One frame, timed, and how far it was from the converged one.
+/// A timed frame, and its distance from the converged one.
 struct Measured {
     double seconds = 0;
     StepReport step;
     double sensor_s = 0, output_s = 0;
-    double largest = 0;  ///< displacement of the converged frame, m
+    double largest = 0;  ///< largest displacement of the converged frame, m
     double error = -1,
-           node_error = 0;  ///< RMS over the nodes, and at the worst one, m; -1: not looked at
-    bool reference_converged = true;  ///< what the errors are measured against
+           node_error = 0;            ///< RMS over the nodes, and worst node, m; -1: not computed
+    bool reference_converged = true;  ///< reference of the errors
 };
 
+/// What a case must reach. Errors are RMS over the nodes, relative to the largest displacement.
+struct RealtimeTarget {
+    double rate = 0;  ///< frames a second
+    double mean_error = 0, worst_error = 0;
+};
+
+/// Times and errors of the frames of a case.
 struct RealtimeResult {
     std::string name, motion;
     double nu = 0;
     std::size_t tets = 0, nodes = 0;
     int threads = 1;
     bool is_beam = false;
-    double rate_asked = 0, mean_allowed = 0, worst_allowed = 0;
+    RealtimeTarget target;
     Distribution seconds;
     double error_mean = 0, error_worst = 0,
-           estimate_mean = 0;  ///< RMS over the nodes, of the largest displacement
+           estimate_mean = 0;  ///< RMS over the nodes, relative to the largest displacement
     double node_error_mean = 0,
-           node_error_worst = 0;  ///< at the worst node, of the largest displacement
+           node_error_worst = 0;  ///< worst node, relative to the largest displacement
     double cycles_mean = 0;
     std::size_t cut_short = 0, half_renewed = 0, frames = 0;
     std::size_t references_not_converged = 0;
     std::uint64_t allocations = 0;
-    long blocked = 0;  ///< times that the simulation thread gave up its core of itself
-    double bytes = 0;  ///< of a frame
+    long blocked = 0;  ///< number of voluntary context switches of the simulation thread
+    double bytes = 0;  ///< bytes moved in a frame
     double bandwidth = 0;
     nlohmann::json stages;
     nlohmann::json jump;
 
     double rate() const { return 1 / seconds.p99; }
-    /// Rates are asked for at the 99th percentile; of a beam's step, which no tracker waits for,
+    /// Target rates hold at the 99th percentile; for a beam's step, which no tracker waits for, at
     /// the median.
-    bool in_time() const { return 1 / (is_beam ? seconds.median : seconds.p99) >= rate_asked; }
-    /// After a jump within a frame: all frames finite, and within the worst bound by the tenth. A
-    /// beam does not jump.
+    bool in_time() const { return 1 / (is_beam ? seconds.median : seconds.p99) >= target.rate; }
+    /// After a jump: all frames are finite, and the tenth is within the bound of the worst. A beam
+    /// does not jump.
     bool settles() const {
         return jump.is_null() || (jump.at("finite").get<bool>() &&
-                                  jump.at("error").back().get<double>() <= worst_allowed);
+                                  jump.at("error").back().get<double>() <= target.worst_error);
     }
-    bool held() const {
-        return in_time() && error_mean <= mean_allowed && error_worst <= worst_allowed &&
+    bool meets_target() const {
+        return in_time() && error_mean <= target.mean_error && error_worst <= target.worst_error &&
                allocations == 0 && blocked == 0 && settles();
     }
 };
 
-/// How often the calling thread gave up its core of itself.
+/// Number of voluntary context switches of the calling thread.
 long times_blocked();
 
-/// What a frame has to move at least: every array once where it is used.
+/// Minimum bytes that a frame moves: each array once for each use.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
                       bool dynamic);
 
-/// How far displacements are apart, and the largest of `b`, m.
+/// Difference of displacements, and the largest of `b`, m.
 struct Gap {
     double rms = 0, node = 0, largest = 0;
 };
 Gap gap_between(const std::vector<Vector3>& a, const std::vector<Vector3>& b);
 
-/// Into the result: times and stages; errors of the frames that were judged.
+/// Enters times and stages, and errors of the judged frames, into the result.
 void take_times(RealtimeResult& result, const std::vector<Measured>& frames);
 void take_errors(RealtimeResult& result, const std::vector<Measured>& frames);
 

@@ -13,44 +13,44 @@
 
 namespace livetet {
 
-/// Where displacements are compared: the nodes of a mesh, each for its share of the volume, and a
-/// scene's probes.
+/// Points at which displacements are compared: the nodes of a mesh, weighted by volume, and the
+/// probes of a scene.
 struct SamplePoints {
-    std::vector<Vector3> places;  ///< m; the nodes first, then the probes
-    std::vector<double> volume;   ///< m^3, of each node
+    std::vector<Vector3> places;  ///< m; first the nodes, then the probes
+    std::vector<double> volume;   ///< of each node, m^3
     std::vector<std::string> probes;
 
     SamplePoints(const TetMesh& mesh, const std::vector<NamedPoint>& named);
     std::size_t nodes() const { return volume.size(); }
 };
 
-/// What a scene came to in a process of its own.
+/// Result of a scene that ran in a process of its own.
 struct SampledRun {
-    std::optional<SolveRun> took;  ///< nothing where it failed
-    std::string failure;           ///< one line where it failed or did not converge
+    std::optional<SolveRun> took;  ///< empty if it failed
+    std::string failure;           ///< one line if it failed or did not converge
     std::vector<double> times_s;
-    std::vector<std::vector<Vector3>> displacement;  ///< m, at each time at each of the points
+    std::vector<std::vector<Vector3>> displacement;  ///< m, at each time, at each point
 
     bool is_good() const { return took && took->converged && !displacement.empty(); }
 };
 
-/// How far two runs are from each other over the times that both have.
+/// Difference of two runs over their common times.
 struct Difference {
-    double l2_m = 0;  ///< root of the mean square over the volume, and over the times
+    double l2_m = 0;  ///< RMS over volume and times
     double largest_m = 0;
-    std::vector<double> probes_m;  ///< largest of each probe
+    std::vector<double> probes_m;  ///< largest, for each probe
 };
 
 Difference difference(const SamplePoints& points, const SampledRun& a, const SampledRun& b);
 
-/// Runs scenes one by one, each once however often it is asked for.
+/// Runs scenes, each only once.
 class SceneRuns {
   public:
     SceneRuns(std::filesystem::path folder, const SamplePoints& points)
         : folder_(std::move(folder)), points_(points) {}
 
     const SampledRun& run(const Scene& scene);
-    /// The same scene once more, for its times alone.
+    /// Runs a scene again, for its times.
     SolveRun again(const Scene& scene);
 
   private:
@@ -58,7 +58,7 @@ class SceneRuns {
 
     std::filesystem::path folder_;
     const SamplePoints& points_;
-    std::map<std::string, std::size_t> numbers_;  ///< by the scene's text
+    std::map<std::string, std::size_t> numbers_;  ///< by text of the scene
     std::map<std::size_t, SampledRun> runs_;
 };
 

@@ -1,10 +1,10 @@
-#include "apps/bench/savings_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/benchmarks.hpp"
 #include "apps/bench/solve_run.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "base/distribution.hpp"
@@ -19,6 +19,11 @@ namespace livetet {
 
 namespace {
 
+struct SavingsArguments {
+    std::filesystem::path scene, json, folder;
+    int repeats = 5;
+};
+
 struct Variant {
     std::string name;
     Scene scene;
@@ -26,7 +31,7 @@ struct Variant {
     double peak_bytes = 0;
 };
 
-/// The scene, and with each part forced on that it leaves out.
+/// The scene, and variants with a part forced on that it leaves out.
 std::vector<Variant> variants_of(const Scene& scene) {
     std::vector<Variant> all{{"as it is", scene}};
     Scene everything = scene;
@@ -49,7 +54,7 @@ std::vector<Variant> variants_of(const Scene& scene) {
           [](Scene& s) { s.formulation = Formulation::mixed; });
     force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium,
           [&](Scene& s) {
-              // As many steps, each so long that the body comes to rest in it.
+              // As many steps, each long enough for the body to come to rest.
               s.time.scheme = TimeScheme::implicit_euler;
               s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
               s.time.step_s = 100;
@@ -66,8 +71,8 @@ std::vector<Variant> variants_of(const Scene& scene) {
     return all;
 }
 
-}  // namespace
-
+/// What a scene saves by leaving parts out: the scene, and variants with one or all of them forced
+/// on; times and memory, with interleaved runs. Returns the exit status.
 int bench_savings(const SavingsArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);
@@ -124,6 +129,23 @@ int bench_savings(const SavingsArguments& a) {
         a.repeats);
     if (!a.json.empty()) write_text_file(a.json, list.dump(2) + "\n");
     return 0;
+}
+
+}  // namespace
+
+void add_savings_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "savings",
+        "What a scene saves by leaving out what it does not need: the scene as it is, and with "
+        "each such part forced on");
+    auto a = std::make_shared<SavingsArguments>();
+    command->add_option("scene", a->scene, "scene file (YAML)")->required();
+    command->add_option("--repeats", a->repeats, "rounds whose median time is reported")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100));
+    command->add_option("--folder", a->folder, "keep mesh, scenes, logs and results here");
+    command->add_option("--json", a->json, "write all figures to this file");
+    command->callback([a, &status] { status = bench_savings(*a); });
 }
 
 }  // namespace livetet

@@ -13,7 +13,7 @@ namespace livetet {
 namespace {
 
 constexpr double tets_a_node = 5.75, coarsest_nodes = 50, neighbours = 12;
-constexpr double products_a_visit = 14;  // six steps before and after, two residuals
+constexpr double products_a_visit = 14;  // six smoothing steps before and after, two residuals
 constexpr double reductions_an_iteration = 3;
 
 ScalingPoint point_at(const ScalingModel& m, double ranks) {
@@ -28,7 +28,7 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
         const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s +
                                                  24 * surface / m.bytes_a_second
                                            : 0;
-        // Work on all levels adds up to 4/3 of the finest one's, measured together.
+        // The work of all levels, measured together, is 4/3 of that of the finest.
         const double compute = 0.75 * m.seconds_an_unknown * 3 * each;
         if (active >= ranks) {
             p.compute_s += visits * compute;
@@ -48,8 +48,8 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
 ScalingModel::ScalingModel(const SolveRun& r)
     : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
       partition_s_an_unknown(r.partition_s / r.unknowns),
-      // tets and nodes; places in the next level and PETSc's numbers, of coarser levels, too, an
-      // eighth each; what the scene prescribes, and the result
+      // tets and nodes; indices into the next level and PETSc's numbers; an eighth each for coarser
+      // levels; the scene's prescribed values, and the result
       replicated_bytes_an_unknown(
           (tets_a_node * sizeof(Tet) + sizeof(Vector3) +
            (sizeof(std::array<std::int32_t, 4>) + sizeof(std::array<double, 4>) + sizeof(double) +

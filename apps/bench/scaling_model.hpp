@@ -10,28 +10,29 @@
 
 namespace livetet {
 
-/// What one iteration, and getting there, would take on so many ranks of `unknowns_a_rank` each.
+/// Predicted cost of an iteration, and of its set-up, on a number of ranks with `unknowns_a_rank`
+/// each.
 struct ScalingPoint {
     double ranks = 1, levels = 1;
-    double compute_s = 0;         ///< of an iteration, on the finest levels
-    double halo_s = 0;            ///< ghosts' values, all levels with work for every rank
-    double coarse_s = 0;          ///< levels with less: few ranks, many visits, each a latency
-    double reductions_s = 0;      ///< dot products
+    double compute_s = 0;     ///< of an iteration on the finest levels
+    double halo_s = 0;        ///< exchange of ghost values on all levels with work for every rank
+    double coarse_s = 0;      ///< coarse levels: few ranks, many visits, each with a latency
+    double reductions_s = 0;  ///< dot products
     double replicated_bytes = 0;  ///< the whole mesh, on every rank
     double partition_s = 0;       ///< METIS, on one rank
 
     double iteration_s() const { return compute_s + halo_s + coarse_s + reductions_s; }
 };
 
-/// A model of cost for weak scaling, from one run measured here and a network's two numbers.
-/// Counted, not fitted: a W-cycle visits level l 2^l times, each visit 14 products with one
-/// exchange with 12 neighbours; an iteration of conjugate gradients reduces three times over log2
+/// Cost model for weak scaling, from one measured run and two numbers of a network. It counts and
+/// fits nothing: a W-cycle visits level l 2^l times; each visit has 14 products, each with an
+/// exchange with 12 neighbours; an iteration of conjugate gradients has three reductions over log2
 /// of the ranks.
 struct ScalingModel {
     explicit ScalingModel(const SolveRun& measured);
 
     double unknowns_a_rank = 1e5;
-    double latency_s = 2e-6, bytes_a_second = 1e10;  ///< of a message, on a cluster's network today
+    double latency_s = 2e-6, bytes_a_second = 1e10;  ///< of a message on a present cluster network
     double seconds_an_unknown;                       ///< of an iteration, measured
     double partition_s_an_unknown;                   ///< measured
     double replicated_bytes_an_unknown;              ///< counted

@@ -15,10 +15,10 @@ using nlohmann::json;
 
 SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
                    const std::filesystem::path& scene) {
-    std::filesystem::path told = scene, log = scene;
-    told.replace_extension(fmt::format("{}.json", ranks));
+    std::filesystem::path figures = scene, log = scene;
+    figures.replace_extension(fmt::format("{}.json", ranks));
     log.replace_extension(fmt::format("{}.log", ranks));
-    std::filesystem::remove(told);
+    std::filesystem::remove(figures);
     std::string start = launcher;
     const std::size_t place = start.find("{}");
     if (place != std::string::npos)
@@ -27,12 +27,12 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
         fail("--launcher \"{}\": expected {{}} where the number of ranks goes", launcher);
     const std::string command = fmt::format(
         "{} '{}' solve '{}' --json '{}'", start,
-        std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), told.string());
+        std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), figures.string());
     const int status = run_program(command, log);
-    if (!std::filesystem::exists(told))
+    if (!std::filesystem::exists(figures))
         fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status,
              last_error_lines(read_text_file(log)));
-    const json j = json::parse(read_text_file(told));
+    const json j = json::parse(read_text_file(figures));
     SolveRun run{.name = name,
                  .solver = j.at("solver"),
                  .ranks = j.at("ranks"),
@@ -47,7 +47,7 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     run.linear_s = j.at("linear_s");
     run.output_s = j.at("output_s");
     run.steps = static_cast<int>(j.at("steps").size());
-    run.linearisations = j.at("linearisations");
+    run.newton_iterations = j.at("linearisations");
     run.iterations = j.at("iterations");
     run.largest_mm = j.at("largest_displacement_mm");
     run.peak_bytes = j.at("peak_bytes");
@@ -85,7 +85,7 @@ json json_of(const SolveRun& r) {
             {"preconditioner_s", r.preconditioner_s},
             {"linear_s", r.linear_s},
             {"output_s", r.output_s},
-            {"linearisations", r.linearisations},
+            {"linearisations", r.newton_iterations},
             {"iterations", r.iterations},
             {"largest_displacement_mm", r.largest_mm},
             {"peak_bytes", r.peak_bytes},

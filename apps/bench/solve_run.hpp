@@ -6,7 +6,7 @@
 
 namespace livetet {
 
-/// What one run of `livetet solve` took: its own words (--json), all ranks together.
+/// Figures of a run of `livetet solve` (--json), all ranks together.
 struct SolveRun {
     std::string name, solver;
     int ranks = 1;
@@ -14,30 +14,30 @@ struct SolveRun {
     double unknowns = 0;
     double mesh_s = 0, partition_s = 0, setup_s = 0, forces_s = 0, assembly_s = 0,
            preconditioner_s = 0, linear_s = 0, output_s = 0;
-    int steps = 0, linearisations = 0, iterations = 0;
+    int steps = 0, newton_iterations = 0, iterations = 0;
     double largest_mm = 0;
     double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
 
-    /// From a mesh in memory to equilibrium.
+    /// Time from a mesh in memory to equilibrium, s.
     double solution_s() const {
         return partition_s + setup_s + forces_s + assembly_s + preconditioner_s + linear_s;
     }
     double bytes_an_unknown() const { return peak_bytes / unknowns; }
     double iterations_a_solve() const {
-        return linearisations > 0 ? static_cast<double>(iterations) / linearisations : 0;
+        return newton_iterations > 0 ? static_cast<double>(iterations) / newton_iterations : 0;
     }
 };
 
-/// Starts the program on so many ranks, or alone where the launcher is empty; what it prints goes
-/// to a log beside the scene. Throws Error where it fails, with its last words; not where it does
-/// not converge.
+/// Runs the program on this number of ranks, or without a launcher if that is empty; its output
+/// goes to a log beside the scene. Throws Error with its last message if it fails, but not if it
+/// does not converge.
 SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
                    const std::filesystem::path& scene);
 
 nlohmann::json json_of(const SolveRun& run);
 
-/// The keys of a scene's `solver` for a kind, the others than ours at the best of their options
-/// that were found on a pressed beam (the README says which were tried).
+/// Keys of a scene's `solver` for a kind; those of other preconditioners with the best of their
+/// options found on a pressed beam (the documentation says which were tried).
 std::string solver_at_its_best(const std::string& kind);
 
 }  // namespace livetet

@@ -1,12 +1,13 @@
-#include "apps/bench/stability_bench.hpp"
-
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/stability_run.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -21,6 +22,14 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
+
+struct StabilityArguments {
+    int cells = 4;  ///< along the height of the box
+    int noise_frames = 1000000;
+    double budget_ms = 10;
+    std::string only, column;  ///< in the names of the cases and of the columns that are tried
+    std::filesystem::path csv, json, figure;
+};
 
 constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
                              TimeScheme::newmark, TimeScheme::generalized_alpha};
@@ -48,7 +57,7 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
     const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||
                           c.motion == PatchMotion::through;
-    const bool thin = (c.least_dihedral_deg > 0 && c.least_dihedral_deg <= 1) || c.edge_ratio >= 10;
+    const bool thin = (c.min_dihedral_deg > 0 && c.min_dihedral_deg <= 1) || c.edge_ratio >= 10;
     const bool pressed_by_euler =
         column.scheme == TimeScheme::implicit_euler && !tracked &&
         (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
@@ -202,8 +211,8 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
 }
 #endif
 
-}  // namespace
-
+/// Every stability case in every strain model and scheme, as `solve` and as `track` step them:
+/// matrix, files, picture. Returns the exit status: 1 where a cell fails that is not a known limit.
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
@@ -255,6 +264,40 @@ int bench_stability(const StabilityArguments& a) {
     if (!a.figure.empty()) draw(a.figure, rows, all);
 #endif
     return unknown > 0 ? 1 : 0;
+}
+
+}  // namespace
+
+void add_stability_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "stability",
+        "Stiff and extreme cases with every constitutive model and time scheme, stepped as solve "
+        "and as track step them, judged by rule; exit status 1 if one fails that is not a known "
+        "limit");
+    auto a = std::make_shared<StabilityArguments>();
+    command->add_option("--cells", a->cells, "cells along the height of the box")
+        ->capture_default_str()
+        ->check(CLI::Range(2, 64));
+    command
+        ->add_option("--noise-frames", a->noise_frames,
+                     "frames of sensor noise on 96 tets; solve steps a thousandth of them")
+        ->capture_default_str()
+        ->check(CLI::Range(1000, 1000000000));
+    command->add_option("--budget", a->budget_ms, "time budget of a frame of track, ms")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--only", a->only,
+                        "only cases with this in their name, such as \"time step\"");
+    command->add_option("--column", a->column,
+                        "only columns with this in their name, such as \"track, green, "
+                        "newmark\"");
+    command->add_option("--csv", a->csv, "write every cell to this file");
+    command->add_option("--json", a->json, "the same as JSON");
+    add_figure_option(*command, "--figure", a->figure, "draw the matrix to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure);
+        status = bench_stability(*a);
+    });
 }
 
 }  // namespace livetet

@@ -20,7 +20,7 @@ namespace {
 const Vector3 extent(0.2, 0.1, 0.1);
 
 /// 0 where a tet is inverted.
-double least_dihedral(const TetMesh& mesh, std::span<const Tet> tets) {
+double min_dihedral(const TetMesh& mesh, std::span<const Tet> tets) {
     double least = 180;
     for (const Tet& t : tets) {
         if (!(signed_volume(mesh, t) > 0)) return 0;
@@ -51,13 +51,13 @@ void flatten(TetMesh& mesh, double angle) {
         for (int halving = 0; halving < 60; ++halving) {
             const double share = (near + far) / 2;
             mesh.nodes[i] = from + share * (to - from);
-            (least_dihedral(mesh, around[i]) > angle ? near : far) = share;
+            (min_dihedral(mesh, around[i]) > angle ? near : far) = share;
         }
         mesh.nodes[i] = from + near * (to - from);
         for (const Tet& t : around[i]) taken.insert(t.begin(), t.end());
         ++flattened;
     }
-    const double least = least_dihedral(mesh, mesh.tets);
+    const double least = min_dihedral(mesh, mesh.tets);
     if (flattened == 0 || least > 1.01 * angle || least < 0.99 * angle)
         fail("stability: {} tets flattened to {:.3g} degrees, expected {:.3g}", flattened, least,
              angle);
@@ -117,7 +117,7 @@ std::vector<StabilityCase> stability_cases() {
     vary("density, kg/m^3", {1e-6, 1, 1e6},
          [](StabilityCase& c, double v) { c.density_kg_per_m3 = v; });
     vary("least angle, degrees", {10, 5, 1, 0.1, 0.01},
-         [](StabilityCase& c, double v) { c.least_dihedral_deg = v; });
+         [](StabilityCase& c, double v) { c.min_dihedral_deg = v; });
     vary("edge ratio", {10, 100, 1000}, [](StabilityCase& c, double v) { c.edge_ratio = v; });
     vary("time step, s", {1e-5, 1e-3, 0.1, 1, 10},
          [](StabilityCase& c, double v) { c.step_s = v; });
@@ -156,7 +156,7 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
                 x.z() = x.z() <= below ? x.z() * (extent.z() - thin) / below
                                        : extent.z() - (extent.z() - x.z()) / c.edge_ratio;
             }
-        if (levels.empty() && c.least_dihedral_deg > 0) flatten(mesh, c.least_dihedral_deg);
+        if (levels.empty() && c.min_dihedral_deg > 0) flatten(mesh, c.min_dihedral_deg);
         check_tet_mesh(mesh, "stability");
         levels.push_back(std::move(mesh));
     }

@@ -21,7 +21,7 @@ struct StabilityCase {
     double young_Pa = 3000, poisson = 0.45, density_kg_per_m3 = 1000;
     double contrast = 1;    ///< of Young's modulus: the upper half's to the lower's
     double edge_ratio = 1;  ///< the uppermost layer of tets is thinner than the others by this
-    double least_dihedral_deg = 0;  ///< inner tets are flattened to this angle; 0: as they are
+    double min_dihedral_deg = 0;  ///< inner tets are flattened to this angle; 0: as they are
     double step_s = 0.02;
     PatchMotion motion = PatchMotion::press;
     StartState start = StartState::rest;

@@ -13,10 +13,10 @@ namespace livetet {
 
 namespace {
 
-/// A choice that takes longer is run once: what matters of it is that it is slow.
+/// Slower choices run once: their exact time does not matter.
 constexpr double longest_repeated_s = 5;
 
-/// The times of one choice, round by round.
+/// Times of a choice in each round.
 struct Times {
     std::vector<double> total, setup, step;
 
@@ -63,7 +63,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
         scene.probes ? read_points_csv(scene.probes->points) : std::vector<NamedPoint>{});
     SceneRuns runs(folder, points);
 
-    // 1. the reference
+    // 1. reference
     progress.update(0, "the reference: ten-node tets on the finest mesh");
     const SampledRun& reference = runs.run(choices.reference());
     if (!reference.is_good()) fail("the reference failed: {}", reference.failure);
@@ -72,7 +72,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
     const Difference whole = difference(points, reference, rest);
     WorkPrecision out{points.probes, whole.largest_m, whole.l2_m, reference.took->solution_s(), {}};
 
-    // 2. each choice's error, and what it is made of
+    // 2. error of each choice, and its parts
     std::vector<Times> times(all.size());
     const double count = static_cast<double>(all.size()) * (repeats + 3.0);
     double done = 0;
@@ -105,7 +105,7 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
         out.results.push_back(std::move(r));
     }
 
-    // 3. their times, round by round
+    // 3. times, round by round
     for (int round = 1; round < repeats; ++round)
         for (std::size_t k = 0; k < all.size(); ++k, ++done) {
             if (!out.results[k].has_figures() || times[k].total.front() > longest_repeated_s)

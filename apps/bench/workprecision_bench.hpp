@@ -10,21 +10,20 @@
 
 namespace livetet {
 
-/// Which error counts: that of the worst node and time, or the root of the mean square over the
-/// volume and the times.
+/// Measure of an error: at the worst node and time, or RMS over volume and times.
 enum class ErrorMeasure { largest, l2 };
 
-/// What one choice costs, and what its error is.
+/// Cost and error of a choice.
 struct ChoiceResult {
     SceneChoice choice;
-    std::string failure{};  ///< where there are no figures: why
+    std::string failure{};  ///< why there are no figures
     double total_s = 0,
-           spread_s = 0;  ///< set-up and all steps, median; half the way from the least to the most
-    double setup_s = 0, step_s = 0;  ///< medians; of each step
-    std::size_t runs = 0;            ///< that these are medians of: one has no spread
+           spread_s = 0;             ///< median time of set-up and all steps; half its range
+    double setup_s = 0, step_s = 0;  ///< medians; of set-up and of a step
+    std::size_t runs = 0;            ///< number of runs; a single one has no spread
     double peak_bytes = 0;
     Difference error{};                                           ///< against the reference
-    double mesh_m = 0, time_m = 0, algebraic_m = 0, model_m = 0;  ///< its parts, L2
+    double mesh_m = 0, time_m = 0, algebraic_m = 0, model_m = 0;  ///< parts of the error, L2
 
     bool has_figures() const { return failure.empty(); }
     double error_m(ErrorMeasure measure) const {
@@ -34,31 +33,22 @@ struct ChoiceResult {
 
 struct WorkPrecision {
     std::vector<std::string> probes;
-    double largest_m = 0, mean_m = 0;  ///< of the reference's displacement: largest, L2
+    double largest_m = 0, mean_m = 0;  ///< of the displacement of the reference: largest, L2
     double reference_s = 0;
     std::vector<ChoiceResult> results;
 
-    /// The choice of the least time with no error above `error_m` and no step longer than `step_s`;
-    /// nothing where none is.
+    /// The fastest choice with an error of at most `error_m` and steps of at most `step_s`; nullptr
+    /// if there is none.
     const ChoiceResult* cheapest(ErrorMeasure measure, double error_m,
                                  std::optional<double> step_s = {}) const;
-    /// The one of the least error with no step longer than `step_s`.
+    /// The most accurate choice with steps of at most `step_s`; nullptr if there is none.
     const ChoiceResult* most_accurate(ErrorMeasure measure, double step_s) const;
 };
 
-/// Runs every choice of a scene `repeats` times, each round through all of them (those that take
-/// over 5 s once), and what their errors are measured against once. Meshes, scenes and logs go to
-/// `folder`. Shows progress. Throws Error where the reference fails.
+/// Runs every choice of a scene `repeats` times, in rounds (those slower than 5 s once), and the
+/// references of their errors once. Meshes, scenes and logs go to `folder`. Shows progress. Throws
+/// Error if the reference fails.
 WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats,
                               const std::string& only);
-
-struct WorkPrecisionArguments {
-    std::filesystem::path scene, csv, json, figure, memory_figure, folder;
-    int repeats = 3;
-    std::string only;
-};
-
-/// Table, files and words. Returns the exit status.
-int bench_workprecision(const WorkPrecisionArguments& arguments);
 
 }  // namespace livetet

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/workprecision_bench.hpp"
 #include "base/file.hpp"
 #include "base/work_folder.hpp"
@@ -16,7 +19,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double frame_s = 0.010;  // of the recommendation
+struct WorkPrecisionArguments {
+    std::filesystem::path scene, csv, json, figure, memory_figure, folder;
+    int repeats = 3;
+    std::string only;
+};
+
+constexpr double frame_s = 0.010;  // step time of the recommendation
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
@@ -148,8 +157,7 @@ void draw(const std::filesystem::path& path, const WorkPrecision& w, const std::
 }
 #endif
 
-}  // namespace
-
+/// Prints a table and a recommendation, and writes files. Returns 3 if no choice has figures.
 int bench_workprecision(const WorkPrecisionArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);
@@ -170,6 +178,36 @@ int bench_workprecision(const WorkPrecisionArguments& a) {
     const bool any = std::any_of(w.results.begin(), w.results.end(),
                                  [](const ChoiceResult& r) { return r.has_figures(); });
     return any ? 0 : 3;
+}
+
+}  // namespace
+
+void add_workprecision_benchmark(CLI::App& bench, int& status) {
+    CLI::App* command = bench.add_subcommand(
+        "workprecision",
+        "Error of one scene against run time and memory, over elements, meshes, tolerances, "
+        "solvers and schemes; the reference is ten-node tets on the finest mesh; ends with a "
+        "recommendation");
+    auto a = std::make_shared<WorkPrecisionArguments>();
+    command->add_option("scene", a->scene, "scene file (YAML)")->required();
+    command
+        ->add_option("--repeats", a->repeats,
+                     "rounds whose median time is reported; choices slower than 5 s run once")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100));
+    command->add_option("--only", a->only,
+                        "only choices with this in their name, such as \"solver\" or "
+                        "\"level 1, P2\"");
+    command->add_option("--folder", a->folder, "keep meshes, scenes and logs here");
+    command->add_option("--csv", a->csv, "write the figures of every choice to this file");
+    command->add_option("--json", a->json, "the same as JSON");
+    add_figure_option(*command, "--figure", a->figure, "draw error against run time to this PNG");
+    add_figure_option(*command, "--memory-figure", a->memory_figure,
+                      "draw error against memory to this PNG");
+    command->callback([a, &status] {
+        check_display(a->figure.empty() ? a->memory_figure : a->figure);
+        status = bench_workprecision(*a);
+    });
 }
 
 }  // namespace livetet

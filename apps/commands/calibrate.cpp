@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/commands.hpp"
-#include "apps/live/tracker_recorder.hpp"
+#include "apps/commands/read_until_signal.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "io/tip_file.hpp"
@@ -17,12 +17,16 @@ struct CalibrateArguments {
     double seconds = 0;
 };
 
-/// What `calibrate` makes of the tool's poses; what it finds wrong names the source and the tool.
+/// Result of `calibrate` for the tool's poses. Its errors name the source and the tool.
 template <class Calibrate>
 auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     expect_ending("--output", a.output, ".json");
     refuse_to_overwrite("--output", a.output, {a.source});
-    const Recording recording = read_source(a.source, {{a.tool}, a.seconds, "calibrate"});
+    RecordingOptions options;
+    options.tools = {a.tool};
+    options.seconds = a.seconds;
+    options.title = "calibrate";
+    const Recording recording = read_until_signal(a.source, options);
     return with_context(a.source, [&] {
         const auto poses = usable_poses(recording, a.tool);
         return with_context(a.tool, [&] { return calibrate(poses); });
@@ -70,7 +74,7 @@ void spin(const CalibrateArguments& a) {
         calibrated(a, [&](const auto& poses) { return calibrate_spin(poses, place); });
     fmt::print("shaft of {:<10} ({:.5f}, {:.5f}, {:.5f}) in its sensor's frame, {}\n", a.tool,
                c.shaft_in_tool.x(), c.shaft_in_tool.y(), c.shaft_in_tool.z(),
-               tip ? "towards the tip" : "or the other way round (--tip tells)");
+               tip ? "towards the tip" : "or the opposite direction (--tip decides)");
     fmt::print("tilt               {:.2f} degrees RMS\n", c.tilt_deg);
     fmt::print("turn               {:.0f} degrees round the shaft, {} poses\n", c.turn_deg, c.used);
     if (!tip) return;
@@ -87,12 +91,12 @@ CLI::App* add(CLI::App* command, const std::shared_ptr<CalibrateArguments>& a, c
                      "server: the tool is "
                      "then followed until Ctrl-C or --for")
         ->required();
-    added->add_option("--for", a->seconds, "take so many seconds, from the first pose on")
+    added->add_option("--for", a->seconds, "recording time in seconds, from the first pose")
         ->check(CLI::PositiveNumber);
-    added->add_option("--tool", a->tool, "the tool: Stylus for StylusToTracker")
+    added->add_option("--tool", a->tool, "name of the tool: Stylus for StylusToTracker")
         ->capture_default_str();
     added->add_option("-o,--output", a->output,
-                      "write what is known of the tip to this file (.json) for `livetet register`");
+                      "write the tip to this file (.json) for `livetet register`");
     return added;
 }
 
@@ -110,9 +114,9 @@ void add_calibrate_command(CLI::App& app) {
                            "The direction of a tool's shaft, from the tool turning about its own "
                            "shaft, recorded or as it is tracked; "
                            "the tip's Z axis will point along it, away from the sensor");
-    turned->add_option(
-        "--tip", a->tip,
-        "the tool's tip, of `livetet calibrate pivot -o`: tells the shaft's ends apart");
+    turned->add_option("--tip", a->tip,
+                       "the tool's tip, from `livetet calibrate pivot -o`: decides which end of "
+                       "the shaft is which");
     turned->callback([a] { spin(*a); });
 }
 

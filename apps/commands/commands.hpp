@@ -7,13 +7,13 @@
 
 namespace livetet {
 
-/// What a sub-command says to `main`: its exit status. 0 well, 1 a benchmark missed a target, 2 bad
-/// input, 3 not converged; 70: our fault.
+/// A sub-command's exit status: 0 success, 1 a benchmark missed a target, 2 bad input, 3 not
+/// converged, 70 internal error.
 struct ExitStatus {
     int value = 0;
 };
 
-// Each adds its sub-command, whose callback runs it. Errors are thrown.
+// Each adds its sub-command, whose callback runs it and throws errors.
 void add_mesh_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
 void add_fiducials_command(CLI::App& app, ExitStatus& status);
@@ -32,8 +32,8 @@ void add_warp_command(CLI::App& app);
 void add_phantom_command(CLI::App& app);
 void add_view_command(CLI::App& app, ExitStatus& status);
 
-/// The arguments that a sub-command did not know, as PETSc's ("-ksp_view"). Throws Error for one
-/// that looks like a mistyped option of ours ("--jsn") or that stands alone.
+/// Arguments that a sub-command does not know, for PETSc ("-ksp_view"). Throws Error if one looks
+/// like a mistyped option of ours ("--jsn") or has no dash.
 std::vector<std::string> petsc_arguments(const CLI::App& command);
 
 }  // namespace livetet

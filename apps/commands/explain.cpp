@@ -9,7 +9,7 @@ namespace livetet {
 
 namespace {
 
-/// Blocks of 3x3 in the operator of a mesh: a node couples with itself and along each edge.
+/// Number of 3x3 blocks in the operator of a mesh: one for each node and two for each edge.
 std::size_t block_count(const TetMesh& mesh) {
     std::vector<std::pair<std::int32_t, std::int32_t>> edges;
     for (const Tet& t : mesh.tets)
@@ -27,8 +27,8 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
         const TetMesh& mesh = hierarchy.levels[l];
         const bool linear = mesh.edge_nodes.empty();
         const double blocks = linear ? block_count(mesh) : 28.0 * mesh.nodes.size();
-        // A block with its column; of a tet its gradients, rotations, nodes and the places of its
-        // blocks; of a node its vectors, constraints and row of a transfer.
+        // A block with its column; for each tet its gradients, rotations, nodes and block indices;
+        // for each node its vectors, constraints and row of a transfer.
         const double bytes =
             76.0 * blocks + (linear ? 228.0 : 470.0) * mesh.tets.size() + 600.0 * mesh.nodes.size();
         fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
@@ -64,8 +64,9 @@ void explain(const std::filesystem::path& path) {
 }  // namespace
 
 void add_explain_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "explain", "Says what a scene builds, what it leaves out and why, and what that takes");
+    CLI::App* command = app.add_subcommand("explain",
+                                           "Explains what a scene builds, what it leaves out and "
+                                           "why, and the memory and time it needs");
     auto scene = std::make_shared<std::filesystem::path>();
     command->add_option("scene", *scene, "scene file (YAML)")->required();
     command->callback([scene] { explain(*scene); });

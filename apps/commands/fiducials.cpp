@@ -76,29 +76,29 @@ int find(const FiducialsArguments& a) {
 
 void add_fiducials_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("fiducials",
-                                           "Finds an image's fiducials: markers that show as balls "
-                                           "of a known diameter, to a fraction of a voxel");
+                                           "Finds fiducial markers in an image, spheres of a known "
+                                           "diameter, to a fraction of a voxel");
     auto a = std::make_shared<FiducialsArguments>();
     command->add_option("image", a->image, "grey image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd)")
         ->required();
     command
         ->add_option("--diameter-mm", a->diameter_mm,
-                     "of what shows: a marker's filling, not its casing")
+                     "diameter of the visible sphere: of a marker's filling, not its casing")
         ->required()
         ->check(CLI::PositiveNumber);
-    command->add_option("--count", a->count, "how many there are: the best so many are taken")
+    command->add_option("--count", a->count, "number of markers; the best candidates are taken")
         ->required()
         ->check(CLI::Range(1, 100));
     command
         ->add_option("--shade", a->shade,
-                     "whether they are bright or dark beside what is round them")
+                     "whether they are brighter or darker than their surroundings")
         ->transform(CLI::CheckedTransformer(std::map<std::string, MarkerShade>{
             {"bright", MarkerShade::bright}, {"dark", MarkerShade::dark}}))
         ->default_str("bright");
     command->add_option("-o,--output", a->output,
                         "write them to this file (.mrk.json) for `livetet register --any-order`");
     command->add_option("--picture", a->picture,
-                        "draw the slices through each (.png) to confirm them by");
+                        "draw the slices through each marker (.png), for a visual check");
     command->callback([a, &status] { status.value = find(*a); });
 }
 

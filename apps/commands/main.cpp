@@ -21,8 +21,8 @@
 
 namespace {
 
-/// One line on stderr and the exit status. Under mpirun all ranks go down together; where rank 0
-/// fails too, it is the one that speaks.
+/// Prints an error line and returns the exit status. Under mpirun all ranks are aborted; if rank 0
+/// fails, too, it prints the line.
 int give_up(const std::string& message, int status) {
     int initialised = 0, finalised = 0, rank = 0, ranks = 1;
     MPI_Initialized(&initialised);
@@ -31,21 +31,21 @@ int give_up(const std::string& message, int status) {
     if (running) {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-    } else {  // what Open MPI's, MPICH's and Slurm's launchers tell
+    } else {  // set by the launchers of Open MPI, MPICH and Slurm
         for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"})
-            if (const char* told = std::getenv(name)) rank = std::atoi(told);
+            if (const char* value = std::getenv(name)) rank = std::atoi(value);
         if (rank > 0) return status;
     }
-    if (rank > 0) ::sleep(3);  // on a busy machine the first takes its time to end the others
+    if (rank > 0) ::sleep(3);  // on a busy machine rank 0 takes time to abort the others
     std::fputs(fmt::format("livetet: {}\n", message).c_str(),
-               stderr);  // fmt::print throws where it cannot
+               stderr);  // fmt::print would throw if stderr is closed
     std::fflush(stderr);
     if (running && ranks > 1) MPI_Abort(MPI_COMM_WORLD, status);
     return status;
 }
 
-/// What lies before, between and behind the marks in a text; nothing where they are not all there
-/// in this order.
+/// The parts of a text before, between and after the marks. Empty unless all marks occur in this
+/// order.
 std::vector<std::string> around(std::string_view text,
                                 std::initializer_list<std::string_view> marks) {
     std::vector<std::string> parts;
@@ -59,8 +59,8 @@ std::vector<std::string> around(std::string_view text,
     return parts;
 }
 
-/// Every number that a command takes is to be one: comparisons with "nan" all fail, and so no range
-/// refuses it.
+/// Makes every option of type FLOAT refuse NaN, which passes range checks as all comparisons with
+/// it fail.
 void refuse_no_numbers(CLI::App& app) {
     for (CLI::Option* option : app.get_options())
         if (option->get_type_name().find("FLOAT") != std::string::npos)
@@ -74,8 +74,8 @@ void refuse_no_numbers(CLI::App& app) {
     for (CLI::App* command : app.get_subcommands({})) refuse_no_numbers(*command);
 }
 
-/// What the parser has to say of a value, in our words: what, found, expected.
-std::string told(const CLI::ParseError& e, const CLI::App& app) {
+/// Rewrites an error of the parser as: option, found, expected.
+std::string error_text(const CLI::ParseError& e, const CLI::App& app) {
     const std::string message = e.what();
     const auto type_of = [&](const std::string& name) {
         const CLI::App* command = &app;
@@ -86,14 +86,14 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
     const auto whole = [](const std::string& type) {
         return type.substr(0, type.find(':')).find("INT") != type.npos;
     };
-    const auto short_form = [](const std::string& number) {  // of 1.000000
+    const auto short_form = [](const std::string& number) {  // 1 for 1.000000
         if (number.find('.') == number.npos) return number;
         const std::string kept = number.substr(0, number.find_last_not_of('0') + 1);
         return kept.substr(0, kept.find_last_not_of('.') + 1);
     };
     if (const auto part = around(message, {": Value ", " not in range ", " to "}); !part.empty()) {
         const std::string type = type_of(part[0]);
-        const bool endless = part[3].size() > 40;  // a number's largest, digit by digit
+        const bool endless = part[3].size() > 40;  // the limit is the largest double
         std::string expected =
             type.find("NONNEGATIVE") == type.npos ? "a positive number" : "0 or a positive number";
         if (!endless)
@@ -102,7 +102,7 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
         return fmt::format("{}: found {}, expected {}", part[0], part[1], expected);
     }
     if (const auto part = around(message, {": Check ", " value in {", "} OR {"});
-        !part.empty()) {  // names and what they stand for
+        !part.empty()) {  // an enumeration of names
         std::string names;
         for (std::size_t at = 0; at < part[2].size();
              at = std::min(part[2].find(',', at), part[2].size() - 1) + 1)
@@ -120,33 +120,24 @@ std::string told(const CLI::ParseError& e, const CLI::App& app) {
     return message;
 }
 
-}  // namespace
+constexpr int our_fault = 70;  // EX_SOFTWARE of sysexits.h
 
-int main(int argc, char** argv) {
-    using namespace livetet;
-    constexpr int our_fault = 70;  // as EX_SOFTWARE of sysexits.h
-    ::setenv("HWLOC_COMPONENTS", "-gl",
-             0);  // Open MPI would ask each X server of the machine for graphics cards, and print
-                  // what those of others answer
-    // A closed standard stream's number would be the next file's, and what is printed would go into
-    // that.
+/// What has to be set before anything is printed, opened or started.
+void prepare_process() {
+    // Open MPI would ask each X server of the machine for graphics cards, and print what servers of
+    // other users answer.
+    ::setenv("HWLOC_COMPONENTS", "-gl", 0);
+    // The next file opened would get the number of a closed standard stream, and receive what is
+    // printed.
     for (int stream = 0; stream < 3; ++stream)
         if (::fcntl(stream, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
-    remove_temporary_files_at_signals();
-    std::signal(
-        SIGXFSZ,
-        SIG_IGN);  // a file over the user's limit is an error in writing, which has its line
-    CLI::App app{
-        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
-        "model that tracked\n"
-        "sensors move, each frame."};
-    app.set_version_flag("--version", LIVETET_VERSION);
-    app.require_subcommand(1);
-    app.footer(
-        "Each command explains itself: livetet COMMAND --help. Exit status: 0 well, 1 a benchmark "
-        "missed a target, 2 bad input, 3 not "
-        "converged, 70 our fault; 128 and its number where a signal ended it.");
-    ExitStatus status;
+    livetet::remove_temporary_files_at_signals();
+    // A file over the user's limit becomes an error of the write, which has its own message.
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void add_commands(CLI::App& app, livetet::ExitStatus& status) {
+    using namespace livetet;
 #ifdef LIVETET_IMAGES
     add_phantom_command(app);
 #endif
@@ -168,34 +159,57 @@ int main(int argc, char** argv) {
     add_tune_command(app, status);
     add_bench_command(app, status);
     add_scene_command(app);
+}
+
+/// Parses the command line and runs the command. Throws what the command throws.
+void run_command(CLI::App& app, int argc, char** argv) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+    if (argc > 1 && argv[1][0] != '-' &&
+        std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+        const std::string nearest = livetet::nearest_name(argv[1], names);
+        livetet::fail("unknown command {}, {}", argv[1],
+                      nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
+                                      : fmt::format("did you mean {}?", nearest));
+    }
+    app.parse(argc, argv);
+    if (std::fflush(stdout) != 0)
+        throw std::system_error(errno, std::generic_category(), "standard output");
+    if (std::ferror(stdout) != 0)  // an earlier write of a library failed
+        livetet::fail(
+            "standard output: not all could be written; is the disk full, or its reader gone?");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace livetet;
+    prepare_process();
+    CLI::App app{
+        "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
+        "model that tracked\n"
+        "sensors move, each frame."};
+    app.set_version_flag("--version", LIVETET_VERSION);
+    app.require_subcommand(1);
+    app.footer(
+        "Help of a command: livetet COMMAND --help. Exit status: 0 success, 1 a benchmark missed a "
+        "target, 2 bad input, 3 not converged, 70 internal error; 128 plus the signal's number if "
+        "a signal ended it.");
+    ExitStatus status;
+    add_commands(app, status);
     refuse_no_numbers(app);
     try {
-        std::vector<std::string> names;
-        for (const CLI::App* command : app.get_subcommands({}))
-            names.push_back(command->get_name());
-        if (argc > 1 && argv[1][0] != '-' &&
-            std::find(names.begin(), names.end(), argv[1]) == names.end()) {
-            const std::string nearest = nearest_name(argv[1], names);
-            fail("unknown command {}, {}", argv[1],
-                 nearest.empty() ? fmt::format("expected one of {}", fmt::join(names, ", "))
-                                 : fmt::format("did you mean {}?", nearest));
-        }
-        app.parse(argc, argv);
-        if (std::fflush(stdout) != 0)
-            throw std::system_error(errno, std::generic_category(), "standard output");
-        if (std::ferror(stdout) != 0)
-            fail(
-                "standard output: not all could be written; is the disk full, or its reader gone?");  // earlier, by a library
+        run_command(app, argc, argv);
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
         return e.get_exit_code() == 0
                    ? app.exit(e)
-                   : give_up(fmt::format("{} (livetet --help explains)", told(e, app)), 2);
+                   : give_up(fmt::format("{} (livetet --help explains)", error_text(e, app)), 2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
-    } catch (const std::system_error& e) {  // the machine has no more of something: files,
-                                            // processes, room where standard output goes
+    } catch (const std::system_error& e) {
+        // The machine has run out of something: files, processes, room for standard output.
         return give_up(e.what(), 2);
     } catch (const PetscFailure& e) {
         if (PetscSession::any_options() && e.may_be_an_option())

@@ -32,14 +32,14 @@ struct MeshArguments {
     bool metres = false, again = false;
     MeshingOptions options;
     std::optional<double> budget_ms, inside_growth, fix_edge_ratio;
-    std::vector<double> spheres;  ///< five numbers each
+    std::vector<double> spheres;  ///< five numbers for each sphere
 };
 
 bool is_scene(const std::filesystem::path& path) {
     return ending(path) == ".yaml" || ending(path) == ".yml";
 }
 
-/// File names and Gmsh's words need not be UTF-8.
+/// Replaces invalid UTF-8, which file names and Gmsh's messages may contain.
 std::string text_of(const nlohmann::json& json, int indent) {
     return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -90,7 +90,7 @@ nlohmann::json to_json(const LevelReport& level) {
     return json;
 }
 
-/// Says how the input became a hierarchy, and gives the same for the files.
+/// Prints how the input was meshed, and returns the same as JSON.
 nlohmann::json report(const MeshedInput& meshed) {
     nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
     if (const auto& image = meshed.image) {
@@ -118,7 +118,7 @@ nlohmann::json report(const MeshedInput& meshed) {
                          {"smoothing_mm", image->smoothing_mm},
                          {"moved", to_json(image->moved)}};
     }
-    // Levels that were refined afterwards stand before those that were meshed.
+    // Refined levels come before meshed ones.
     const auto& levels = meshed.result.hierarchy.levels;
     const std::size_t refined = levels.size() - meshed.result.levels.size();
     std::vector<MeshQuality> qualities;
@@ -142,8 +142,8 @@ nlohmann::json report(const MeshedInput& meshed) {
     return json;
 }
 
-/// The mesh block and the options that it does not have, as the user gave them or by default.
-nlohmann::json asked(const MeshArguments& a) {
+/// The mesh block and the options that it lacks, as given or by default.
+nlohmann::json requested(const MeshArguments& a) {
     MeshSource source = a.source;
     source.file = source.file.filename();
     nlohmann::json json{{"mesh", to_yaml(source)},
@@ -154,14 +154,14 @@ nlohmann::json asked(const MeshArguments& a) {
     return json;
 }
 
-/// Counts up where the same input and options give another mesh than before.
+/// To be increased when the same input and options give another mesh than before.
 constexpr int meshing_rules = 4;
 
-/// What the result depends on: 64 bits of the bytes of the input and of the mask, the options and
-/// the versions (G. Fowler, L. Noll, K. Vo: FNV-1a). None where not all of these can be looked at.
+/// A hash of everything that the result depends on: the bytes of input and mask, the options and
+/// the versions. 64 bits of FNV-1a (G. Fowler, L. Noll, K. Vo). Empty if not all of it can be read.
 std::optional<std::string> fingerprint(const MeshArguments& a) {
     MeshSource source = a.source;
-    source.file.clear();  // its bytes count, not its name
+    source.file.clear();  // hashed by its contents, not its name
     std::string text = fmt::format("{} {} {} {}\n{}", meshing_rules, LIVETET_VERSION,
                                    gmsh_version(), cgal_version(), to_yaml(source));
     text += fmt::format("{} {} {} {} {}", a.options.min_dihedral_deg, a.options.gmsh_time_limit_s,
@@ -176,19 +176,19 @@ std::optional<std::string> fingerprint(const MeshArguments& a) {
     return digest(text);
 }
 
-/// What a hierarchy file of ours says about itself, or null where there is none.
+/// The report stored in a hierarchy file of ours, or null.
 nlohmann::json stored_report(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) return nullptr;
     try {
         return nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr,
                                      false);
     } catch (const Error&) {
-        return nullptr;  // not ours, or damaged: to be written anew
+        return nullptr;  // not ours, or damaged: to be written again
     }
 }
 
-/// An image or surface to a hierarchy. Where that fails, the surface that it failed on lies beside
-/// the output.
+/// Meshes an image or surface. If that fails, writes the surface that it failed on beside the
+/// output.
 MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json,
                               std::optional<ImageGrid>& image) {
     ProgressLine progress("mesh");
@@ -200,10 +200,10 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
         json = report(meshed);
         image = meshed.grid;
         json.update({{"made_by", meshed.result.hierarchy.provenance},
-                     {"asked", asked(a)},
+                     {"asked", requested(a)},
                      {"fingerprint", key}});
         if (!same_file(look, a.source.file))
-            std::filesystem::remove(look);  // of an earlier failure
+            std::filesystem::remove(look);  // left by an earlier failure
         return std::move(meshed.result.hierarchy);
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, look, a.source.file);
@@ -211,7 +211,7 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
 }
 #endif
 
-/// The nodes under the mask as the set "fixed" of every level; `json` gets how many.
+/// Makes the nodes under the mask the set "fixed" of every level; adds their numbers to `json`.
 void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArguments& a,
                nlohmann::json& json) {
     const std::string name = a.fixed_mask.filename().string();
@@ -228,12 +228,12 @@ void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArgu
                    mesh.nodes.size(), name);
         json["fixed"]["nodes"].push_back(nodes.size());
         mesh.node_sets["fixed"] = std::move(nodes);
-        mesh.triangle_sets.erase("fixed");  // of a group of that name, which it no longer is
+        mesh.triangle_sets.erase("fixed");  // of a group of this name, which the set replaces
     }
 }
 
-/// What is written is a hierarchy, and nothing that was read is lost. `given`: the scene, or the
-/// input itself.
+/// Throws Error unless a hierarchy file is written and no input is overwritten. `given`: the scene,
+/// or the input itself.
 void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     if (ending(a.output) != ".h5")
         fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5",
@@ -241,10 +241,10 @@ void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask});
     if (same_file(a.json, a.output))
         fail("--json {}: is the same file as --output, expected another", a.json.string());
-    (void)PendingFile(a.output);  // that it can be written, before minutes of meshing
+    (void)PendingFile(a.output);  // throws before minutes of meshing if it cannot be written
 }
 
-/// Options that the input has no use for are mistakes of the user's, not to be passed over.
+/// Throws Error if an option does not apply to the input.
 void check_options_for(const MeshArguments& a, const CLI::App& command) {
     const auto count = [&](const MeshKey& key) { return command.count(key.option) > 0; };
     const auto option = [](const MeshKey& key) { return std::string(key.option); };
@@ -256,9 +256,9 @@ void check_options_for(const MeshArguments& a, const CLI::App& command) {
     refuse_idle_keys(load_scene(a.source.file).mesh.file, count, option);
 }
 
-/// What a mesh that was read says of how it was made. Not the fingerprint: that is of what `mesh`
-/// made, and what is written now may be another mesh or have another set of fixed nodes.
-nlohmann::json told_by(const MeshHierarchy& hierarchy, const std::string& name) {
+/// The provenance of a mesh that was read. Without the fingerprint, which would claim that `mesh`
+/// made what is written now: that may differ in its fixed nodes.
+nlohmann::json read_provenance(const MeshHierarchy& hierarchy, const std::string& name) {
     nlohmann::json json = nlohmann::json::parse(hierarchy.provenance, nullptr, false);
     if (!json.is_object()) json = {{"made_by", hierarchy.provenance}};
     json.erase("fingerprint");
@@ -285,7 +285,7 @@ void run(MeshArguments& a) {
     if (!a.fixed_mask.empty()) mask = read_mask(a.fixed_mask);
     nlohmann::json json;
     MeshHierarchy hierarchy;
-    std::optional<ImageGrid> image;  // that it comes from
+    std::optional<ImageGrid> image;  // of the input
 #ifdef LIVETET_IMAGES
     if (!is_tet_mesh_name(a.source.file)) {
         const std::optional<std::string> key = fingerprint(a);
@@ -311,7 +311,7 @@ void run(MeshArguments& a) {
         hierarchy = load_mesh(a.source, progress.callback());
         if (kind_of(a.source.file) == hierarchy_kind) image = read_image_grid(a.source.file);
         std::vector<MeshQuality> qualities;
-        json = told_by(hierarchy, a.source.file.filename().string());
+        json = read_provenance(hierarchy, a.source.file.filename().string());
         for (const TetMesh& level : hierarchy.levels)
             json["levels"].push_back(to_json(qualities.emplace_back(measure_quality(level))));
         fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),
@@ -324,28 +324,15 @@ void run(MeshArguments& a) {
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
 }
 
-}  // namespace
-
-void add_mesh_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes, with its quality");
-    auto a = std::make_shared<MeshArguments>();
+/// Options that say the same as a key of a scene's mesh block.
+void add_source_options(CLI::App* command, MeshArguments* a) {
     command
-        ->add_option("input", a->source.file,
-                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
-                     ".vtk, .vtp, .off), mesh "
-                     "(.msh, .vtu, .h5), or a scene (.yaml)")
-        ->required();
-    command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
-    command
-        ->add_option("--labels", a->source.labels,
-                     "labels of the body, together (default: all but 0)")
+        ->add_option("--labels", a->source.labels, "labels that form the body (default: all but 0)")
         ->delimiter(',');
     command
         ->add_option("--threshold", a->source.threshold,
                      "of a grey image: the body is the voxels with values from LOW to HIGH, in its "
-                     "units; either may be "
-                     "left out")
+                     "units; either may be left out")
         ->type_name("LOW:HIGH")
         ->check([](const std::string& text) {
             return range_of(text)
@@ -354,23 +341,23 @@ void add_mesh_command(CLI::App& app) {
         });
     command
         ->add_option("--voxel-mm", a->source.voxel_mm,
-                     "spacing of the grid that an image's surface is cut from (default: by the "
-                     "sizes of body and voxels, 1.5 for "
-                     "an organ)")
+                     "spacing of the grid from which an image's surface is extracted (default: "
+                     "from the sizes of body and voxels, 1.5 for an organ)")
         ->check(CLI::PositiveNumber);
     command
         ->add_option("--smoothing-mm", a->source.smoothing_mm,
                      "standard deviation of the Gaussian that smooths an image's voxels, at least "
-                     "0.6 of them (default: likewise; "
-                     "less where a thin body would lose volume)")
+                     "0.6 voxels (default: likewise; less if a thin body would lose volume)")
         ->check(CLI::PositiveNumber);
-    command->add_option("--tets", a->source.tets, "about how many tetrahedra the finest level gets")
+    command
+        ->add_option("--tets", a->source.tets,
+                     "approximate number of tetrahedra of the finest level")
         ->capture_default_str()
         ->check(CLI::Range(min_tets, max_tets));
     command
         ->add_option("--levels", a->source.levels,
-                     "how many levels; 0: as many as bring the coarsest to about 150 tets; of a "
-                     ".msh or .vtu its own alone")
+                     "number of levels; 0: as many as bring the coarsest to about 150 tets, but "
+                     "one for a .msh or .vtu")
         ->capture_default_str()
         ->check(CLI::Range(0, max_levels));
     command
@@ -379,52 +366,71 @@ void add_mesh_command(CLI::App& app) {
         ->delimiter(',')
         ->check(CLI::PositiveNumber);
     command->add_flag("--metres", a->metres,
-                      "a surface, .msh or .vtu is in metres, not millimetres");
+                      "a surface, .msh or .vtu file is in metres, not millimetres");
     command
         ->add_option("--space", a->source.space,
-                     "which way the axes of a surface, .msh or .vtu point: ras, or lps as Slicer's "
-                     "models since 2020")
+                     "axes of a surface, .msh or .vtu file: ras, or lps as in models of 3D Slicer "
+                     "since 2020")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
+}
+
+/// Options that only this command has: where the mesh is finer, and what a level must satisfy.
+void add_meshing_options(CLI::App* command, MeshArguments* a) {
     command
-        ->add_option(
-            "--budget-ms", a->budget_ms,
-            "instead of --tets: as many as one frame of so many ms has time for (0.1 us a tet)")
+        ->add_option("--budget-ms", a->budget_ms,
+                     "instead of --tets: as many as a frame of this time can solve (0.1 us a tet)")
         ->check(CLI::Range(1e3 * live_seconds_per_tet * min_tets,
                            1e3 * live_seconds_per_tet * max_tets))
         ->excludes("--tets");
     command
         ->add_option("--refine-sphere", a->spheres,
-                     "finer near a place: x,y,z,radius,edge in mm, RAS; more of them in one list")
+                     "finer in a sphere: x,y,z,radius,edge in mm, RAS; several in one list")
         ->delimiter(',');
     command
         ->add_option("--inside-growth", a->inside_growth,
-                     "edges deep inside over those of the surface, 1 to 10")
+                     "ratio of edge lengths deep inside to those on the surface, 1 to 10")
         ->check(CLI::Range(1.0, 10.0));
     command
         ->add_option("--min-dihedral-deg", a->options.min_dihedral_deg,
-                     "no tet of an accepted level has a smaller dihedral angle; 0: any")
+                     "smallest dihedral angle of an accepted level; 0: any")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 15.0));
     command
-        ->add_option(
-            "--time-limit-s", a->options.gmsh_time_limit_s,
-            "for each level: whatever remeshes or fills it is killed then, and the level given up")
+        ->add_option("--time-limit-s", a->options.gmsh_time_limit_s,
+                     "time limit of each level, for remeshing and for filling")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes and its quality");
+    auto a = std::make_shared<MeshArguments>();
+    command
+        ->add_option("input", a->source.file,
+                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
+                     ".vtk, .vtp, .off), mesh "
+                     "(.msh, .vtu, .h5), or a scene (.yaml)")
+        ->required();
+    command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
+    add_source_options(command, a.get());
+    add_meshing_options(command, a.get());
     command->add_flag("--again", a->again,
-                      "mesh even where the output was made from the same input and options");
+                      "mesh even if the output was made from the same input and options");
     command->add_option(
         "--fix", a->fixed_mask,
-        "mask image, of any of the formats: nodes under it become the set \"fixed\"");
+        "mask image in any of the formats: nodes under it become the set \"fixed\"");
     command
         ->add_option("--fix-edge-ratio", a->fix_edge_ratio,
-                     "finer at the border of the --fix mask: edges there over those elsewhere, 0.1 "
-                     "to 1, such as 0.5")
+                     "finer at the border of the --fix mask: ratio of edge lengths there to those "
+                     "elsewhere, 0.1 to 1, such as 0.5")
         ->check(CLI::Range(0.1, 1.0))
         ->needs("--fix");
-    command->add_option("--json", a->json, "write the report to this file too");
+    command->add_option("--json", a->json, "also write the report to this file");
     command->callback([a, command] {
         check_options_for(*a, *command);
         run(*a);

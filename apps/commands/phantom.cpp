@@ -61,30 +61,28 @@ void add_phantom_command(CLI::App& app) {
     PhantomOptions& o = a->options;
     command
         ->add_option("-o,--output", a->output,
-                     "folder to write to; made if missing, its other files are left alone")
+                     "output folder; created if missing, other files in it are kept")
         ->required()
         ->type_name("DIR");
     command
         ->add_option("--seed", o.seed,
-                     "of all noise: the same seed gives the same images and recordings")
+                     "seed of all noise: the same seed gives the same images and recordings")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
-    command->add_option("--spacing-mm", o.spacing_mm, "edge of the image's voxels")
+    command->add_option("--spacing-mm", o.spacing_mm, "edge length of the image's voxels")
         ->capture_default_str();
     command
-        ->add_option("--position-noise-mm", o.position_noise_mm,
-                     "RMS length of a tracked position's error")
+        ->add_option("--position-noise-mm", o.position_noise_mm, "RMS error of a tracked position")
         ->capture_default_str();
     command
         ->add_option("--rotation-noise-deg", o.rotation_noise_deg,
-                     "RMS angle of a tracked rotation's error")
+                     "RMS error of a tracked rotation")
         ->capture_default_str();
-    command->add_option("--rate-Hz", o.rate_Hz, "tracker samples in a second")
-        ->capture_default_str();
+    command->add_option("--rate-Hz", o.rate_Hz, "tracker samples a second")->capture_default_str();
     command
         ->add_option("--truth-tets", o.truth_tets,
-                     "about how many tetrahedra the truth is solved on; should be finer than the "
-                     "mesh it judges")
+                     "approximate number of tetrahedra of the true organ; should exceed that of "
+                     "the mesh to be judged")
         ->capture_default_str();
     command->callback([a] { run(*a); });
 }

@@ -9,7 +9,7 @@
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "io/sequence_file.hpp"
 #include "io/text.hpp"
 
@@ -24,7 +24,7 @@ struct RecordArguments {
     double seconds = 0;
 };
 
-/// What could not be written later is refused before anything is recorded.
+/// Refuses invalid outputs and tools before anything is recorded.
 void check(const RecordArguments& a) {
     if (ending(a.output) != ".mha")
         fail("--output {}: expected a name that ends in .igs.mha, a PLUS sequence",
@@ -35,29 +35,30 @@ void check(const RecordArguments& a) {
         if (!is_sequence_tool(a.tools[i]))
             fail("--tool '{}': expected a name without blanks, '=' and ':'", a.tools[i]);
         if (std::find(a.tools.begin(), a.tools.begin() + i, a.tools[i]) != a.tools.begin() + i)
-            fail("--tool {}: is there twice, expected each tool once", a.tools[i]);
+            fail("--tool {}: given twice, expected each tool once", a.tools[i]);
     }
 }
 
 void record(const RecordArguments& a) {
     check(a);
-    const Interruptible interruptible;  // until all is written
+    const StopSignals signals;  // until all is written
     const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
-    const Heard heard = listen(a.source, {a.tools, a.seconds, "record", save});
-    write_sequence(a.output, heard.recording);
-    const auto& samples = heard.recording.samples;
-    const double interval_s = sample_interval(heard.recording);
+    const TrackerRecording received =
+        record_tracker(a.source, {a.tools, a.seconds, signals.token(), "record", save});
+    write_sequence(a.output, received.recording);
+    const auto& samples = received.recording.samples;
+    const double interval_s = sample_interval(received.recording);
     fmt::print("samples      {} in {:.1f} s{}\n", samples.size(),
                samples.back().time_s - samples.front().time_s,
                interval_s > 0 ? fmt::format(", {:.1f} Hz", 1 / interval_s) : "");
-    for (std::size_t i = 0; i < heard.recording.tools.size(); ++i) {
+    for (std::size_t i = 0; i < received.recording.tools.size(); ++i) {
         const auto seen = std::ranges::count_if(
             samples, [i](const TrackerSample& s) { return s.poses[i].status == PoseStatus::ok; });
-        fmt::print("{:<12} seen in {} of them\n", heard.recording.tools[i], seen);
+        fmt::print("{:<12} seen in {} of them\n", received.recording.tools[i], seen);
     }
-    if (!heard.left_out.empty())
+    if (!received.left_out.empty())
         fmt::print("left out     {}: expected names such as StylusToTracker\n",
-                   fmt::join(heard.left_out, ", "));
+                   fmt::join(received.left_out, ", "));
     fmt::print("written      {}\n", a.output.string());
 }
 
@@ -66,20 +67,18 @@ void record(const RecordArguments& a) {
 void add_record_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "record",
-        "Records what a tracker sends into a PLUS sequence. Ctrl-C ends it, and what came is kept");
+        "Records a tracker into a PLUS sequence. Ctrl-C ends it, and everything received is kept");
     auto a = std::make_shared<RecordArguments>();
     command
         ->add_option("source", a->source,
                      "openigtlink://host:port of a tracker server such as PLUS; or a recording or "
-                     "a simulated tracker's "
-                     "script (.yaml), which is taken at once")
+                     "the script of a simulated tracker (.yaml), which is read at once")
         ->required();
     command->add_option("-o,--output", a->output, "the recording (.igs.mha)")->required();
-    command->add_option("--tool", a->tools,
-                        "a tool to record, Stylus for StylusToTracker; may be repeated (default: "
-                        "every one that comes)");
-    command
-        ->add_option("--for", a->seconds, "stop after so many seconds, counted from the first pose")
+    command->add_option(
+        "--tool", a->tools,
+        "a tool to record, Stylus for StylusToTracker; may be repeated (default: all that come)");
+    command->add_option("--for", a->seconds, "stop after this time in seconds from the first pose")
         ->check(CLI::PositiveNumber);
     command->callback([a] { record(*a); });
 }

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/read_until_signal.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/scene/outputs.hpp"
@@ -24,9 +25,9 @@ namespace livetet {
 namespace {
 
 constexpr double symmetric_m =
-    0.001;  // a layout that looks like itself within this may be touched in the wrong order
-constexpr double narrow =
-    0.1;  // fiducials in a strip that is this narrow hardly hold a turn about it
+    0.001;  // a layout symmetric within this distance may be touched in the wrong order
+constexpr double narrow = 0.1;  // a strip of fiducials with a smaller aspect ratio hardly
+                                // determines the rotation about it
 
 std::string numbered(const std::vector<std::size_t>& order) {
     std::vector<std::size_t> numbers;
@@ -62,7 +63,7 @@ void refuse_wrong_order(const RegisterArguments& a, const FiducialRegistration& 
         numbered(better->order), 1e3 * better->fre);
 }
 
-/// Fiducials in metres where mm are expected, or of another patient.
+/// Throws Error if the distances differ, as for fiducials in metres or of another patient.
 void refuse_other_size(const RegisterArguments& a, std::span<const Eigen::Vector3d> from,
                        std::span<const Eigen::Vector3d> to) {
     constexpr double most = 1.5;
@@ -168,15 +169,15 @@ void print_surface(const RegisterArguments& a, const SurfaceFit& fit, double mov
     std::vector<std::string> free;
     for (std::size_t k = 0; k < fit.free_motions; ++k) free.push_back(in_words(fit.motions[k]));
     fmt::print(
-        "warning: the surface points do not hold {}: there the fiducials' word stands; touch more "
-        "sides\n",
+        "warning: the surface points do not determine {}, which is left to the fiducials; touch "
+        "more sides\n",
         fmt::join(free, ", "));
 }
 
 void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     const TriangleMesh surface = read_organ_surface(a);
     SimilarityTransform<ImageFrame, Base>& t = r.image_from_base;
-    std::vector<Eigen::Vector3d> points = collect_surface_points(a);
+    std::vector<Eigen::Vector3d> points = collect_surface_points(a, read_until_signal);
     for (Eigen::Vector3d& p : points) p = t * p;
     const SurfaceFit fit = with_context(a.surface.string(), [&] {
         return fit_to_surface(points, surface, {.left_out = a.surface_left_out});
@@ -212,12 +213,12 @@ void register_fiducials(const RegisterArguments& a) {
     expect_ending("--output", a.output, ".json");
     refuse_to_overwrite("--output", a.output,
                         {a.tracker, a.image, a.tip, a.surface, a.surface_points});
-    // 1. the fiducials, in one order
-    FiducialRegistration r = collect_fiducials(a);
+    // 1. fiducials, in the same order
+    FiducialRegistration r = collect_fiducials(a, read_until_signal);
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
     if (a.any_order) find_the_order(a, r);
 
-    // 2. the fit, checked by a second method
+    // 2. fit, checked by a second method
     const auto from = places_in_base(r), to = places_in_image(r);
     const auto weights = weights_of(r);
     if (!a.scale) refuse_other_size(a, from, to);
@@ -227,7 +228,7 @@ void register_fiducials(const RegisterArguments& a) {
     refuse_wrong_order(a, r);
     r.image_from_base = {fit.scale, fit.rotation, fit.translation};
 
-    // 3. what it is worth
+    // 3. accuracy
     const auto left_out = leave_one_out(from, to, scaling, weights);
     r.fre = fit.fre;
     r.fle = fle_from_fre(fit.fre, from.size(), scaling, weights);
@@ -241,7 +242,7 @@ void register_fiducials(const RegisterArguments& a) {
     name_outlier(r, scaling);
     warn_of_layout(r);
 
-    // 4. points on the surface, from there
+    // 4. refinement by points on the surface
     if (!a.surface.empty()) fit_surface(a, r);
     if (a.output.empty()) return;
     write_registration(a.output, r);
@@ -253,22 +254,20 @@ void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArgume
                         "the organ's surface in the image: points touched on it refine the "
                         "registration (ICP); a mesh "
                         "hierarchy (.h5) or a surface (.stl, .obj, .ply, .vtk, .vtp, .off, in mm)");
-    command->add_option(
-        "--surface-points", a->surface_points,
-        "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in the frame "
-        "registered, or a "
-        "recording in which the tip is led over it, or openigtlink://host:port on which it is now");
+    command->add_option("--surface-points", a->surface_points,
+                        "points on the surface, in any order: a list (.csv, .mrk.json, .fcsv) in "
+                        "the registered frame, a recording in which the tip is led over the "
+                        "surface, or openigtlink://host:port of a tracker that sees it now");
     command->add_option("--surface-frames", a->surface_frames,
-                        "frames of that recording (else of --tracker) in which the tip is on the "
+                        "frames of that recording (or of --tracker) in which the tip is on the "
                         "surface, 950:1400,...");
     command
         ->add_option("--surface-left-out", a->surface_left_out,
-                     "share of the surface points, the farthest from it, that does not count")
+                     "share of the surface points, those farthest from it, that is left out")
         ->capture_default_str();
     command
-        ->add_option(
-            "--space", a->space,
-            "which way the axes of a surface file point: ras, or lps as Slicer's models since 2020")
+        ->add_option("--space", a->space,
+                     "axes of a surface file: ras, or lps as in models of 3D Slicer since 2020")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
         ->default_str("ras");
@@ -282,11 +281,10 @@ void add_register_command(CLI::App& app) {
                                            "image by fiducials, and by the organ's surface");
     auto a = std::make_shared<RegisterArguments>();
     command
-        ->add_option(
-            "--tracker", a->tracker,
-            "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), or a recording in which a "
-            "tool rests on "
-            "each in turn, or openigtlink://host:port of a tracker server on which it does so now")
+        ->add_option("--tracker", a->tracker,
+                     "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), a recording in "
+                     "which a tool rests on each in turn, or openigtlink://host:port of a tracker "
+                     "server where it does so now")
         ->required();
     command
         ->add_option("--image", a->image,
@@ -294,31 +292,31 @@ void add_register_command(CLI::App& app) {
         ->required();
     command
         ->add_option("--for", a->seconds,
-                     "tracker server: listen so many seconds (default: until Ctrl-C)")
+                     "tracker server: recording time in seconds (default: until Ctrl-C)")
         ->check(CLI::PositiveNumber);
     command->add_flag(
         "--any-order", a->any_order,
-        "the order is not the same: find it (at most 10 fiducials; all orders, exactly)");
-    command->add_option("--weight", a->weights,
-                        "NAME=W: how much a fiducial counts, 1 / its squared error; 0 leaves it "
-                        "out; may be repeated");
-    command->add_option("--tool", a->tool, "recording: the tool that touches them")
+        "the two lists differ in order: find it (at most 10 fiducials; tries all orders)");
+    command->add_option(
+        "--weight", a->weights,
+        "NAME=W: weight of a fiducial, 1 / its squared error; 0 leaves it out; may be repeated");
+    command->add_option("--tool", a->tool, "recording: the tool that touches the fiducials")
         ->capture_default_str();
-    command->add_option("--tip", a->tip, "recording: the tool's tip, of `livetet calibrate`");
+    command->add_option("--tip", a->tip, "recording: the tool's tip, from `livetet calibrate`");
     command->add_option("--tip-mm", a->tip_mm, "recording: the tool's tip as X Y Z in mm")
         ->expected(3);
     command->add_option(
         "--reference", a->reference,
-        "recording: a sensor fixed to the organ; the registration is then made in its frame");
+        "recording: a sensor fixed to the organ; the registration is made in its frame");
     command->add_option(
         "--dwells", a->dwells,
-        "recording: frames in which the tip rests, 80:150,175:245,... (default: found)");
+        "recording: frames in which the tip rests, 80:150,175:245,... (default: detected)");
     command
         ->add_option(
             "--target-mm", a->targets_mm,
-            "a place X Y Z in the image (mm) to state the expected error at; may be repeated")
+            "a point X Y Z in the image (mm) at which to state the expected error; may be repeated")
         ->expected(3, 300);
-    command->add_flag("--scale", a->scale, "estimate a scale too");
+    command->add_flag("--scale", a->scale, "also estimate a scale");
     add_surface_options(command, a);
     command->add_option("-o,--output", a->output,
                         "write the registration to this file (.json) for `livetet track`");

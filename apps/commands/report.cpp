@@ -30,79 +30,82 @@ struct ReportArguments {
     bool no_pictures = false;
 };
 
-/// A report of either kind of run, in all of its forms.
-struct Told {
+/// A report of a tracked or solved run in all its formats.
+struct RunReport {
     std::vector<std::string> verdicts;
     std::string text, json;
     std::function<std::string(std::span<const PagePicture>, const std::string& no_pictures)> page;
     std::function<void(const fs::path& folder)> draw;
     std::vector<std::pair<const char*, const char*>>
-        pictures;  ///< files that `draw` may leave, in a reader's order, and what they show
+        pictures;  ///< files that `draw` may write, in reading order, with captions
 };
 
-Told tell_tracked(const ReportArguments& arguments, std::shared_ptr<const ResultReader> reader) {
+RunReport report_tracked(const ReportArguments& arguments,
+                         std::shared_ptr<const ResultReader> reader) {
     const auto result =
         std::make_shared<RunResult>(read_run_result(std::move(reader), arguments.result));
     std::optional<Truth> truth;
     if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
     const auto report = std::make_shared<Report>(make_report(*result, truth ? &*truth : nullptr));
-    Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
-    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
+    RunReport run{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
+    run.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
         return report_page(*report, pictures, why);
     };
 #ifdef LIVETET_IMAGES
-    told.draw = [result, report](const fs::path& folder) {
+    run.draw = [result, report](const fs::path& folder) {
         write_organ_picture(
             folder / "organ.png", result->mesh, result->displacement(report->deepest_frame),
             fmt::format("at {:.2f} s", result->frames[report->deepest_frame].time_s));
         write_frame_times_picture(folder / "frame_times.png", result->frames, *report);
         if (report->truth) write_target_error_picture(folder / "target_error.png", *report->truth);
     };
-    told.pictures = {
+    run.pictures = {
         {"organ.png", "The organ at rest and at its deepest press, coloured by displacement"},
         {"target_error.png", "Error at the targets over time"},
         {"frame_times.png", "What each frame took"}};
 #endif
-    return told;
+    return run;
 }
 
-Told tell_solved(const ReportArguments& arguments, std::shared_ptr<const ResultReader> result) {
+RunReport report_solved(const ReportArguments& arguments,
+                        std::shared_ptr<const ResultReader> result) {
     if (!arguments.truth.empty())
         fail("--truth: {} holds no tracked poses, expected the result of livetet track",
              arguments.result.string());
     const auto report = std::make_shared<SolveReport>(make_solve_report(*result, arguments.result));
-    Told told{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
-    told.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
+    RunReport run{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
+    run.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
         return report_page(*report, pictures, why);
     };
 #ifdef LIVETET_IMAGES
-    told.draw = [result, report](const fs::path& folder) {
+    run.draw = [result, report](const fs::path& folder) {
         TetMesh mesh = result->mesh();
         mesh.node_sets["fixed"] = report->fixed;
         write_organ_picture(folder / "body.png", mesh, result->displacement(report->largest_frame),
                             fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame],
                                         report->is_static() ? "of the load" : "s"));
     };
-    told.pictures = {
+    run.pictures = {
         {"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};
 #endif
-    return told;
+    return run;
 }
 
-Told tell(const ReportArguments& arguments) {
+RunReport make_run_report(const ReportArguments& arguments) {
     auto result = std::make_shared<const ResultReader>(arguments.result);
     const std::vector<std::string> names = result->value_names();
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
-        return tell_solved(arguments, std::move(result));
-    return tell_tracked(arguments, std::move(result));
+        return report_solved(arguments, std::move(result));
+    return report_tracked(arguments, std::move(result));
 }
 
-/// Pictures are a gift: where they cannot be had, the report stands without, and this is why.
+/// Draws the pictures. Returns why there are none, if there are none: the report is complete
+/// without.
 std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder,
-                                        [[maybe_unused]] const Told& told) {
+                                        [[maybe_unused]] const RunReport& run) {
 #ifdef LIVETET_IMAGES
     if (const auto problem = find_display()) return "there is no X server, and " + *problem;
-    told.draw(folder);
+    run.draw(folder);
     return std::nullopt;
 #else
     return "this build of livetet draws none";
@@ -110,10 +113,10 @@ std::optional<std::string> add_pictures([[maybe_unused]] const fs::path& folder,
 }
 
 std::vector<PagePicture> pictures_in([[maybe_unused]] const fs::path& folder,
-                                     [[maybe_unused]] const Told& told) {
+                                     [[maybe_unused]] const RunReport& run) {
     std::vector<PagePicture> pictures;
 #ifdef LIVETET_IMAGES
-    for (const auto& [name, caption] : told.pictures)
+    for (const auto& [name, caption] : run.pictures)
         if (fs::exists(folder / name)) pictures.push_back({caption, base64_of(folder / name)});
 #endif
     return pictures;
@@ -123,36 +126,37 @@ bool is_page(const fs::path& output) {
     return ending(output) == ".html" || ending(output) == ".htm";
 }
 
-void write_page(const ReportArguments& arguments, const Told& told) {
-    PendingFile page(arguments.folder);  // before pictures are drawn
+void write_page(const ReportArguments& arguments, const RunReport& run) {
+    PendingFile page(arguments.folder);  // throws before pictures are drawn if it cannot be written
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
     std::vector<PagePicture> pictures;
     std::string why = "--no-pictures";
     if (!arguments.no_pictures) {
         const WorkFolder folder;
-        why = add_pictures(folder.path(), told).value_or("");
-        pictures = pictures_in(folder.path(), told);
+        why = add_pictures(folder.path(), run).value_or("");
+        pictures = pictures_in(folder.path(), run);
         if (!why.empty()) fmt::print(stderr, "pictures left out: {}\n", why);
     }
-    write_text_file(page.path(), told.page(pictures, why));
-    if (extra) write_text_file(extra->path(), told.json);
+    write_text_file(page.path(), run.page(pictures, why));
+    if (extra) write_text_file(extra->path(), run.json);
     page.commit();
     if (extra) extra->commit();
-    for (const std::string& sentence : told.verdicts) fmt::print("{}\n", sentence);
+    for (const std::string& sentence : run.verdicts) fmt::print("{}\n", sentence);
     fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(),
                pictures.size());
 }
 
-/// All files or none: each is complete beside its place before the first is moved there.
-void write_texts(const ReportArguments& arguments, const Told& told) {
+/// Writes all files or none: each is complete under another name before the first is moved into
+/// place.
+void write_texts(const ReportArguments& arguments, const RunReport& run) {
     PendingFile text_file(arguments.folder / "report.txt"),
         json_file(arguments.folder / "report.json");
     std::optional<PendingFile> extra;
     if (!arguments.json.empty()) extra.emplace(arguments.json);
-    write_text_file(text_file.path(), told.text);
-    write_text_file(json_file.path(), told.json);
-    if (extra) write_text_file(extra->path(), told.json);
+    write_text_file(text_file.path(), run.text);
+    write_text_file(json_file.path(), run.json);
+    if (extra) write_text_file(extra->path(), run.json);
     text_file.commit();
     json_file.commit();
     if (extra) extra->commit();
@@ -166,20 +170,20 @@ void run(ReportArguments arguments) {
             "'{}'",
             arguments.folder.string(), end);
     refuse_to_overwrite("--json", arguments.json, {arguments.result, arguments.truth});
-    // 1. the run, and what it is measured by
-    const Told told = tell(arguments);
+    // 1. the run and its references
+    const RunReport run = make_run_report(arguments);
     if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
 
     // 2. the page, or texts and pictures
-    if (is_page(arguments.folder)) return write_page(arguments, told);
+    if (is_page(arguments.folder)) return write_page(arguments, run);
     std::error_code failure;
     fs::create_directories(arguments.folder, failure);
     if (failure)
         fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
-    write_texts(arguments, told);
-    fmt::print("{}\n", told.text);
+    write_texts(arguments, run);
+    fmt::print("{}\n", run.text);
     std::fflush(stdout);
-    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments.folder, told);
+    const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments.folder, run);
     if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
     fmt::print("written          {}\n", arguments.folder.string());
 }
@@ -195,20 +199,18 @@ void report_result(const std::filesystem::path& result, const std::filesystem::p
 
 void add_report_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "report",
-        "Says what a run was worth: errors, frame times or steps, what was left out, pictures");
+        "report", "Reports on a run: errors, frame times or steps, what was left out, pictures");
     auto arguments = std::make_shared<ReportArguments>();
-    command
-        ->add_option("result", arguments->result, "what livetet track or livetet solve wrote (.h5)")
+    command->add_option("result", arguments->result, "result of livetet track or solve (.h5)")
         ->required();
     command->add_option("--truth", arguments->truth,
                         "a phantom's truth (.json): errors at its hidden targets");
     command
         ->add_option(
             "-o,--output", arguments->folder,
-            "folder for report.txt, report.json and pictures; or one page that holds all (.html)")
+            "folder for report.txt, report.json and pictures; or one page with all of it (.html)")
         ->default_str("report, beside the result");
-    command->add_option("--json", arguments->json, "write the JSON to this file too");
+    command->add_option("--json", arguments->json, "also write the JSON to this file");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
     command->callback([arguments] { run(*arguments); });
 }

@@ -25,8 +25,8 @@ void add_scene_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "scene", "Prints every key of a scene file: default, unit, meaning, limits");
     auto script = std::make_shared<bool>(false), study = std::make_shared<bool>(false);
-    command->add_flag("--script", *script, "of a simulated tracker's script instead");
-    command->add_flag("--study", *study, "of a study file instead");
+    command->add_flag("--script", *script, "print those of a simulated tracker's script instead");
+    command->add_flag("--study", *study, "print those of a study file instead");
     command->callback([script, study] {
         if (*study)
             fmt::print(

@@ -7,6 +7,7 @@
 #include "apps/live/tracker_server.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
+#include "base/stop_signals.hpp"
 
 namespace livetet {
 
@@ -27,31 +28,33 @@ void serve_file(const ServeArguments& a) {
                colons ? "[" + a.server.address + "]" : a.server.address, server.port(),
                fmt::join(played.recording.tools, ", "));
     std::fflush(stdout);
-    with_context(a.source,
-                 [&] { serve(server, played, a.loop ? Repeat::until_stopped : Repeat::once); });
+    const StopSignals signals;
+    const Repeat repeat = a.loop ? Repeat::until_stopped : Repeat::once;
+    with_context(a.source, [&] { serve(server, played, repeat, signals.token()); });
 }
 
 }  // namespace
 
 void add_serve_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand("serve",
-                                           "Plays a recording or a simulated tracker as a tracker "
-                                           "server (OpenIGTLink), to try things without one");
+    CLI::App* command =
+        app.add_subcommand("serve",
+                           "Acts as a tracker server (OpenIGTLink) that plays a recording or a "
+                           "simulated tracker, for trials without hardware");
     auto a = std::make_shared<ServeArguments>();
     command
         ->add_option("source", a->source,
                      "a recording (PLUS sequence), or a simulated tracker's script (.yaml; livetet "
                      "scene --script)")
         ->required();
-    command->add_option("--port", a->server.port, "of TCP; 0: any that is free")
+    command->add_option("--port", a->server.port, "TCP port; 0: any free port")
         ->capture_default_str()
         ->check(CLI::Range(0, 65535));
     command
         ->add_option(
             "--address", a->server.address,
-            "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in")
+            "address to listen on: 127.0.0.1 for this machine only, 0.0.0.0 for all its networks")
         ->capture_default_str();
-    command->add_flag("--loop", a->loop, "begin again at its end, until Ctrl-C");
+    command->add_flag("--loop", a->loop, "repeat until Ctrl-C");
     command->callback([a] { serve_file(*a); });
 }
 

@@ -27,7 +27,7 @@ struct StudyArguments {
     bool list = false;
 };
 
-/// The ranks that solve together, and which of their groups this one is in.
+/// The ranks that solve together, and the index of their group.
 struct Group {
     MPI_Comm comm = MPI_COMM_NULL;
     int number = 0, count = 1;
@@ -40,7 +40,8 @@ struct Group {
         MPI_Comm_split(PETSC_COMM_WORLD, number, session.rank(), &comm);
     }
     ~Group() {
-        if (std::uncaught_exceptions() == 0) MPI_Comm_free(&comm);  // else the others do not come
+        if (std::uncaught_exceptions() == 0)
+            MPI_Comm_free(&comm);  // otherwise the other ranks do not take part
     }
     Group(const Group&) = delete;
     Group& operator=(const Group&) = delete;
@@ -63,7 +64,7 @@ void check_ranks(const Study& study, int ranks) {
              study.samples.size() * static_cast<std::size_t>(each));
 }
 
-/// Every mesh can be read, before anything is solved; by the first rank.
+/// Checks on rank 0 that every mesh can be read, before anything is solved.
 void check_meshes(const Study& study) {
     std::vector<std::string> seen;
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
@@ -87,7 +88,7 @@ std::string time_text(double seconds) {
     return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// How far all groups are, as told by what lies in the folder; looked at once a second.
+/// Progress of all groups, from the files in the folder; read once a second.
 class StudyProgress {
   public:
     StudyProgress(const StudyStore& store, std::size_t total)
@@ -116,7 +117,7 @@ class StudyProgress {
     ProgressLine line_{"study"};
 };
 
-/// Waits for the other groups without keeping a core busy.
+/// Waits for the other groups without occupying a core.
 void wait_for_all(StudyProgress* progress) {
     MPI_Request request = MPI_REQUEST_NULL;
     MPI_Ibarrier(PETSC_COMM_WORLD, &request);
@@ -128,18 +129,17 @@ void wait_for_all(StudyProgress* progress) {
     }
 }
 
-/// Solves what is not done yet: each group takes the next solve that nobody has taken.
+/// Solves what is not done: each group takes the next solve that no group has claimed.
 void solve_all(const Study& study, const StudyStore& store, const Group& group,
                StudyProgress* progress) {
     StudySolver solver(group.comm);
     const std::vector<bool> done = store.done();
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
-        // The leader's word alone: between two ranks' looks at the folder another group may have
-        // finished.
+        // Only the leader decides: another group may finish between two ranks' looks at the folder.
         if (!group.agree(group.leader && !done[k] && store.claim(k))) continue;
-        ProgressCallback told;
+        ProgressCallback callback;
         if (progress)
-            told = [&](double, std::string_view what) {
+            callback = [&](double, std::string_view what) {
                 progress->update(fmt::format("solve {}, {}", k, what));
             };
         const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
@@ -149,7 +149,7 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
             row.failure = reason.value_or("");
         } else {
             try {
-                row = solver.solve(study.scene(k), told);
+                row = solver.solve(study.scene(k), callback);
             } catch (const std::exception& e) {
                 store.note_failure(k, e.what());
                 throw;
@@ -180,7 +180,7 @@ void print_list(const Study& study) {
 }
 
 void print_summary(const StudyTable& table, const Study& study) {
-    constexpr std::size_t most_told = 5;
+    constexpr std::size_t max_printed = 5;
     std::size_t failed = 0, width = 6;
     double seconds = 0;
     for (const std::string& failure : table.failures) failed += !failure.empty();
@@ -213,10 +213,10 @@ void print_summary(const StudyTable& table, const Study& study) {
             "tissue has; a finer mesh or a gentler load may help\n",
             inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
-    for (std::size_t k = 0, told = 0; k < table.failures.size() && told < most_told; ++k) {
+    for (std::size_t k = 0, printed = 0; k < table.failures.size() && printed < max_printed; ++k) {
         if (table.failures[k].empty()) continue;
         fmt::print("  solve {}: {}\n", k, table.failures[k]);
-        if (++told == most_told && failed > most_told)
+        if (++printed == max_printed && failed > max_printed)
             fmt::print("  ... the others are in the table\n");
     }
     std::filesystem::path csv = study.options.output;
@@ -225,7 +225,7 @@ void print_summary(const StudyTable& table, const Study& study) {
 }
 
 #ifdef LIVETET_IMAGES
-/// An output of the solves that converged against each input that is a number and varies.
+/// Plots of an output of the converged solves against each varied numerical input.
 std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
                                     const std::string& output) {
     std::vector<ScatterChart> charts;
@@ -261,7 +261,7 @@ void draw(const StudyTable& table, const Study& study) {
                        fmt::join(table.outputs, ", "));
             continue;
         }
-        std::string name = output;  // as a file's
+        std::string name = output;  // valid in a file name
         std::replace_if(
             name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
         std::filesystem::path picture = study.options.output;
@@ -286,8 +286,8 @@ void draw(const StudyTable& table, const Study& study) {
 }
 
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
-    // 1. what is asked
-    PetscSession session("livetet", petsc);  // first, so that one rank says what is wrong
+    // 1. inputs
+    PetscSession session("livetet", petsc);  // first, so that only one rank reports an error
     Study study = [&] {
         std::optional<ProgressLine> line;
         if (session.rank() == 0) line.emplace("study");
@@ -303,7 +303,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     const bool first = session.rank() == 0;
     StudyStore store(study);
 
-    // 2. what is there already
+    // 2. completed solves
     int complete = first && store.is_complete();
     if (first && !complete) {
         check_meshes(study);
@@ -311,7 +311,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     }
     MPI_Bcast(&complete, 1, MPI_INT, 0, PETSC_COMM_WORLD);
 
-    // 3. what is not
+    // 3. remaining solves
     if (!complete) {
         const Group group(session, study.options.ranks_per_solve);
         std::optional<StudyProgress> progress;
@@ -321,7 +321,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     }
     if (!first) return 0;
 
-    // 4. one file of it all
+    // 4. one file of all solves
     if (!complete) {
         ProgressLine line("study");
         write_study(study, store, line.callback());
@@ -340,15 +340,16 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
 }  // namespace
 
 void add_study_command(CLI::App& app, ExitStatus& status) {
-    CLI::App* command = app.add_subcommand("study",
-                                           "Solves a scene many times over, with what varies in "
-                                           "it, under mpirun; killed, the same command goes on");
+    CLI::App* command =
+        app.add_subcommand("study",
+                           "Solves a scene many times with varied parameters, under mpirun; run "
+                           "again after an interruption, it continues");
     command->footer(
         "Other options with one dash go to PETSc: -log_view ...\nThe keys of a study: livetet "
         "scene --study.");
     auto arguments = std::make_shared<StudyArguments>();
     command->add_option("study", arguments->study, "study file (YAML)")->required();
-    command->add_flag("--list", arguments->list, "print what would be solved, and solve nothing");
+    command->add_flag("--list", arguments->list, "print the planned solves, and solve nothing");
     command->allow_extras();
     command->callback([command, arguments, &status] {
         status.value = run_study(*arguments, petsc_arguments(*command));

@@ -11,7 +11,8 @@
 #include "apps/report/report.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
-#include "base/interruptible.hpp"
+#include "base/log.hpp"
+#include "base/stop_signals.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
@@ -50,7 +51,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"version", LIVETET_VERSION}};
 }
 
-/// What replay_run reads.
+/// The data that replay_run needs.
 json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference,
                      const TrackerSource& source, const SceneBody& body,
                      const FrameCounts& counts) {
@@ -81,10 +82,10 @@ void take_publish(const std::string& text, std::optional<PublishOptions>& publis
     publish->port = std::stoi(port);
 }
 
-/// `registration` as the transform that the reference sensor carries. Throws Error where it is none
-/// for this scene.
-RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistration& registration,
-                                                        const TrackOptions& track) {
+/// `registration` as a transform from the reference sensor. Throws Error if it does not fit this
+/// scene.
+RigidTransform<ImageFrame, Reference> rigid_registration(const FiducialRegistration& registration,
+                                                         const TrackOptions& track) {
     const auto& image_from_base = registration.image_from_base;
     if (std::abs(image_from_base.scale - 1) > 1e-9)
         fail(
@@ -101,13 +102,21 @@ RigidTransform<ImageFrame, Reference> live_registration(const FiducialRegistrati
     return {image_from_base.rotation, image_from_base.translation};
 }
 
-}  // namespace
+/// What a run needs, read and checked before anything runs.
+struct TrackInputs {
+    explicit TrackInputs(const TrackArguments& arguments);
 
-int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
-              const GuestMaker& make_guest) {
-    // 1. what is asked: everything is read and checked before anything runs
-    std::error_code gone;  // load_scene says so
-    const auto written = std::filesystem::last_write_time(arguments.scene, gone);
+    std::filesystem::file_time_type written;  ///< of the scene file
+    Scene scene;
+    bool every_sample = false;
+    std::optional<double> budget_s;
+    FiducialRegistration registration;
+    RigidTransform<ImageFrame, Reference> image_from_reference;
+    ArrivalLog arrivals;
+    OpenSource open;
+};
+
+Scene load_track_scene(const TrackArguments& arguments) {
     Scene scene = load_scene(arguments.scene);
     if (!scene.track)
         fail(
@@ -115,29 +124,88 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
             "lists its keys)",
             arguments.scene.string());
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
-    const std::optional<double> budget_s = seconds_of(scene.track->budget);
+    if (arguments.every_sample) scene.track->pace = Pace::every_sample;
+    take_publish(arguments.publish, scene.track->publish);
+    return scene;
+}
+
+/// The reference, the sensors, and the tools to show; each once.
+std::vector<std::string> tools_of(const TrackOptions& track) {
+    std::vector<std::string> tools{track.reference_tool};
+    for (const SensorOptions& sensor : track.sensors) tools.push_back(sensor.tool);
+    for (const ToolOptions& tool : track.tools)
+        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
+            tools.push_back(tool.tool);
+    return tools;
+}
+
+std::filesystem::file_time_type write_time_of(const std::filesystem::path& file) {
+    std::error_code gone;  // load_scene reports it
+    return std::filesystem::last_write_time(file, gone);
+}
+
+TrackInputs::TrackInputs(const TrackArguments& arguments)
+    : written(write_time_of(arguments.scene)),
+      scene(load_track_scene(arguments)),
+      every_sample(scene.track->pace == Pace::every_sample),
+      budget_s(seconds_of(scene.track->budget)) {
     if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
         fail(
             "track.budget = {}: solves of the mixed form cannot be cut short, expected "
             "formulation: displacement ({})",
             scene.track->budget, arguments.scene.string());
-    if (arguments.every_sample) scene.track->pace = Pace::every_sample;
-    take_publish(arguments.publish, scene.track->publish);
-    const FiducialRegistration registration = read_registration(scene.track->registration);
-    const auto image_from_reference = live_registration(registration, *scene.track);
-    std::vector<std::string> tools{scene.track->reference_tool};
-    for (const SensorOptions& sensor : scene.track->sensors) tools.push_back(sensor.tool);
-    for (const ToolOptions& tool : scene.track->tools)
-        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
-            tools.push_back(tool.tool);
-    const bool every_sample = scene.track->pace == Pace::every_sample;
-    ArrivalLog arrivals;
-    OpenSource open =
-        open_source(scene.track->source, tools,
+    registration = read_registration(scene.track->registration);
+    image_from_reference = rigid_registration(registration, *scene.track);
+    open =
+        open_source(scene.track->source, tools_of(*scene.track),
                     {every_sample ? 0 : scene.track->speed,
-                     [&](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+                     [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+}
 
-    // 2. mesh, body, model
+/// The end of a run that kept nothing. Returns the exit status.
+int finish_unrecorded(const Scene& scene, const FrameCounts& counts,
+                      const std::optional<std::string>& problem) {
+    if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
+    fmt::print(
+        "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
+        "(output.file: none)\n",
+        counts.frames, counts.missed, counts.not_converged);
+    if (problem) fail("{}", *problem);
+    return counts.not_converged == 0 ? 0 : 3;
+}
+
+/// Completes the result. `problem`: what ended the frames or their recording, if anything did.
+void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBody& body,
+                  FrameCounts& counts, const std::optional<std::string>& problem) {
+    const Scene& scene = inputs.scene;
+    if (inputs.arrivals.not_kept() > 0)
+        log_warning(fmt::format(
+            "{} samples came faster than the disk could keep them: a replay may lack some",
+            inputs.arrivals.not_kept()));
+    if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
+    const auto every = static_cast<std::size_t>(scene.output.every);
+    counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
+    if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
+    writer.write_text("run", describe_run(inputs.open, inputs.registration, body, counts,
+                                          inputs.budget_s, problem.value_or(""))
+                                 .dump(-1, ' ', false, json::error_handler_t::replace));
+    writer.write_text(
+        "replay",
+        describe_replay(inputs.image_from_reference, *inputs.open.source, body, counts).dump());
+    writer.close();
+}
+
+}  // namespace
+
+int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
+              const ObserverMaker& make_observer) {
+    // 1. inputs
+    TrackInputs inputs(arguments);
+    Scene& scene = inputs.scene;
+    TrackerSource& source = *inputs.open.source;
+    const bool streams = inputs.open.is_streaming();
+
+    // 2. mesh, body, result
     PetscSession session("livetet", petsc);
     if (session.ranks() > 1)
         fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
@@ -147,64 +215,45 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
-    TrackerSource& source = *open.source;
     std::optional<ResultWriter> writer;
     std::optional<Recorder> recorder;
     if (scene.output.has_file()) {
         writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-        writer->write_text(
-            "tools", json(source.tools()).dump());  // a run that is killed cannot say it at its end
-        recorder.emplace(*writer, body.body->linear_solver().kind(), arrivals);
+        // Now, as a run that is killed cannot write it at its end.
+        writer->write_text("tools", json(source.tools()).dump());
+        recorder.emplace(*writer, body.body->linear_solver().kind(), inputs.arrivals);
     }
-    const auto find_tool = [&](const std::string& tool) { return source.index_of(tool); };
-    LiveModel model(scene, body, find_tool, image_from_reference, open.is_live());
+    TrackedBody tracked(
+        scene, body, [&](const std::string& tool) { return source.index_of(tool); },
+        inputs.image_from_reference, streams);
 
     // 3. frames
-    const Interruptible interruptible;  // until all is written
-    const std::unique_ptr<FrameGuest> guest = make_guest ? make_guest(scene, body.mesh()) : nullptr;
+    const StopSignals signals;  // until all is written
+    const std::unique_ptr<FrameObserver> observer =
+        make_observer ? make_observer(scene, body.mesh(), signals.source()) : nullptr;
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
-        Announcer announcer(body.mesh(), source, open.samples, scene.track->publish);
+        FramePublisher publisher(body.mesh(), source, inputs.open.samples, scene.track->publish);
         std::optional<SceneWatch> watch;
-        if (!every_sample) watch.emplace(arguments.scene, written, scene, body.mesh());
-        run_frames(scene, source, model, recorder ? &*recorder : nullptr, announcer,
+        if (!inputs.every_sample)
+            watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
+        run_frames(scene, source, tracked, recorder ? &*recorder : nullptr, publisher,
                    watch ? &*watch : nullptr,
-                   {budget_s, every_sample, arguments.seconds,
-                    open.is_live() ? SampleClock::arrival : SampleClock::own, guest.get()},
+                   {inputs.budget_s, inputs.every_sample, arguments.seconds, signals.token(),
+                    streams ? SampleClock::arrival : SampleClock::own, observer.get()},
                    counts);
-    } catch (
-        const std::exception& error) {  // what came until then is kept where it does not come again
-        if (!open.is_live() || counts.frames == 0) throw;
+    } catch (const std::exception& error) {
+        // Frames of a stream are kept: it does not come again.
+        if (!streams || counts.frames == 0) throw;
         problem = error.what();
     }
-    if (!recorder) {
-        if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
-        fmt::print(
-            "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
-            "(output.file: none)\n",
-            counts.frames, counts.missed, counts.not_converged);
-        if (problem) fail("{}", *problem);
-        return counts.not_converged == 0 ? 0 : 3;
-    }
+    if (!recorder) return finish_unrecorded(scene, counts, problem);
     if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
-    if (arrivals.not_kept() > 0)
-        Announcer::note(fmt::format(
-            "{} samples came faster than the disk could keep them: a replay may lack some",
-            arrivals.not_kept()));
-    if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
-    const auto every = static_cast<std::size_t>(scene.output.every);
-    counts.not_kept = (counts.frames + every - 1) / every - writer->frame_count();
-    if (problem && writer->frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer->write_text(
-        "run", describe_run(open, registration, body, counts, budget_s, problem.value_or(""))
-                   .dump(-1, ' ', false, json::error_handler_t::replace));
-    writer->write_text("replay",
-                       describe_replay(image_from_reference, source, body, counts).dump());
-    writer->close();
+    close_result(*writer, inputs, body, counts, problem);
 
     // 4. report
-    if (guest) guest->finish();  // two threads must not draw
+    if (observer) observer->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
     session.tell_unused_options();
     if (problem)
@@ -234,14 +283,13 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
 void add_track_options(CLI::App& command, TrackArguments& arguments) {
     command.add_option("--publish", arguments.publish,
                        "serve the deformed surface, tools and status by OpenIGTLink on this port, "
-                       "or ADDRESS:PORT; this "
-                       "machine alone can connect unless an address is named");
-    command.add_option("--for", arguments.seconds, "stop after so many seconds")
+                       "or ADDRESS:PORT; only this machine can connect unless an address is given");
+    command.add_option("--for", arguments.seconds, "stop after this time in seconds")
         ->check(CLI::PositiveNumber);
     command.add_flag(
         "--every-sample", arguments.every_sample,
-        "every sample of the recording, however long it takes, instead of its own pace");
-    command.add_option("--json", arguments.json, "write the report to this file too");
+        "compute every sample of the recording, however long it takes, instead of its own pace");
+    command.add_option("--json", arguments.json, "also write the report to this file");
 }
 
 void add_track_command(CLI::App& app, ExitStatus& status) {
@@ -257,8 +305,8 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         command->add_option("scene", arguments->scene, "scene file (YAML) with a track section");
     command
         ->add_option("--replay", arguments->replay,
-                     "compute a recorded run (.h5) again from what came in, and compare each frame "
-                     "to the bit")
+                     "recompute a recorded run (.h5) from its received samples, and compare each "
+                     "frame bit by bit")
         ->excludes(scene);
     add_track_options(*command, *arguments);
     command->allow_extras();
@@ -266,6 +314,7 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
         if (arguments->scene.empty() && arguments->replay.empty())
             fail("track: expected a scene file (YAML), or --replay RESULT.h5");
         const std::vector<std::string> petsc = petsc_arguments(*command);
+        set_log_prefix("track");
         status.value =
             arguments->replay.empty() ? run_track(*arguments, petsc) : replay(*arguments, petsc);
     });

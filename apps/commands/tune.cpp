@@ -63,7 +63,7 @@ int tune(const TuneArguments& a) {
         return 3;
     }
 
-    // What was chosen; all else as the scene has it.
+    // The chosen settings; all others from the scene.
     Scene tuned = scene;
     const Scene& chosen = best->choice.scene;
     tuned.elements = chosen.elements;
@@ -98,24 +98,24 @@ int tune(const TuneArguments& a) {
 
 void add_tune_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("tune",
-                                           "Finds the cheapest way to compute a scene within an "
-                                           "error, and writes it into a scene file");
+                                           "Finds the cheapest settings that solve a scene within "
+                                           "an error, and writes them to a scene file");
     auto arguments = std::make_shared<TuneArguments>();
     command->add_option("scene", arguments->scene, "scene file (YAML)")->required();
-    command->add_option("--error", arguments->error, "how far off displacements may be: 0.5mm")
+    command->add_option("--error", arguments->error, "maximum error of displacements: 0.5mm")
         ->required();
     command
-        ->add_option(
-            "--measure", arguments->measure,
-            "whose error: largest, of the worst node and time, or l2, the mean over the volume")
+        ->add_option("--measure", arguments->measure,
+                     "measure of the error: largest, at the worst node and time, or l2, the mean "
+                     "over the volume")
         ->capture_default_str()
         ->check(CLI::IsMember({"largest", "l2"}));
-    command->add_option("--budget", arguments->budget, "the longest that a step may take: 12ms");
+    command->add_option("--budget", arguments->budget, "maximum time of a step: 12ms");
     command->add_option("-o,--output", arguments->output,
-                        "the scene file; default: SCENE.tuned.yaml, with its mesh beside it");
+                        "output scene file; default: SCENE.tuned.yaml, with its mesh beside it");
     command
         ->add_option("--repeats", arguments->repeats,
-                     "rounds that times are medians of; choices that take over 5 s are run once")
+                     "rounds whose median time is used; choices slower than 5 s run once")
         ->capture_default_str()
         ->check(CLI::Range(1, 100));
     command->callback([arguments, &status] { status.value = tune(*arguments); });

@@ -7,10 +7,11 @@
 #include "apps/live/track_run.hpp"
 #include "apps/plots/virtual_display.hpp"
 #include "apps/scene/outputs.hpp"
-#include "apps/viewer/live.hpp"
 #include "apps/viewer/player.hpp"
+#include "apps/viewer/track_view.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "io/text.hpp"
 
 namespace livetet {
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ViewArguments {
-    TrackArguments track;  ///< of a scene
+    TrackArguments track;  ///< if the input is a scene
     fs::path input, screenshot, script, record;
     ViewFiles files;
     std::optional<std::size_t> frame;
@@ -37,15 +38,16 @@ struct ViewArguments {
 };
 
 void tell_left_out(const ShownBody& body) {
-    for (const std::string& line : body.left_out) fmt::print(stderr, "view: left out: {}\n", line);
+    for (const std::string& line : body.left_out) log_info("left out: " + line);
 }
 
 std::optional<ViewScript> read_script(const ViewArguments& arguments) {
     if (arguments.script.empty()) return {};
-    return ViewScript(read_text_file(arguments.script), arguments.script.string());
+    return ViewScript(read_text_file(arguments.script), arguments.script.string(),
+                      [](const std::string& line) { fmt::print("{}\n", line); });
 }
 
-/// A run with a window beside it.
+/// Tracks a scene with a window.
 int view_scene(const ViewArguments& arguments, const std::vector<std::string>& petsc) {
     if (arguments.frame || !arguments.record.empty() || arguments.colour != ViewArguments{}.colour)
         fail(
@@ -53,20 +55,23 @@ int view_scene(const ViewArguments& arguments, const std::vector<std::string>& p
             "recorded, and can be viewed then",
             arguments.input.string());
     const std::optional<ViewScript> script = read_script(arguments);
-    return run_track(arguments.track, petsc, [&](const Scene& scene, const TetMesh& mesh) {
-        ShownBody body = make_shown_body(mesh, scene, arguments.input, arguments.files);
-        tell_left_out(body);
-        return std::make_unique<LiveView>(
-            std::move(body),
-            LiveView::Options{arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
-                              {arguments.size[0], arguments.size[1]},
-                              script,
-                              arguments.screenshot});
-    });
+    return run_track(arguments.track, petsc,
+                     [&](const Scene& scene, const TetMesh& mesh, const StopSource& stop) {
+                         ShownBody body =
+                             make_shown_body(mesh, scene, arguments.input, arguments.files);
+                         tell_left_out(body);
+                         return std::make_unique<TrackView>(
+                             std::move(body), stop,
+                             TrackView::Options{
+                                 arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
+                                 {arguments.size[0], arguments.size[1]},
+                                 script,
+                                 arguments.screenshot});
+                     });
 }
 
 int view_recording(const ViewArguments& arguments) {
-    // 1. what is asked
+    // 1. inputs
     const std::optional<ViewScript> script = read_script(arguments);
     const ViewRecording recording(arguments.input, arguments.files);
     if (arguments.frame && (*arguments.frame < 1 || *arguments.frame > recording.times_s().size()))
@@ -79,7 +84,7 @@ int view_recording(const ViewArguments& arguments) {
             arguments.input.string());
     tell_left_out(recording.body());
 
-    // 2. the window
+    // 2. window
     ViewWindow window(recording.body(),
                       arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
                       {arguments.size[0], arguments.size[1]});
@@ -92,7 +97,7 @@ int view_recording(const ViewArguments& arguments) {
     if (!sensors.empty() && sensors.front().base) window.set_cross(*sensors.front().base);
     if (arguments.colour == "stress") window.set_colour(ColourBy::von_mises);
 
-    // 3. what is to be seen
+    // 3. outputs
     if (script) script->run(window, player.stage());
     if (!arguments.screenshot.empty()) window.write_png(arguments.screenshot);
     if (!arguments.record.empty()) player.record(arguments.record, arguments.rate_Hz);
@@ -100,7 +105,7 @@ int view_recording(const ViewArguments& arguments) {
     return 0;
 }
 
-/// Without an X server: what needs no user is done with one that has no screen.
+/// Handles a missing X server: starts one without a screen unless a user is needed.
 void do_without_screen(const ViewArguments& arguments) {
     if (arguments.needs_user() && arguments.is_scene())
         fail(
@@ -120,36 +125,36 @@ void do_without_screen(const ViewArguments& arguments) {
 
 void add_view_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("view",
-                                           "A window on a recorded result, or on a scene that is "
-                                           "followed live: the organ, slices of its image");
+                                           "Shows a recorded result, or a scene while it is "
+                                           "tracked: the organ, and slices of its image");
     auto arguments = std::make_shared<ViewArguments>();
     command
         ->add_option("input", arguments->input,
-                     "a result of livetet track or solve (.h5), or a scene (.yaml) that is "
-                     "followed as by livetet track")
+                     "a result of livetet track or solve (.h5), or a scene (.yaml) to track")
         ->required();
     command->add_option("--image", arguments->files.image,
-                        "the grey image of the slices, instead of the one that the scene names");
+                        "grey image for the slices, instead of the one that the scene names");
     command->add_option("--surface", arguments->files.surface,
-                        "a finer surface of the organ (.stl, .ply, .vtp ..., mm, RAS), carried by "
-                        "the mesh; without, the mesh's own, subdivided");
-    command->add_option("--frame", arguments->frame, "begin with this frame, counted from 1");
-    command->add_option("--colour", arguments->colour, "what the surface is coloured by")
+                        "a finer surface of the organ (.stl, .ply, .vtp ..., mm, RAS), moved with "
+                        "the mesh; default: the mesh's own, subdivided");
+    command->add_option("--frame", arguments->frame, "first frame to show, counted from 1");
+    command->add_option("--colour", arguments->colour, "quantity that colours the surface")
         ->check(CLI::IsMember({"displacement", "stress"}))
         ->capture_default_str();
-    command->add_option("--size", arguments->size, "of the window, pixels")
+    command->add_option("--size", arguments->size, "size of the window, pixels")
         ->expected(2)
         ->check(CLI::Range(200, 8000));
     command->add_option("--screenshot", arguments->screenshot,
                         "no window: draw a picture (.png), of the deepest press unless --frame or "
                         "--script say otherwise");
-    command->add_option("--record", arguments->record,
-                        "no window: draw all of it, as a video (.ogv) or a folder of pictures");
+    command->add_option(
+        "--record", arguments->record,
+        "no window: draw the whole recording, as a video (.ogv) or a folder of pictures");
     command->add_option("--rate", arguments->rate_Hz, "pictures a second of --record")
         ->check(CLI::Range(1.0, 100.0))
         ->capture_default_str();
     command->add_option("--script", arguments->script,
-                        "do what this file says, then end (the commands are listed below)");
+                        "run the commands of this file, then end (they are listed below)");
     command->add_flag("--off-screen", arguments->off_screen, "no window: for --script");
     command->footer("A script has one command a line:\n" + ViewScript::reference());
     add_track_options(*command, arguments->track);
@@ -170,6 +175,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
                 "--off-screen: nobody would see it, expected --script, --screenshot or --record "
                 "with it");
         arguments->track.scene = arguments->input;
+        set_log_prefix("view");
         if (!have_display()) do_without_screen(*arguments);
         status.value =
             arguments->is_scene() ? view_scene(*arguments, petsc) : view_recording(*arguments);

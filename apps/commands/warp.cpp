@@ -43,7 +43,7 @@ std::string size_text(const std::array<int, 3>& size) {
     return fmt::format("{} x {} x {}", size[0], size[1], size[2]);
 }
 
-/// What can be wrong before anything is read.
+/// Checks the outputs before anything is read.
 void check_outputs(const WarpArguments& a) {
     if (a.output.empty() && a.inverse_field.empty() && a.forward_field.empty())
         fail("warp: nothing to write, expected -o, --inverse-field or --forward-field");
@@ -62,11 +62,11 @@ void check_outputs(const WarpArguments& a) {
         for (const auto& [other, other_path] : written)
             if (path != other_path && same_file(*path, *other_path))
                 fail("{} and {}: both name {}, expected two files", option, other, path->string());
-        (void)PendingFile(*path);  // that it can be written
+        (void)PendingFile(*path);  // throws if it cannot be written
     }
 }
 
-/// The frame asked for; the last where none is.
+/// The requested frame, or the last.
 std::size_t chosen_frame(const ResultReader& result, const WarpArguments& a) {
     const std::vector<double>& times = result.times_s();
     if (times.empty()) fail("{}: holds no frame, expected at least one", a.result.string());
@@ -87,7 +87,7 @@ std::size_t chosen_frame(const ResultReader& result, const WarpArguments& a) {
 
 using AnyImage = std::variant<GreyImage, LabelImage>;
 
-/// An image to be warped: labels or grey values, and how a file holds them.
+/// An image to warp: labels or grey values, and its type in the file.
 struct Source {
     fs::path file;
     AnyImage values;
@@ -99,10 +99,10 @@ struct Source {
     }
 };
 
-/// `known_labels`: what whoever meshed it knew of it. Else what looks like a label map is one.
+/// `known_labels`: whether it was meshed as a label map; if unknown, guessed from the values.
 AnyImage values_of(const Volume& volume, const fs::path& file, std::optional<bool> known_labels,
-                   std::optional<Interpolation> asked) {
-    if (known_labels == false || (asked && *asked != Interpolation::nearest))
+                   std::optional<Interpolation> requested) {
+    if (known_labels == false || (requested && *requested != Interpolation::nearest))
         return grey_image(volume, file);
     try {
         LabelImage labels = label_image(volume, file);
@@ -143,7 +143,8 @@ Source read_source(const ResultReader& result, const WarpArguments& a) {
     return source;
 }
 
-/// Refuses a grid that none of these nodes lies in; says how many do not. `what`: the nodes.
+/// Throws Error if the grid contains none of these nodes; prints how many it lacks. `what`: names
+/// them.
 void check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const char* what,
                  const fs::path& file) {
     const Eigen::Affine3d voxel_from_ras(Eigen::Matrix4d(grid.ras_from_voxel.inverse()));
@@ -174,19 +175,60 @@ void print_counts(const WarpCounts& c, double ml) {
                        static_cast<double>(count) * ml, what);
     };
     line("carried", c.carried, "moved with the body");
-    line("left empty", c.left_empty, "the body lay there at rest, and has gone");
+    line("left empty", c.left_empty, "the body was there at rest and has moved away");
     line("inverted", c.inverted, "of the carried: by inverted tets alone");
-    line("beyond", c.beyond_image, "what should be there lies outside of the image: empty");
+    line("beyond", c.beyond_image, "their value lies outside the image: empty");
 }
 
-/// Least grey value, label 0: what shows that nothing is known.
+/// The value of unknown voxels: the least grey value, or label 0.
 double default_empty(const AnyImage& values) {
     const auto* grey = std::get_if<GreyImage>(&values);
     return grey ? *std::min_element(grey->values.begin(), grey->values.end()) : 0;
 }
 
+constexpr const char* interpolation_names[] = {"nearest neighbour", "linear", "cubic"};
+
+/// Warps the image and writes it; adds the figures to `json`.
+void warp_source(const WarpArguments& a, const Source& source, const ImageGrid& grid,
+                 const BodyMotion& motion, ThreadTeam& team, nlohmann::json& json) {
+    const double empty = a.empty.value_or(default_empty(source.values));
+    const bool labels = std::holds_alternative<LabelImage>(source.values);
+    if (labels && empty != std::floor(empty))
+        fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty,
+             source.file.string());
+    WarpCounts counts;
+    Stopwatch watch;
+    const AnyImage out = std::visit(
+        [&]<class T>(const Image<T>& image) -> AnyImage {
+            return warp_image(image, grid, motion, source.how, static_cast<T>(empty), team, counts);
+        },
+        source.values);
+    json["warp_s"] = watch.lap();
+    if (const auto* grey = std::get_if<GreyImage>(&out))
+        write_image(a.output, *grey, source.stored);
+    else
+        write_image(a.output, std::get<LabelImage>(out));
+    json["write_s"] = watch.lap();
+    const char* interpolation = interpolation_names[static_cast<int>(source.how)];
+    fmt::print("image        {}: {}, {}; empty is {:g}\n", source.file.string(),
+               labels ? "a label map" : "grey", interpolation, empty);
+    print_counts(counts, voxel_ml(grid));
+    fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n",
+               json["read_s"].get<double>(), json["warp_s"].get<double>(),
+               json["write_s"].get<double>(), a.output.string());
+    json.update({{"image", source.file.string()},
+                 {"label_map", labels},
+                 {"interpolation", interpolation},
+                 {"empty", empty},
+                 {"voxel_ml", voxel_ml(grid)},
+                 {"carried", counts.carried},
+                 {"left_empty", counts.left_empty},
+                 {"inverted", counts.inverted},
+                 {"beyond_image", counts.beyond_image}});
+}
+
 void run(const WarpArguments& a) {
-    // 1. what is asked
+    // 1. inputs
     check_outputs(a);
     Stopwatch watch;
     const ResultReader result(a.result);
@@ -207,7 +249,7 @@ void run(const WarpArguments& a) {
         grid = {like.size, like.ras_from_voxel};
     }
 
-    // 2. the motion
+    // 2. motion
     const double rind =
         a.rind_mm ? 1e-3 * *a.rind_mm : (source ? source->grid() : grid).spacing().maxCoeff();
     const BodyMotion motion = body_motion(result.mesh(), result.displacement(frame), rind);
@@ -222,44 +264,8 @@ void run(const WarpArguments& a) {
                         {"rind_mm", 1e3 * rind}};
     json["read_s"] = watch.lap();
 
-    // 3. image, fields; each is written whole or not at all
-    if (!a.output.empty()) {
-        const double empty = a.empty.value_or(default_empty(source->values));
-        const bool labels = std::holds_alternative<LabelImage>(source->values);
-        if (labels && empty != std::floor(empty))
-            fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty,
-                 source->file.string());
-        WarpCounts counts;
-        watch.lap();
-        const AnyImage out = std::visit(
-            [&]<class T>(const Image<T>& image) -> AnyImage {
-                return warp_image(image, grid, motion, source->how, static_cast<T>(empty), team,
-                                  counts);
-            },
-            source->values);
-        json["warp_s"] = watch.lap();
-        if (const auto* grey = std::get_if<GreyImage>(&out))
-            write_image(a.output, *grey, source->stored);
-        else
-            write_image(a.output, std::get<LabelImage>(out));
-        json["write_s"] = watch.lap();
-        constexpr const char* names[] = {"nearest neighbour", "linear", "cubic"};
-        fmt::print("image        {}: {}, {}; empty is {:g}\n", source->file.string(),
-                   labels ? "a label map" : "grey", names[static_cast<int>(source->how)], empty);
-        print_counts(counts, voxel_ml(grid));
-        fmt::print("seconds      read {:.2f}, warp {:.3f}, write {:.2f}\nwritten      {}\n",
-                   json["read_s"].get<double>(), json["warp_s"].get<double>(),
-                   json["write_s"].get<double>(), a.output.string());
-        json.update({{"image", source->file.string()},
-                     {"label_map", labels},
-                     {"interpolation", names[static_cast<int>(source->how)]},
-                     {"empty", empty},
-                     {"voxel_ml", voxel_ml(grid)},
-                     {"carried", counts.carried},
-                     {"left_empty", counts.left_empty},
-                     {"inverted", counts.inverted},
-                     {"beyond_image", counts.beyond_image}});
-    }
+    // 3. image and fields, each written whole or not at all
+    if (!a.output.empty()) warp_source(a, *source, grid, motion, team, json);
     for (const auto& [path, direction] : {std::pair{a.inverse_field, FieldDirection::inverse},
                                           {a.forward_field, FieldDirection::forward}}) {
         if (path.empty()) continue;
@@ -275,29 +281,25 @@ void run(const WarpArguments& a) {
 
 void add_warp_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "warp", "The image that was meshed, as it is in a frame of a result; displacement fields");
+        "warp", "Warps the meshed image to a frame of a result; writes displacement fields");
     command->footer(
-        "A voxel in the deformed body takes what lay there at rest. Where the body lay and has "
-        "gone the image is empty; "
-        "elsewhere it stays as it is.");
+        "A voxel in the deformed body takes the value that lay there at rest. Where the body was "
+        "and no longer is, the image is empty; elsewhere it is unchanged.");
     auto a = std::make_shared<WarpArguments>();
-    command->add_option("result", a->result, "what livetet track or solve wrote (.h5)")->required();
+    command->add_option("result", a->result, "result of livetet track or solve (.h5)")->required();
     command->add_option("-o,--output", a->output, "the deformed image to write (.nii, .nii.gz)");
     CLI::Option* frame = command->add_option(
-        "--frame", a->frame,
-        "which frame, counted from 1 as `livetet view` does (default: the last)");
+        "--frame", a->frame, "frame, counted from 1 as in `livetet view` (default: the last)");
     command->add_option("--time", a->time_s, "the frame nearest to this time, s")->excludes(frame);
-    command->add_option(
-        "--image", a->image,
-        "the image to warp (default: the one that the result's mesh was made from)");
+    command->add_option("--image", a->image,
+                        "image to warp (default: the one from which the result's mesh was made)");
     command->add_option("--grid", a->grid,
-                        "an image on whose voxels to write (default: the warped image's own)");
+                        "image whose voxel grid to use (default: that of the warped image)");
     command
         ->add_option("--interpolation", a->interpolation,
-                     "between voxels: nearest, linear or cubic (default: nearest for a label map, "
-                     "linear for a grey image; an image "
-                     "of at most 200 different whole values, none of them negative, is taken for a "
-                     "label map)")
+                     "interpolation between voxels: nearest, linear or cubic (default: nearest for "
+                     "a label map, linear for a grey image; an image of at most 200 different "
+                     "whole values, none negative, is taken for a label map)")
         ->transform(CLI::CheckedTransformer(
             std::map<std::string, Interpolation>{{"nearest", Interpolation::nearest},
                                                  {"linear", Interpolation::linear},
@@ -306,21 +308,20 @@ void add_warp_command(CLI::App& app) {
         "--empty", a->empty,
         "value of voxels that the body has left (default: label 0, or the least grey value)");
     command
-        ->add_option("--rind-mm", a->rind_mm,
-                     "how thick a layer about the mesh goes with it, for the organ in the image "
-                     "ends a little beyond (default: the "
-                     "longest side of a voxel)")
+        ->add_option(
+            "--rind-mm", a->rind_mm,
+            "thickness of the layer about the mesh that moves with it, as the organ in the image "
+            "extends a little beyond the mesh (default: the longest side of a voxel)")
         ->check(CLI::NonNegativeNumber);
     command->add_option("--inverse-field", a->inverse_field,
-                        "write the field that images are resampled by, from deformed to rest "
-                        "(NIfTI vectors, mm, LPS: ANTs, 3D Slicer, ITK)");
-    command->add_option(
-        "--forward-field", a->forward_field,
-        "write the field that points are moved by, from rest to deformed (likewise)");
+                        "write the field for resampling images, from deformed to rest (NIfTI "
+                        "vectors, mm, LPS: ANTs, 3D Slicer, ITK)");
+    command->add_option("--forward-field", a->forward_field,
+                        "write the field for moving points, from rest to deformed (same format)");
     command->add_option("--threads", a->threads, "0: one a core")
         ->capture_default_str()
         ->check(CLI::Range(0, 64));
-    command->add_option("--json", a->json, "write the figures to this file too");
+    command->add_option("--json", a->json, "also write the figures to this file");
     command->callback([a] { run(*a); });
 }
 

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
+#include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "tracking/poses.hpp"
@@ -14,19 +14,19 @@ namespace livetet {
 
 namespace {
 
-void take_changes(SceneChange& change, Scene& scene, LiveModel& model, FrameCounts& counts) {
+void take_changes(SceneChange& change, Scene& scene, TrackedBody& tracked, FrameCounts& counts) {
     try {
         Scene next = with_changes(scene, change.scene);
-        model.change(std::move(change));
+        tracked.change(std::move(change));
         scene = std::move(next);
         counts.events.push_back({counts.frames, to_yaml(scene)});
-        Announcer::note("the scene's changes are taken up");
+        log_info("the changed scene is applied");
     } catch (const Error& error) {
-        Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));
+        log_warning(fmt::format("{}; the scene stays as it was", error.what()));
     }
 }
 
-/// Numbers and times of the samples that are taken, one after the other.
+/// Counts samples, and measures the time between those that are used.
 class SampleCount {
   public:
     explicit SampleCount(SampleClock clock) : clock_(clock) {}
@@ -64,37 +64,37 @@ class SampleCount {
 
 }  // namespace
 
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
-                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
+                FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts) {
-    (void)source.take();  // what came before anyone kept it
+    (void)source.take();  // discards a sample from before the run
     SampleCount count(plan.clock);
-    while (!stop_asked) {
+    while (!plan.stop.stop_requested()) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
         if (SceneChange* change = watch ? watch->take() : nullptr)
-            take_changes(*change, scene, model, counts);
+            take_changes(*change, scene, tracked, counts);
         FrameLimits limits;
         if (plan.budget_s)
             limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                           std::chrono::duration<double>(*plan.budget_s));
-        if (plan.guest) model.pull(plan.guest->pull());
-        const Frame& frame = model.advance(sample->sample, limits);
+        if (plan.observer) tracked.pull(plan.observer->pull());
+        const Frame& frame = tracked.advance(sample->sample, limits);
         const double seconds = seconds_since(start);
         count.take(*sample, counts);
         if (recorder && counts.frames % scene.output.every == 0) {
             bool kept = recorder->keep(frame, *sample, seconds);
             while (!kept && plan.every_sample &&
-                   !recorder->failed()) {  // nothing is real time: wait for the disk
+                   !recorder->failed()) {  // not in real time: wait for the disk
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder->keep(frame, *sample, seconds);
             }
         }
         counts.not_converged += !frame.step.converged;
         ++counts.frames;
-        if (plan.guest) plan.guest->tell(frame, model, *sample);
-        announcer.tell(frame, model, scene, *sample, counts.frames, counts.missed);
+        if (plan.observer) plan.observer->on_frame(frame, tracked, *sample);
+        publisher.publish(frame, tracked, scene, *sample, counts.frames, counts.missed);
         if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
     }
 }

@@ -8,44 +8,47 @@
 #include "apps/live/replay.hpp"
 #include "apps/live/scene_watch.hpp"
 #include "apps/live/tracked_body.hpp"
+#include "base/stop_token.hpp"
 #include "tracking/source.hpp"
 
 namespace livetet {
 
-/// What tells a run's time: the samples' own time, or, where it may be set while it runs, when they
-/// came.
+/// Clock that run durations are measured by: the samples' own time stamps or, where that clock may
+/// be set during a run, their arrival times.
 enum class SampleClock { own, arrival };
 
-/// Whoever watches a run and has a hand in it. Called from the simulation's thread, so it must
-/// never wait.
-class FrameGuest {
+/// Observes the frames of a run, and may pull a marker. Called from the simulation thread, so no
+/// function but `finish` may wait.
+class FrameObserver {
   public:
-    virtual ~FrameGuest() = default;
-    /// The marker pulled by hand, for the next frame.
+    virtual ~FrameObserver() = default;
+    /// The marker that the user pulls, for the next frame; none: nothing is pulled.
     virtual std::optional<HandPull> pull() = 0;
-    virtual void tell(const Frame& frame, const LiveModel& model, const StreamSample& sample) = 0;
-    /// After the last frame: may wait, for a user who goes on looking. Throws Error where watching
-    /// failed.
+    virtual void on_frame(const Frame& frame, const TrackedBody& tracked,
+                          const StreamSample& sample) = 0;
+    /// Called after the last frame; may wait for a user who goes on looking. Throws Error if
+    /// observing failed.
     virtual void finish() {}
 };
 
 /// How the frames of a run are computed.
 struct FramePlan {
-    std::optional<double> budget_s{};  ///< each frame is due so long after it began
+    std::optional<double> budget_s{};  ///< time limit of a frame, from its start
     bool every_sample = false;
-    double seconds = 0;  ///< from the first sample on; 0: to the source's end
+    double seconds = 0;  ///< length of the run from its first sample; 0: to the end of the source
+    StopToken stop{};    ///< stops the run
     SampleClock clock = SampleClock::own;
-    FrameGuest* guest = nullptr;
+    FrameObserver* observer = nullptr;
 };
 
-/// What a run of frames came to.
+/// Counts of a run.
 struct FrameCounts {
     std::size_t frames = 0, missed = 0, not_kept = 0,
-                not_converged = 0;  ///< not_kept: by the end, counted in the result
+                not_converged = 0;  ///< missed: samples without a frame; not_kept: frames that are
+                                    ///< not in the result, known at the end
     std::uint64_t samples = 0;
-    std::size_t came = 0;  ///< frames in whose sample a tool came
-    /// Of samples that follow each other and in which a tool came: how many steps from one to the
-    /// next, and how long.
+    std::size_t came = 0;  ///< frames whose sample had a pose of any tool
+    /// Between consecutive samples with a pose: number of sample steps, and their total time.
     std::uint64_t steps = 0;
     double steps_s = 0;
     std::vector<SceneEvent> events;
@@ -53,11 +56,12 @@ struct FrameCounts {
     double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Frame after frame to the source's end, or until `stop_asked`. `scene` is changed as `watch`
-/// says, which may be nullptr, as may the recorder; `counts` holds what was done even where an
-/// exception ends it.
-void run_frames(Scene& scene, TrackerSource& source, LiveModel& model, Recorder* recorder,
-                Announcer& announcer, SceneWatch* watch, const FramePlan& plan,
+/// Computes frames until the source ends, `plan.seconds` are over or `plan.stop` asks for it. Each
+/// frame goes to the recorder, the observer and the publisher. `recorder` may be nullptr: nothing
+/// is kept; `watch` may be nullptr: the scene does not change. Changes that `watch` reports are
+/// applied to `scene` and `tracked`. `counts` is valid even if an exception ends the run.
+void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
+                FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,
                 FrameCounts& counts);
 
 }  // namespace livetet

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/live/tracker_source.hpp"
+#include "base/log.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "tracking/poses.hpp"
 
@@ -30,7 +31,7 @@ const char* text_of(SensorTrouble trouble) {
     return trouble_names[static_cast<std::size_t>(trouble)];
 }
 
-/// " (stale)"; nothing where all is well.
+/// " (stale)"; empty if there is no trouble.
 std::string because(SensorTrouble trouble) {
     return trouble == SensorTrouble::none ? "" : fmt::format(" ({})", text_of(trouble));
 }
@@ -45,8 +46,8 @@ std::string registration_text(const FrameState& frame) {
     return fmt::format("registration {}{}", text_of(frame.registration), because(frame.reference));
 }
 
-/// What each sensor does, and why where it does not follow: "Sensor holding (out of volume)".
-std::vector<std::string> sensor_texts(const Announcement& a) {
+/// State of each sensor, with the reason if it does not follow: "Sensor holding (out of volume)".
+std::vector<std::string> sensor_texts(const PublishedFrame& a) {
     std::vector<std::string> texts;
     for (std::size_t i = 0; i < a.sensors.size() && i < a.frame.sensors.size(); ++i) {
         const SensorState& s = a.frame.sensors[i];
@@ -78,7 +79,7 @@ FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
     for (const std::int32_t n : nodes_) rest_.push_back(mesh.nodes[n]);
 }
 
-std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, double time_s) const {
+std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, double time_s) const {
     const FrameState& frame = a.frame;
     std::vector<Vector3> points = rest_;
     std::vector<float> moved_mm;
@@ -123,7 +124,7 @@ std::vector<igtl::Message> FrameMessages::operator()(const Announcement& a, doub
     return messages;
 }
 
-std::string status_text(const Announcement& a, const SourceStatus& source, double received_Hz,
+std::string status_text(const PublishedFrame& a, const SourceStatus& source, double received_Hz,
                         double frames_Hz) {
     std::string text;
     if (const std::string names = names_text(source); !source.never_came.empty() && !names.empty())
@@ -139,7 +140,7 @@ std::string status_text(const Announcement& a, const SourceStatus& source, doubl
         text += fmt::format(", {} messages refused ({})", source.refused, source.refusal);
     text += fmt::format(" | latency {:.1f} ms", 1e3 * (a.done_s - a.arrived_s));
     std::vector<std::string> ages;
-    for (const LiveModel::ShownTool& tool : a.tools) {
+    for (const TrackedBody::ShownTool& tool : a.tools) {
         const bool came = tool.pose < a.times.size() && a.times[tool.pose].arrived_s > 0;
         ages.push_back(came ? fmt::format("{} {:.0f} ms", tool.tool,
                                           1e3 * (a.done_s - a.times[tool.pose].arrived_s))
@@ -152,36 +153,32 @@ std::string status_text(const Announcement& a, const SourceStatus& source, doubl
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
 }
 
-Announcer::Announcer(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
-                     const std::optional<PublishOptions>& publish)
+FramePublisher::FramePublisher(const TetMesh& mesh, const TrackerSource& source,
+                               std::size_t samples, const std::optional<PublishOptions>& publish)
     : source_(source), samples_(samples) {
     if (publish) {
         messages_.emplace(mesh, publish->surface);
         server_ = std::make_unique<OpenIgtLinkServer>(
             OpenIgtLinkServerOptions{publish->address, static_cast<std::uint16_t>(publish->port)});
         period_s_ = publish->rate_Hz > 0 ? 1 / publish->rate_Hz : 0;
-        note(fmt::format("OpenIGTLink server on {} port {}", publish->address, server_->port()));
+        log_info(
+            fmt::format("OpenIGTLink server on {} port {}", publish->address, server_->port()));
     }
     thread_ = std::thread([this] { run(); });
 }
 
-Announcer::~Announcer() {
+FramePublisher::~FramePublisher() {
     mailbox_.outgoing().last = true;
     mailbox_.post();
     thread_.join();
 }
 
-void Announcer::note(const std::string& text) {
-    std::fputs(fmt::format("track: {}\n", text).c_str(),
-               stderr);  // fmt::print throws where the terminal is gone
-}
-
-void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& scene,
-                     const StreamSample& sample, std::size_t frames, std::size_t missed) {
-    Announcement& a = mailbox_.outgoing();
+void FramePublisher::publish(const Frame& frame, const TrackedBody& tracked, const Scene& scene,
+                             const StreamSample& sample, std::size_t frames, std::size_t missed) {
+    PublishedFrame& a = mailbox_.outgoing();
     a.frame = frame;
     if (server_) a.displacement = frame.displacement;
-    a.tools = model.tools();
+    a.tools = tracked.tools();
     a.sensors.resize(scene.track->sensors.size());
     for (std::size_t i = 0; i < a.sensors.size(); ++i) a.sensors[i] = scene.track->sensors[i].tool;
     a.times = sample.times;
@@ -193,18 +190,18 @@ void Announcer::tell(const Frame& frame, const LiveModel& model, const Scene& sc
     mailbox_.post();
 }
 
-void Announcer::run() {
+void FramePublisher::run() {
     ProgressLine line("track");
     double due_s = 0;
     Rate received, computed;
     for (;;) {
         const auto seen =
-            mailbox_.posted();  // before `take`: whatever is posted after this wakes us
+            mailbox_.posted();  // read before `take`: a frame posted after this ends the wait
         if (!mailbox_.take()) {
             mailbox_.wait_beyond(seen);
             continue;
         }
-        const Announcement& a = mailbox_.incoming();
+        const PublishedFrame& a = mailbox_.incoming();
         if (a.last) return;
         const double now = steady_seconds();
         if (server_ && now >= due_s) {

@@ -12,11 +12,11 @@
 
 namespace livetet {
 
-/// The newest frame as others are told of it.
-struct Announcement {
+/// A frame with what is published of it.
+struct PublishedFrame {
     FrameState frame;
-    std::vector<Vector3> displacement;  ///< where it is published
-    std::vector<LiveModel::ShownTool> tools;
+    std::vector<Vector3> displacement;  ///< empty if there is no server
+    std::vector<TrackedBody::ShownTool> tools;
     std::vector<std::string> sensors;
     std::vector<PoseTimes> times;  ///< of the sample's poses
     std::uint64_t sample = 0;
@@ -25,45 +25,43 @@ struct Announcement {
     bool last = false;
 };
 
-/// The messages that a frame becomes: the organ's surface (POLYDATA, with the displacement's length
-/// in mm), the tracker and the tools in the image (TRANSFORM: `TrackerToRAS`, `StylusTipToRAS`,
-/// `SensorToRAS`; none of a tool that is not seen), STATUS `Livetet` (1: all is well, 7: something
-/// is not followed, and why) and STRING `LivetetFrame`, JSON. `time_s`: UTC.
+/// Makes the OpenIGTLink messages of a frame: the organ's surface (POLYDATA, with the length of the
+/// displacement in mm), tracker and tools in the image (TRANSFORM `TrackerToRAS`, `StylusTipToRAS`,
+/// `SensorToRAS`; none for a tool that is not seen), STATUS `Livetet` (1: all is well, 7: a tool is
+/// not followed, and why) and STRING `LivetetFrame` (JSON). `time_s`: UTC.
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);
-    std::vector<igtl::Message> operator()(const Announcement& announcement, double time_s) const;
+    std::vector<igtl::Message> operator()(const PublishedFrame& frame, double time_s) const;
 
   private:
     std::string surface_;
     std::vector<std::int32_t> nodes_;
     std::vector<Vector3> rest_;
-    std::vector<Triangle> triangles_;  ///< of places in nodes_
+    std::vector<Triangle> triangles_;  ///< indices into nodes_
 };
 
-/// One line of what is going on: Hz received, latency, age of each tool, what was missed, Newton
-/// and Krylov iterations, the estimated error, what sensors do; and, where a name asked for does
-/// not come, the names that do.
-std::string status_text(const Announcement& announcement, const SourceStatus& source,
-                        double received_Hz, double frames_Hz);
+/// The status line: samples and frames a second, missed samples, latency, age of each tool, Newton
+/// and linear iterations, estimated error, state of the sensors; and, if a requested tool never
+/// came, the names that do come.
+std::string status_text(const PublishedFrame& frame, const SourceStatus& source, double received_Hz,
+                        double frames_Hz);
 
-/// Tells of frames from a thread of its own: the status line on the terminal, and OpenIGTLink. The
-/// newest frame alone matters: what comes while another is told of is passed over, and the
-/// simulation waits for nobody.
-class Announcer {
+/// Publishes frames from a thread of its own: the status line on the terminal, and OpenIGTLink.
+/// Only the newest frame matters: frames that arrive while another is published are skipped, and
+/// the simulation never waits.
+class FramePublisher {
   public:
-    /// `samples`: how many there will be, 0 where nobody knows. Throws Error where the port cannot
-    /// be listened on.
-    Announcer(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
-              const std::optional<PublishOptions>& publish);
-    ~Announcer();
+    /// `samples`: expected number of samples, 0 if unknown. Throws Error if the port cannot be
+    /// opened.
+    FramePublisher(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
+                   const std::optional<PublishOptions>& publish);
+    ~FramePublisher();
 
-    /// From the simulation's thread.
-    void tell(const Frame& frame, const LiveModel& model, const Scene& scene,
-              const StreamSample& sample, std::size_t frames, std::size_t missed);
+    /// Called from the simulation thread.
+    void publish(const Frame& frame, const TrackedBody& tracked, const Scene& scene,
+                 const StreamSample& sample, std::size_t frames, std::size_t missed);
     std::uint16_t port() const { return server_ ? server_->port() : 0; }
-    /// Something that the user should know, on a line of its own; from any thread.
-    static void note(const std::string& text);
 
   private:
     void run();
@@ -73,7 +71,7 @@ class Announcer {
     double period_s_ = 0;
     std::optional<FrameMessages> messages_;
     std::unique_ptr<OpenIgtLinkServer> server_;
-    Mailbox<Announcement> mailbox_;
+    Mailbox<PublishedFrame> mailbox_;
     std::thread thread_;
 };
 

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "apps/live/frame_publisher.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "geometry/matrix_rows.hpp"
 
 namespace livetet {
@@ -16,22 +16,22 @@ namespace {
 
 constexpr std::size_t frames_waiting = 32, arrivals_waiting = 4096;
 
-/// One pose that came: number of the sample, its time, when it came, the tool's place, status, 3 x
-/// 4 matrix by rows.
+/// Columns of a received pose: number and time of its sample, arrival time, index of the tool,
+/// status, 3 x 4 matrix by rows.
 constexpr std::size_t arrival_columns = 17;
 constexpr const char* arrival_table = "arrivals";
 
 /// A frame's HandPull: number (0: none), base, to.
 constexpr const char* pull_values = "pull";
 
-/// A number of a file that stands for a whole one up to `most`.
+/// A whole number from 0 to `most`, read as a double. Throws Error for any other value.
 std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
     if (!(x >= 0 && x <= most && x == std::floor(x)))
         fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, most);
     return static_cast<std::uint64_t>(x);
 }
 
-constexpr double most_samples = 9007199254740992;  // 2^53: what a double counts to
+constexpr double max_samples = 9007199254740992;  // 2^53: a double represents all smaller integers
 
 std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k,
                                   const std::string& source) {
@@ -114,7 +114,7 @@ void Recorder::run() {
         } catch (const std::exception& error) {
             failure_ = error.what();
             failed_.store(true, std::memory_order_release);
-            Announcer::note(*failure_ + ": nothing is recorded from here on; tracking goes on");
+            log_warning(*failure_ + ": nothing is recorded from here on; tracking continues");
         }
         if (kept->last) return;
         ring_.pop();
@@ -159,12 +159,14 @@ void Recorder::write(const KeptFrame& kept) {
     value("imbalance", f.step.imbalance);
     value("residual", f.step.linear_residual);
     if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
-    value("cut_short", f.step.cut_short && f.step.converged);  // else it failed, budget or not
+    value("cut_short",
+          f.step.cut_short &&
+              f.step.converged);  // a frame that did not converge failed, with or without a budget
     value("press_mm", 1e3 * f.press);
     value("registration_status", static_cast<double>(f.registration));
     value("converged", f.step.converged);
-    // How many sensors are placing, following, returning, holding, releasing, released; and what a
-    // replay needs.
+    // Number of sensors in each state: placing, following, returning, holding, releasing, released.
+    // A replay needs them, too.
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
     writer_.append_values("sensors", sensors);
@@ -186,7 +188,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
     RecordedRun run;
     const std::vector<double> rows = reader.rows(arrival_table, arrival_columns);
     for (const double* row = rows.data(); row < rows.data() + rows.size(); row += arrival_columns) {
-        const std::uint64_t number = whole_number(row[0], most_samples, "sample", source);
+        const std::uint64_t number = whole_number(row[0], max_samples, "sample", source);
         if (run.samples.empty() || run.samples.back().number != number) {
             if (!run.samples.empty() && number < run.samples.back().number)
                 fail("{}: sample {} comes after sample {}, expected them in order", source, number,
@@ -211,7 +213,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
         frame.sample =
-            whole_number(reader.values("sample", k, 1)[0], most_samples, "sample", source);
+            whole_number(reader.values("sample", k, 1)[0], max_samples, "sample", source);
         frame.checksum = static_cast<std::uint32_t>(
             whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         if (has_pulls) frame.pull = read_pull(reader, k, source);

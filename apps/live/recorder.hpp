@@ -12,22 +12,22 @@
 
 namespace livetet {
 
-/// A frame with the sample that it was made from and what it took.
+/// A frame, its sample and its computing time.
 struct KeptFrame {
     Frame frame;
-    std::uint64_t sample = 0;          ///< its number
+    std::uint64_t sample = 0;          ///< number of the sample
     double arrived_s = 0, done_s = 0;  ///< steady clock
-    double seconds = 0;                ///< what the frame took
-    bool last = false;                 ///< no frame: the end of the stream
+    double seconds = 0;                ///< computing time
+    bool last = false;                 ///< no frame, but the end of the stream
 };
 
-/// Samples on their way from the source's thread to the recorder's.
+/// Received samples on their way from the source's thread to the recorder's.
 class ArrivalLog {
   public:
     ArrivalLog();
-    /// From the source's thread. Kept from when a recorder is there to write them.
+    /// Called from the source's thread. Samples are dropped until a recorder exists.
     void keep(const StreamSample& sample);
-    /// Samples that came while the disk was a whole ring behind.
+    /// Number of samples lost because the ring was full.
     std::size_t not_kept() const { return not_kept_; }
 
   private:
@@ -37,24 +37,24 @@ class ArrivalLog {
     std::atomic<std::size_t> not_kept_{0};
 };
 
-/// Of the displacements as they are in memory, to the bit.
+/// CRC-32 of the displacements as they lie in memory.
 std::uint32_t checksum(std::span<const Vector3> displacement);
 
-/// Writes frames, and the samples that came in, from a thread of its own, so that neither the
-/// simulation nor the source ever waits for a disk.
+/// Writes frames and received samples from a thread of its own, so that neither the simulation nor
+/// the source waits for the disk.
 class Recorder {
   public:
-    /// `solver`: what computed the frames; the live one alone estimates their errors. What was
-    /// written is whole on the disk every `flush_s`, should the program be killed.
+    /// `solver`: the one that computed the frames; only the live solver estimates their errors. The
+    /// file is flushed every `flush_s`: a killed program loses no more than that.
     Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s = 3);
     ~Recorder();
-    /// False where the disk is a whole ring behind, or writing has failed: the frame is not kept.
-    /// From the simulation's thread.
+    /// Called from the simulation thread. Returns false if the frame is not kept: the ring is full,
+    /// or writing has failed.
     bool keep(const Frame& frame, const StreamSample& sample, double seconds);
-    /// Whether writing has failed, which was said: nothing is kept from then on.
+    /// Whether writing has failed; the failure was logged, and nothing is kept any more.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
-    /// Waits until all is written. Returns why writing failed, if it did: what was written before
-    /// can still be kept.
+    /// Waits until everything is written. Returns why writing failed, if it did: what was written
+    /// before can still be used.
     std::optional<std::string> close();
 
   private:
@@ -68,26 +68,25 @@ class Recorder {
     Ring<KeptFrame> ring_;
     ArrivalLog& arrivals_;
     const double flush_s_;
-    double flushed_s_ = 0;  ///< when, steady clock
+    double flushed_s_ = 0;  ///< time of the last flush, steady clock
     std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};
     std::thread thread_;
 };
 
-/// What a result holds of the samples that came in, in the order of their numbers, and of how each
-/// frame was solved.
+/// The received samples of a result, ordered by number, and how each frame was solved.
 struct RecordedRun {
     struct FrameRecord {
         std::uint64_t sample = 0;
         std::array<SolveRecord, max_recorded_solves> solves{};
         std::uint32_t checksum = 0;
-        std::optional<HandPull> pull{};  ///< older files hold none
+        std::optional<HandPull> pull{};  ///< none in older files
     };
     std::vector<StreamSample> samples;
     std::vector<FrameRecord> frames;
 };
 
-/// Throws Error where the file does not hold them, or not together.
+/// Throws Error if the file lacks samples or frames, or they do not belong together.
 RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source);
 
 }  // namespace livetet

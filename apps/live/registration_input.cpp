@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/live/tracker_recorder.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -64,18 +63,24 @@ DwellOptions dwell_options(const RegisterArguments& a) {
     return options;
 }
 
-/// The poses of the tool and the reference sensor, recorded or as they come.
-Recording read_poses(const RegisterArguments& a, const std::string& source, const char* title) {
+/// The poses of the tool and the reference sensor, from a recording or a stream.
+Recording read_poses(const RegisterArguments& a, const SourceReader& read,
+                     const std::string& source, const char* title) {
     std::vector<std::string> tools{a.tool};
     if (!a.reference.empty()) tools.push_back(a.reference);
-    return read_source(source, {std::move(tools), is_stream(source) ? a.seconds : 0, title});
+    RecordingOptions options;
+    options.tools = std::move(tools);
+    options.seconds = is_stream(source) ? a.seconds : 0;
+    options.title = title;
+    return read(source, options);
 }
 
-std::vector<Dwell> collect_dwells(const RegisterArguments& a, std::size_t expected) {
+std::vector<Dwell> collect_dwells(const RegisterArguments& a, const SourceReader& read,
+                                  std::size_t expected) {
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, a.tracker);
     std::vector<FrameWindow> windows;
     if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
-    const Recording recording = read_poses(a, a.tracker, "fiducials");
+    const Recording recording = read_poses(a, read, a.tracker, "fiducials");
     const std::vector<Dwell> dwells = with_context(a.tracker, [&] {
         return windows.empty()
                    ? find_dwells(recording, tool_from_tip, dwell_options(a))
@@ -114,7 +119,7 @@ void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
 
 }  // namespace
 
-FiducialRegistration collect_fiducials(const RegisterArguments& a) {
+FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceReader& read) {
     FiducialRegistration r;
     r.reference_tool = a.reference;
     const std::vector<NamedPoint> in_image = read_list(a.image);
@@ -126,13 +131,13 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a) {
             fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_list(a.tracker);
         if (touched.size() != in_image.size())
-            fail("{} has {} fiducials and {} has {}, expected as many", a.tracker, touched.size(),
-                 a.image.string(), in_image.size());
+            fail("{} has {} fiducials and {} has {}, expected equal numbers", a.tracker,
+                 touched.size(), a.image.string(), in_image.size());
         for (std::size_t i = 0; i < touched.size(); ++i)
             r.fiducials[i].in_tracker = touched[i].position;
         return r;
     }
-    const std::vector<Dwell> dwells = collect_dwells(a, in_image.size());
+    const std::vector<Dwell> dwells = collect_dwells(a, read, in_image.size());
     for (std::size_t i = 0; i < dwells.size(); ++i) {
         r.fiducials[i].in_tracker = dwells[i].tip_in_tracker;
         if (dwells[i].tip_in_reference) r.fiducials[i].in_reference = *dwells[i].tip_in_reference;
@@ -168,7 +173,8 @@ void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& or
     }
 }
 
-std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) {
+std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
+                                                    const SourceReader& read) {
     const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
     if (a.surface_points.empty() && a.surface_frames.empty())
         fail(
@@ -184,7 +190,7 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a) 
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
-    const Recording recording = read_poses(a, source, "surface");
+    const Recording recording = read_poses(a, read, source, "surface");
     return with_context(
         source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
 }

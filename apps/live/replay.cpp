@@ -19,9 +19,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int most_threads = 1024;
+constexpr int max_threads = 1024;
 
-/// What a run left of itself that a replay needs, checked.
+/// The checked data of a run that a replay starts from.
 struct Origin {
     Scene scene;
     int threads = 0;
@@ -38,9 +38,9 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
     try {
         const json about = json::parse(reader.text("replay"));
         about.at("threads").get_to(origin.threads);
-        if (origin.threads < 1 || origin.threads > most_threads)
+        if (origin.threads < 1 || origin.threads > max_threads)
             fail("{}: was computed by {} threads, expected 1 to {}", source, origin.threads,
-                 most_threads);
+                 max_threads);
         about.at("tools").get_to(origin.tools);
         const auto pose = about.at("image_from_reference").get<std::vector<double>>();
         if (pose.size() != 12)
@@ -51,8 +51,7 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
             origin.events.push_back(
                 {event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
     } catch (const json::exception& e) {
-        fail("{}: what it says of its replay is not what livetet track writes: {}", source,
-             e.what());
+        fail("{}: invalid replay data, expected those of livetet track: {}", source, e.what());
     }
     return origin;
 }
@@ -81,23 +80,23 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
-    LiveModel model(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
-                    true);
+    TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
+                        true);
 
     ReplayReport report;
     auto event = origin.events.begin();
     for (std::size_t k = 0; k < run.frames.size(); ++k) {
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
-            model.change(prepare_change(read_yaml<Scene>(event->scene, source), body.mesh()));
+            tracked.change(prepare_change(read_yaml<Scene>(event->scene, source), body.mesh()));
         const auto sample = std::lower_bound(
             run.samples.begin(), run.samples.end(), recorded.sample,
             [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
         if (sample == run.samples.end() || sample->number != recorded.sample)
             fail("{}: frame {} was made of sample {}, which was not kept", source, k,
                  recorded.sample);
-        model.pull(recorded.pull);
-        const Frame& frame = model.advance(sample->sample, {.as_done = &recorded.solves});
+        tracked.pull(recorded.pull);
+        const Frame& frame = tracked.advance(sample->sample, {.as_done = &recorded.solves});
         ++report.frames;
         if (checksum(frame.displacement) == recorded.checksum) {
             ++report.same;

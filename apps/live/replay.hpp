@@ -8,24 +8,25 @@
 
 namespace livetet {
 
-/// A change of the scene while it ran: what frame it came before, and the whole scene from then on.
+/// A change of the scene during a run: the frame that it came before, and the whole scene from then
+/// on.
 struct SceneEvent {
     std::size_t frame = 0;
     std::string scene;
 };
 
-/// What a replay came to.
+/// Result of a replay.
 struct [[nodiscard]] ReplayReport {
     std::size_t frames = 0, same = 0;
     std::size_t first_other =
-        0;  ///< the first frame that is not the same to the bit; where there is one
-    double largest_gap = 0;  ///< between a frame and what was kept of it, m
+        0;                   ///< first frame that differs in any bit; meaningful if same < frames
+    double largest_gap = 0;  ///< largest distance of a node from its recorded position, m
 };
 
-/// Computes a recorded run again, from the samples that came in and with the solver's work of each
-/// frame, and compares each frame with the recorded one to the bit. `threads`: 0 for as many as the
-/// run had. Needs a PetscSession. Throws Error where the result holds no such run, or the scene's
-/// mesh is another one by now.
+/// Computes a recorded run again from the received samples, with the same solver iterations in each
+/// frame, and compares each frame bit by bit. `threads`: 0 for as many as the run had. Needs a
+/// PetscSession. Throws Error if the result holds no such run, or the mesh of the scene has
+/// changed.
 ReplayReport replay_run(const std::filesystem::path& result, int threads = 0);
 
 }  // namespace livetet

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The value of a key, or nothing where there is none and none is needed.
+/// The value of an optional key, if there is one.
 template <class T>
 T value_of(const json& object, const char* key, const std::string& source) {
     const auto found = object.find(key);

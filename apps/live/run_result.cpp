@@ -13,7 +13,7 @@ namespace livetet {
 
 namespace {
 
-/// `names`: of the values that there are.
+/// `names`: the values that the file holds.
 RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& names,
                     std::size_t k) {
     const auto value = [&](const char* name) { return reader.values(name, k, 1)[0]; };
@@ -50,7 +50,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     return frame;
 }
 
-/// See read_run_result: nothing is read off a press of less than 1 mm.
+/// See read_run_result. Marks nothing if the press is below 1 mm.
 void mark_nodes(RunResult& result) {
     const auto deepest = std::max_element(
         result.frames.begin(), result.frames.end(),
@@ -67,7 +67,7 @@ void mark_nodes(RunResult& result) {
     result.mesh.node_sets.try_emplace("patch", std::move(patch));
 }
 
-/// What a program that was killed could not say any more.
+/// Reconstructs the description that a killed program could not write.
 RunInfo killed_run(const RunResult& result) {
     RunInfo info;
     info.samples = info.frames = result.frames.size();

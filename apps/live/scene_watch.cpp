@@ -4,8 +4,8 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "apps/live/frame_publisher.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "config/yaml.hpp"
 
 namespace livetet {
@@ -34,7 +34,7 @@ void SceneWatch::watch(const std::stop_token& stop) {
     std::mutex mutex;
     std::unique_lock lock(mutex);
     std::condition_variable_any sleep;
-    std::error_code gone;  // between an editor's removing a file and its writing it anew
+    std::error_code gone;  // while an editor removes the file and writes it anew
     std::string text = to_yaml(scene_);
     while (!sleep.wait_for(lock, stop, look_every, [&] { return stop.stop_requested(); })) {
         const auto now = std::filesystem::last_write_time(path_, gone);
@@ -47,7 +47,7 @@ void SceneWatch::watch(const std::stop_token& stop) {
             Scene next = with_changes(scene_, edited);
             const std::string next_text = to_yaml(next);
             if (to_yaml(edited) != next_text)
-                Announcer::note(
+                log_warning(
                     path_.string() +
                     ": other changes than of track.sensors, track.tools and fix wait for the "
                     "next start");
@@ -58,7 +58,7 @@ void SceneWatch::watch(const std::stop_token& stop) {
             mailbox_.outgoing() = std::move(change);
             mailbox_.post();
         } catch (const Error& error) {
-            Announcer::note(fmt::format("{}; the scene stays as it was", error.what()));
+            log_warning(fmt::format("{}; the scene stays as it was", error.what()));
         }
     }
 }

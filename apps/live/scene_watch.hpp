@@ -9,19 +9,20 @@
 
 namespace livetet {
 
-/// `running` with what may change while it runs, from `edited`: track.sensors, track.tools and fix.
+/// `running` with the parts of `edited` that may change during a run: track.sensors, track.tools
+/// and fix.
 Scene with_changes(const Scene& running, const Scene& edited);
 
-/// Reads a scene file again whenever it is written, and the files that it names, from a thread of
-/// its own; what is wrong in them is said, and the scene stays as it was. Says, too, where
-/// something was changed that waits for the next start.
+/// Watches a scene file from a thread of its own and reads it, and the files that it names,
+/// whenever it is written. Errors are logged, and the scene stays as it was. Changes that only take
+/// effect at the next start are logged, too.
 class SceneWatch {
   public:
-    /// `scene` is what `path` held when it was `written`; `mesh` its finest mesh.
+    /// `scene`: the contents of `path` when it was `written`; `mesh`: its finest mesh.
     SceneWatch(std::filesystem::path path, std::filesystem::file_time_type written, Scene scene,
                const TetMesh& mesh);
 
-    /// The newest change that was not taken yet, or nullptr. Waits for nothing.
+    /// The newest change not yet taken, or nullptr. Does not wait.
     SceneChange* take() { return mailbox_.take() ? mailbox_.incoming().get() : nullptr; }
 
   private:

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/live/frame_loop.hpp"
+#include "base/stop_token.hpp"
 
 namespace livetet {
 
@@ -19,17 +20,18 @@ struct TrackArguments {
     double seconds = 0;
 };
 
-/// Adds the options that say how a scene is followed.
+/// Adds the options of `livetet track` that `livetet view` has, too.
 void add_track_options(CLI::App& command, TrackArguments& arguments);
 
-/// Makes who watches a run, once its mesh is there.
-using GuestMaker =
-    std::function<std::unique_ptr<FrameGuest>(const Scene& scene, const TetMesh& mesh)>;
+/// Makes the observer of a run once its mesh is loaded. `stop` belongs to the run: the observer may
+/// request a stop.
+using ObserverMaker = std::function<std::unique_ptr<FrameObserver>(
+    const Scene& scene, const TetMesh& mesh, const StopSource& stop)>;
 
-/// Follows the tracker of a scene to its end, Ctrl-C, or until the guest asks for it
-/// (`stop_asked`); writes result and report, then waits for the guest. `petsc`: options for it.
-/// Returns the exit status; throws Error.
+/// Follows the tracker of a scene until its source ends, Ctrl-C, or the observer requests a stop;
+/// writes result and report, then waits for the observer. `petsc`: options for PETSc. Returns the
+/// exit status; throws Error.
 int run_track(const TrackArguments& arguments, const std::vector<std::string>& petsc,
-              const GuestMaker& make_guest = {});
+              const ObserverMaker& make_observer = {});
 
 }  // namespace livetet

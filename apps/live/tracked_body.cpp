@@ -13,7 +13,7 @@ namespace livetet {
 
 namespace {
 
-/// A step in time is at most so long: after a silence the body goes on from where it was.
+/// Longest time step: after a gap in the samples the body goes on from its state.
 constexpr double longest_frame_s = 0.5;
 
 PoseFilterOptions filter_options(const TrackOptions& track) {
@@ -52,9 +52,9 @@ ToolFinder tool_finder(std::vector<std::string> tools) {
     };
 }
 
-LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
-                     const RigidTransform<ImageFrame, Reference>& image_from_reference,
-                     bool misplaced_waits)
+TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
+                         const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                         bool misplaced_waits)
     : scene_(scene),
       body_(body),
       find_tool_(std::move(find_tool)),
@@ -73,7 +73,7 @@ LiveModel::LiveModel(const Scene& scene, SceneBody& body, ToolFinder find_tool,
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
-    // Not a number until the reference sensor was first seen.
+    // NaN until the reference sensor is seen for the first time.
     frame_.tracker_from_image.rotation.setConstant(std::nan(""));
     frame_.tracker_from_image.translation.setConstant(std::nan(""));
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
@@ -97,12 +97,12 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
     return patch;
 }
 
-LiveModel::Sensor LiveModel::new_sensor(const SensorOptions& options) const {
+TrackedBody::Sensor TrackedBody::new_sensor(const SensorOptions& options) const {
     return {options, find_tool_(options.tool), false, 0,
             SensorPatch(sensor_patch_options(scene_, options))};
 }
 
-void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
+void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     std::vector<ShownTool> shown{{scene_.track->reference_tool, false, reference_}};
     for (const SensorOptions& sensor : scene_.track->sensors)
         shown.push_back({sensor.tool, false, find_tool_(sensor.tool)});
@@ -115,8 +115,8 @@ void LiveModel::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
-void LiveModel::change(SceneChange&& change) {
-    // 1. what can fail
+void TrackedBody::change(SceneChange&& change) {
+    // 1. may throw
     Scene next = scene_;
     next.fix = change.scene.fix;
     next.track->sensors = change.scene.track->sensors;
@@ -132,7 +132,7 @@ void LiveModel::change(SceneChange&& change) {
     }
     for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
 
-    // 2. what cannot
+    // 2. does not throw
     scene_ = std::move(next);
     for (const SensorOptions& options : scene_.track->sensors) {
         const auto kept = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
@@ -150,16 +150,17 @@ void LiveModel::change(SceneChange&& change) {
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
         if (settling_)
-            for (const std::int32_t n : settling_->nodes) before[n] = 0;  // they are not there yet
+            for (const std::int32_t n : settling_->nodes)
+                before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(std::move(change.constraints));
         begin_settling(before);
-        pulled_ = true;  // springs are made anew
+        pulled_ = true;  // springs are rebuilt
     }
     take_constraints();
 }
 
-/// Of nodes with components that are fixed and were not `before`.
-void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
+/// Starts leading nodes to rest that have fixed components now and had not `before`.
+void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
     Settling settling;
     const Constraints& now = scene_constraints_->constraints();
     for (std::size_t n = 0; n < before.size(); ++n)
@@ -172,7 +173,7 @@ void LiveModel::begin_settling(const std::vector<std::uint8_t>& before) {
     settling_ = std::move(settling);
 }
 
-void LiveModel::follow(const TrackerSample& sample) {
+void TrackedBody::follow(const TrackerSample& sample) {
     const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
     frame_.registration = registration_.update(
         sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
@@ -205,7 +206,7 @@ void LiveModel::follow(const TrackerSample& sample) {
     }
 }
 
-void LiveModel::place_patches() {
+void TrackedBody::place_patches() {
     for (Sensor& s : sensors_) {
         if (s.leaving || !s.patch.awaits_placement()) continue;
         const Vector3 place = s.patch.drive().base()->translation;
@@ -227,8 +228,8 @@ void LiveModel::place_patches() {
     }
 }
 
-/// Which nodes are held hard: the scene's and those of the patches that are firmly held.
-void LiveModel::take_constraints() {
+/// Prescribed nodes: those of the scene, and the patches that are not held by springs.
+void TrackedBody::take_constraints() {
     constraints_ = scene_constraints_->constraints();
     for (const std::int32_t n : driven_) driven_slot_[n] = -1;
     driven_.clear();
@@ -251,7 +252,7 @@ void LiveModel::take_constraints() {
     body_.body->set_constraints(constraints_);
 }
 
-void LiveModel::move_patches() {
+void TrackedBody::move_patches() {
     std::fill(driven_to_.begin(), driven_to_.end(), Vector3::Zero());
     for (const Sensor& s : sensors_) {
         if (!s.is_hard) continue;
@@ -262,8 +263,8 @@ void LiveModel::move_patches() {
     body_.body->move_constraints(driven_, driven_to_);
 }
 
-/// Patches that are held by springs: soft sensors', and those that are let go or taken hold of.
-void LiveModel::pull_patches() {
+/// Patches held by springs: those of soft sensors, and those being released or taken up again.
+void TrackedBody::pull_patches() {
     const bool pull = std::any_of(sensors_.begin(), sensors_.end(),
                                   [](const Sensor& s) { return s.patch.spring_stiffness() > 0; });
     if (!pull && !pulled_) return;
@@ -280,7 +281,7 @@ void LiveModel::pull_patches() {
                             static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
         if (each == 0) continue;
         for (std::size_t k = 0; k < s.patch.nodes().size();
-             ++k) {  // together they pull to their mean
+             ++k) {  // overlapping patches pull to their mean
             double& stiffness = springs_.stiffness[s.patch.nodes()[k]];
             Vector3& target = springs_.target[s.patch.nodes()[k]];
             stiffness += each;
@@ -290,7 +291,7 @@ void LiveModel::pull_patches() {
     body_.body->set_springs(springs_);
 }
 
-void LiveModel::settle() {
+void TrackedBody::settle() {
     if (!settling_) return;
     const double release_s = scene_.track->release_s;
     const double way =
@@ -303,7 +304,7 @@ void LiveModel::settle() {
     if (way >= 1) settling_.reset();
 }
 
-const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits) {
+const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits) {
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     follow(sample);
@@ -327,7 +328,7 @@ const Frame& LiveModel::advance(const TrackerSample& sample, FrameLimits limits)
     if (limits.deadline)
         *limits.deadline -=
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
-    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->linearisations,
+    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->newton_iterations,
                                            .linear_tolerance = scene_.solver.relative_tolerance,
                                            .iterations = limits.iterations,
                                            .deadline = limits.deadline,

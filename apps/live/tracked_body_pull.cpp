@@ -2,7 +2,7 @@
 
 namespace livetet {
 
-void LiveModel::pull(const std::optional<HandPull>& pull) {
+void TrackedBody::pull(const std::optional<HandPull>& pull) {
     frame_.pull = pull;
     bool is_new = pull.has_value();
     for (Sensor& s : sensors_) {
@@ -22,8 +22,8 @@ void LiveModel::pull(const std::optional<HandPull>& pull) {
     sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }
 
-/// The image is the tracker here, and the reference rests in it.
-void LiveModel::follow_hand(Sensor& sensor) {
+/// A hand-pulled marker is a sensor whose tracker frame is the image, with the reference at rest.
+void TrackedBody::follow_hand(Sensor& sensor) {
     const OutlierGate::Result rests{{.status = PoseStatus::ok}, GateVerdict::accepted};
     TrackedPose hand;
     if (!sensor.leaving) {

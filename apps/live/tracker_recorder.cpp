@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -13,7 +12,7 @@
 
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
+#include "base/log.hpp"
 #include "base/progress.hpp"
 #include "io/openigtlink/plus_pose.hpp"
 #include "io/sequence_file.hpp"
@@ -23,7 +22,7 @@ namespace livetet {
 
 namespace {
 
-/// Samples as they come, from the source's thread to the one that asks.
+/// Collects samples of the source's thread.
 class SampleLog {
   public:
     void keep(const StreamSample& sample) {
@@ -37,12 +36,13 @@ class SampleLog {
         const std::lock_guard lock(mutex_);
         return samples_.size();
     }
-    /// When the first came, steady clock.
+    /// Arrival of the first sample, steady clock.
     std::optional<double> first_s() const {
         const std::lock_guard lock(mutex_);
         return samples_.empty() ? std::nullopt : std::optional(first_s_);
     }
-    /// All of them so far, each with a pose for each of `tools`, to the last in which one came.
+    /// All samples so far, up to the last in which a tool came, each with a pose for each of
+    /// `tools`.
     Recording recording(std::vector<std::string> tools) const {
         Recording recording{std::move(tools), {}};
         auto& samples = recording.samples;
@@ -62,7 +62,7 @@ class SampleLog {
     double first_s_ = 0;
 };
 
-/// Whether the name is that of a transform, `StylusToReference`, and not of a tool.
+/// Whether this names a transform, such as `StylusToReference`, and not a tool.
 bool is_transform(std::string_view name) {
     for (std::size_t i = name.find("To", 1); i != std::string_view::npos;
          i = name.find("To", i + 1))
@@ -70,7 +70,7 @@ bool is_transform(std::string_view name) {
     return false;
 }
 
-/// The tool that a name on the wire stands for: Stylus for StylusToTracker (PLUS) and for Stylus.
+/// The tool of a name on the wire: Stylus for StylusToTracker (PLUS) and for Stylus.
 std::optional<std::string> tool_of(std::string_view name) {
     if (name.ends_with(to_tracker))
         name.remove_suffix(to_tracker.size());
@@ -79,7 +79,7 @@ std::optional<std::string> tool_of(std::string_view name) {
     return is_sequence_tool(name) ? std::optional<std::string>(name) : std::nullopt;
 }
 
-/// Whether the source tells this tool from all others.
+/// Requests this tool from the source. False if its name cannot be told from that of another.
 bool is_followed(TrackerSource& source, const std::string& tool) {
     try {
         (void)source.index_of(tool);
@@ -89,7 +89,7 @@ bool is_followed(TrackerSource& source, const std::string& tool) {
     }
 }
 
-/// Follows what has come since the last time; returns what is no tool.
+/// Requests all tools that have come since the last call. Returns the names that are no tools.
 std::vector<std::string> follow_all(TrackerSource& source) {
     std::vector<std::string> others;
     for (const auto& [name, count] : source.status().names) {
@@ -112,37 +112,38 @@ std::string status_text(const SourceStatus& status, std::size_t samples, double 
     return text;
 }
 
-/// What is kept in memory is saved in time: the program or the machine may not live until its end.
+/// Saves the recording from time to time, in case the program or the machine fails.
 class Saving {
   public:
-    explicit Saving(const ListenOptions& options) : options_(options) {}
+    explicit Saving(const RecordingOptions& options) : options_(options) {}
     void in_time(const TrackerSource& source, const SampleLog& log) {
         const double now_s = steady_seconds();
         if (!options_.save || now_s < due_s_ || log.size() == 0) return;
         try {
             options_.save(log.recording(source.tools()));
-        } catch (const Error& error) {  // what comes is more than what is saved: its end will tell
-            std::fputs(fmt::format("{}; recording goes on\n", error.what()).c_str(), stderr);
+        } catch (const Error& error) {  // recording goes on; if the disk stays full, the last save
+                                        // reports it
+            log_warning(fmt::format("{}; recording continues", error.what()));
         }
         due_s_ =
             steady_seconds() + std::max(options_.save_every_s, 20 * (steady_seconds() - now_s));
     }
 
   private:
-    const ListenOptions& options_;
+    const RecordingOptions& options_;
     double due_s_ = steady_seconds() + options_.save_every_s;
 };
 
-/// Waits until the time asked for is over or Ctrl-C, following tools as they come where none is
-/// asked for; returns what is no tool.
+/// Waits until the requested time is over or a stop is requested. Requests tools as they come if
+/// none were asked for. Returns the names that are no tools.
 std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
-                                      const ListenOptions& options) {
+                                      const RecordingOptions& options) {
     const double began_s = steady_seconds();
     ProgressLine line(options.title);
     Rate rate;
     Saving saving(options);
     std::vector<std::string> others;
-    while (!stop_asked) {
+    while (!options.stop.stop_requested()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         if (options.tools.empty()) others = follow_all(source);
         const double seconds = steady_seconds() - log.first_s().value_or(began_s);
@@ -169,21 +170,21 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
          names);
 }
 
-Heard listen_to_stream(const std::string& name, const ListenOptions& options) {
+TrackerRecording record_stream(const std::string& name, const RecordingOptions& options) {
     SampleLog log;
     const OpenSource open =
         open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
-    Heard heard;
-    heard.left_out = wait_for_end(*open.source, log, options);
+    TrackerRecording received;
+    received.left_out = wait_for_end(*open.source, log, options);
     const SourceStatus status = open.source->status();
-    heard.recording = log.recording(open.source->tools());
-    if (heard.recording.samples.empty()) refuse_nothing(name, options.tools, status);
-    if (!options.tools.empty()) heard.never_came = status.never_came;
-    return heard;
+    received.recording = log.recording(open.source->tools());
+    if (received.recording.samples.empty()) refuse_nothing(name, options.tools, status);
+    if (!options.tools.empty()) received.never_came = status.never_came;
+    return received;
 }
 
-/// Of a file: the tools asked for, for so long.
-Recording part_of(Recording whole, const ListenOptions& options) {
+/// The requested tools and length of a recording read from a file.
+Recording part_of(Recording whole, const RecordingOptions& options) {
     std::vector<std::size_t> places;
     for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
     Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
@@ -200,19 +201,18 @@ Recording part_of(Recording whole, const ListenOptions& options) {
 
 }  // namespace
 
-Heard listen(const std::string& source, const ListenOptions& options) {
-    if (is_stream(source)) return listen_to_stream(source, options);
+TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options) {
+    if (is_stream(source)) return record_stream(source, options);
     Recording recording = read_stored(source).recording;
     return {with_context(source, [&] { return part_of(std::move(recording), options); })};
 }
 
-Recording read_source(const std::string& source, const ListenOptions& options) {
-    const Interruptible interruptible;
-    Heard heard = listen(source, options);
-    if (!heard.never_came.empty())
-        fail("{}: no {} came, expected each of {}", source, fmt::join(heard.never_came, ", "),
+Recording read_source(const std::string& source, const RecordingOptions& options) {
+    TrackerRecording received = record_tracker(source, options);
+    if (!received.never_came.empty())
+        fail("{}: no {} came, expected each of {}", source, fmt::join(received.never_came, ", "),
              fmt::join(options.tools, ", "));
-    return std::move(heard.recording);
+    return std::move(received.recording);
 }
 
 }  // namespace livetet

@@ -4,35 +4,40 @@
 #include <string>
 #include <vector>
 
+#include "base/stop_token.hpp"
 #include "tracking/sample.hpp"
 
 namespace livetet {
 
-struct ListenOptions {
-    std::vector<std::string> tools{};  ///< none: every one that comes
-    double seconds = 0;  ///< from the first pose on; 0: to the source's end, or until Ctrl-C
-    std::string title = "record";  ///< of the status line
+struct RecordingOptions {
+    std::vector<std::string> tools{};  ///< empty: all that come
+    double seconds = 0;  ///< length from the first pose; 0: to the source's end, or until `stop`
+    StopToken stop{};
+    std::string title = "record";  ///< title of the status line
     std::function<void(const Recording&)>
-        save{};                ///< of a stream: given what has come so far, again and again
-    double save_every_s = 10;  ///< more rarely where it takes long
+        save{};                ///< of a stream: called repeatedly with all samples so far
+    double save_every_s = 10;  ///< less often if saving takes long
 };
 
-/// What came.
-struct Heard {
+/// A recording, and what is not in it.
+struct TrackerRecording {
     Recording recording;
-    std::vector<std::string> never_came{};  ///< tools asked for
+    std::vector<std::string> never_came{};  ///< requested tools without a pose
     std::vector<std::string>
-        left_out{};  ///< names that came and are no tool's ("StylusTipToReference")
+        left_out{};  ///< names that are no tools, such as "StylusTipToReference"
 };
 
-/// Takes down a source (see `open_source`): a stream as it comes, with a status line, until
-/// `seconds` are over or `stop_asked` (see Interruptible); a file at once. A stream's recording
-/// begins with the first sample in which a tool comes and ends with the last. Throws Error where
-/// nothing came, saying why, and where a file has no tool of that name.
-Heard listen(const std::string& source, const ListenOptions& options);
+/// Records a source (see `open_source`): a stream as it comes, with a status line, until
+/// `options.seconds` are over or `options.stop` asks for it; a file at once. The recording of a
+/// stream begins with the first sample in which a tool comes and ends with the last. Throws Error
+/// if nothing came, with the reason, or if a file lacks a requested tool.
+TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options);
 
-/// The same for those who need each tool asked for, until Ctrl-C: throws Error where one never
-/// came.
-Recording read_source(const std::string& source, const ListenOptions& options);
+/// Like `record_tracker`, but throws Error if a requested tool never came.
+Recording read_source(const std::string& source, const RecordingOptions& options);
+
+/// Calls `read_source` with a stop token of the caller's.
+using SourceReader =
+    std::function<Recording(const std::string& source, const RecordingOptions& options)>;
 
 }  // namespace livetet

@@ -4,7 +4,6 @@
 #include <thread>
 
 #include "apps/live/tracker_source.hpp"
-#include "base/interruptible.hpp"
 #include "base/progress.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/plus_pose.hpp"
@@ -16,14 +15,14 @@ namespace {
 
 constexpr std::chrono::milliseconds pause{20};
 
-void wait(double seconds) {
+void wait(double seconds, const StopToken& stop) {
     const double end_s = steady_seconds() + seconds;
-    while (!stop_asked && steady_seconds() < end_s) std::this_thread::sleep_for(pause);
+    while (!stop.stop_requested() && steady_seconds() < end_s) std::this_thread::sleep_for(pause);
 }
 
-/// Once from beginning to end, or until Ctrl-C; `round` is counted from 1.
-void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line,
-          int round) {
+/// Plays once from beginning to end, or until `stop`. `round` counts from 1.
+void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line, int round,
+          const StopToken& stop) {
     const double began_s = utc_seconds(), first_s = played.recording.samples.front().time_s;
     const std::size_t samples = played.recording.samples.size();
     Playback playback(
@@ -32,8 +31,8 @@ void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLin
              const double time_s = began_s + s.sample.time_s - first_s;
              server.publish(sample_messages(played.recording.tools, s.sample, time_s));
          }});
-    (void)playback.next();  // begins
-    for (std::uint64_t sent = 0; !stop_asked && sent < samples;
+    (void)playback.next();  // starts the playback
+    for (std::uint64_t sent = 0; !stop.stop_requested() && sent < samples;
          std::this_thread::sleep_for(pause)) {
         sent = playback.status().samples;
         const auto statistics = server.statistics();
@@ -62,18 +61,19 @@ std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools
     return messages;
 }
 
-void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat) {
+void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat,
+           const StopToken& stop) {
     if (played.recording.samples.empty())
         fail("the recording has no samples, expected some to play");
     const double interval_s = sample_interval(played.recording);
-    const Interruptible interruptible;
     ProgressLine line("serve");
     line.say("it begins when the first client connects");
-    while (!stop_asked && server.statistics().connections == 0) std::this_thread::sleep_for(pause);
-    for (int round = 1; !stop_asked; ++round) {
-        play(server, played, line, round);
-        if (repeat == Repeat::once) return wait(0.2);  // the last sample is still sent
-        wait(interval_s);
+    while (!stop.stop_requested() && server.statistics().connections == 0)
+        std::this_thread::sleep_for(pause);
+    for (int round = 1; !stop.stop_requested(); ++round) {
+        play(server, played, line, round, stop);
+        if (repeat == Repeat::once) return wait(0.2, stop);  // so that the last sample is sent
+        wait(interval_s, stop);
     }
 }
 

@@ -11,33 +11,34 @@
 namespace livetet {
 
 struct SourceOptions {
-    double speed = 1;  ///< of a recording: times its own pace; 0: every sample, one after the other
-    SampleListener listener{};  ///< called with each sample that comes, by the source's thread
-    std::optional<int> request_ms{};  ///< of a stream: asks for TDATA so often
+    double speed =
+        1;  ///< speed of a recording relative to its own pace; 0: every sample, one after the other
+    SampleListener listener{};        ///< called with each sample by the source's thread
+    std::optional<int> request_ms{};  ///< of a stream: interval of TDATA requests
 };
 
 struct OpenSource {
     std::unique_ptr<TrackerSource> source;
-    std::size_t samples = 0;  ///< how many there will be; 0: nobody knows
-    double interval_s = 0;    ///< typical time between them; 0: nobody knows
+    std::size_t samples = 0;  ///< number of samples; 0: unknown
+    double interval_s = 0;    ///< typical sampling interval; 0: unknown
 
-    bool is_live() const { return samples == 0; }
+    bool is_streaming() const { return samples == 0; }
 };
 
-/// Whether a source is one that others send (openigtlink://host:port), else it is a file.
+/// Whether this names a stream (openigtlink://host:port), not a file.
 bool is_stream(const std::string& name);
 
-/// A recording, or what a simulated tracker's script (.yaml, .yml) makes, whole. Throws Error where
-/// the file is not good.
+/// Reads a recording, or runs the script (.yaml, .yml) of a simulated tracker. Throws Error if the
+/// file is invalid.
 DelayedRecording read_stored(const std::string& name);
 
-/// The typical time between a recording's samples, s; 0 where it has less than two.
+/// The median sampling interval of a recording, s; 0 if it has fewer than two samples.
 double sample_interval(const Recording& recording);
 
-/// The names of the transforms that came, one behind the other; empty where none did.
+/// The names of the received transforms, separated by commas; empty if there are none.
 std::string names_text(const SourceStatus& status);
 
-/// How many a second: of what was counted over the last second.
+/// Rate of a counter over the last second, 1/s.
 class Rate {
   public:
     double operator()(std::uint64_t count);
@@ -47,9 +48,9 @@ class Rate {
     double marked_s_ = steady_seconds(), rate_Hz_ = 0;
 };
 
-/// Opens what `track.source` and its kin name: openigtlink://host:port, a recording, a simulated
-/// tracker's script. `tools`: those wanted of a stream. Throws Error where the name or the file is
-/// not good, or a recording lacks a tool.
+/// Opens a tracker source: openigtlink://host:port, a recording, or the script of a simulated
+/// tracker. `tools`: those requested from a stream. Throws Error if the name or the file is
+/// invalid, or a recording lacks a tool.
 OpenSource open_source(const std::string& name, const std::vector<std::string>& tools,
                        const SourceOptions& options);
 

@@ -31,9 +31,9 @@ RigidTransform<To, From> turned(double degrees, const Vector3d& axis, const Vect
     return {AngleAxisd(degrees * M_PI / 180, axis.normalized()).toRotationMatrix(), translation};
 }
 
-/// A folder under way, in its place or, where there is none yet, beside it: its files are moved
-/// there one by one once all are written. Destroyed without `commit` it leaves nothing behind, nor
-/// ended by a signal before.
+/// A folder being written, in place or, if it does not exist yet, beside its place: files are moved
+/// into place one by one when all are complete. Without `commit` nothing is left, not even after a
+/// signal.
 class PendingFolder {
   public:
     explicit PendingFolder(fs::path target) : target_(std::move(target)) {
@@ -57,7 +57,7 @@ class PendingFolder {
     PendingFolder(const PendingFolder&) = delete;
     PendingFolder& operator=(const PendingFolder&) = delete;
 
-    /// Where to write the file that is to be `name`.
+    /// Path at which to write the file `name`.
     fs::path add(const fs::path& name) {
         const fs::path path = temporary_ / name;
         fs::create_directories(path.parent_path());
@@ -81,7 +81,7 @@ class PendingFolder {
     std::vector<fs::path> names_;
 };
 
-/// A part of the whole's progress.
+/// A part of the total progress.
 ProgressCallback part_of(const ProgressCallback& progress, double from, double to,
                          const std::string& what) {
     if (!progress) return {};
@@ -131,7 +131,7 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
 PhantomRecordings record_phantom(const PhantomOptions& options,
                                  const std::vector<NamedPoint>& fiducials) {
     const std::vector<Vector3d> places = positions_of(fiducials);
-    // Each recording has errors of its own, which no other phantom's recordings share.
+    // Each recording has random errors of its own.
     SimulatedTrackerOptions tracker = phantom_tracker(options);
     tracker.seed = 4 * options.seed;
     PhantomRecordings recordings;

@@ -13,42 +13,41 @@
 
 namespace livetet {
 
-/// What a phantom is made from: the same options give the same files, but for the truth's
-/// displacements, which differ by the error of their mesh: Gmsh does not make the same mesh twice.
+/// Options of a phantom. The same options give the same files, except for the truth's
+/// displacements, which differ by the error of their mesh: Gmsh does not repeat meshes exactly.
 struct PhantomOptions {
     std::uint64_t seed = 1;
     double spacing_mm = 1.5;
-    double position_noise_mm = 1.4;   ///< RMS length of a tracked position's error
-    double rotation_noise_deg = 0.5;  ///< RMS angle of a tracked rotation's error
+    double position_noise_mm = 1.4;   ///< RMS error of a tracked position
+    double rotation_noise_deg = 0.5;  ///< RMS error of a tracked rotation
     double rate_Hz = 15;
     int truth_tets = 150000;
 };
 
-/// Throws Error, naming the option, for one that cannot be used.
+/// Throws Error, naming the option, if one is invalid.
 void check_options(const PhantomOptions& options);
 
-/// What was recorded of the phantom, with the tracker's noise.
+/// Recordings of the phantom, with the tracker's noise.
 struct PhantomRecordings {
     Recording pivot, fiducials, press;
 };
 
-/// The phantom before the tracker: tool, organ's way and speed, where the sensors sit, how it is
-/// pressed.
+/// The phantom as the tracker sees it: tool, motion of the organ, sensor positions, press.
 SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options);
 PhantomRecordings record_phantom(const PhantomOptions& options,
                                  const std::vector<NamedPoint>& fiducials);
 
-/// The truth behind the recordings: all but the targets' displacements, which `solve_truth` adds.
+/// The truth behind the recordings, without the targets' displacements, which `solve_truth` adds.
 Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press);
 
-/// The scenes that go with the phantom, as text: `scene.yaml` for track, `solve.yaml` for solve.
+/// Scene files of the phantom: `scene.yaml` for track, `solve.yaml` for solve.
 std::string phantom_track_scene(const Truth& truth);
 std::string phantom_solve_scene(const Truth& truth);
 
-/// Makes the phantom in `folder`: images, fiducials, recordings, scenes and, in a folder of its
-/// own, the truth. All is made before the first file takes its place. Returns the files' names,
-/// relative to the folder. Needs a PetscSession. Throws Error for options that cannot be used and a
-/// folder that cannot be written to.
+/// Writes a phantom to `folder`: images, fiducials, recordings, scenes and, in a folder of its own,
+/// the truth. No file takes its place before all are complete. Returns the files' names, relative
+/// to the folder. Needs a PetscSession. Throws Error for invalid options or if the folder cannot be
+/// written.
 std::vector<std::filesystem::path> write_phantom(const std::filesystem::path& folder,
                                                  const PhantomOptions& options,
                                                  const ProgressCallback& progress = {});

@@ -15,28 +15,28 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double margin = 0.025;  // metres around the organ: the markers on the container fit in
+constexpr double margin = 0.025;  // margin around the organ, m, for the markers on the container
 
 // Grey values, before shading and noise.
 constexpr double air = 0, shell = 520, filling = 170, rod = 60, pad = 300, organ = 400,
                  vessel = 190, marker = 900;
 constexpr double noise_deviation = 16;
 
-// How much of a voxel lies within a surface `distance` away.
+// Share of a voxel inside a surface at `distance`.
 double coverage(double distance, double spacing) {
     return std::clamp(0.5 - distance / spacing, 0.0, 1.0);
 }
 
 double mix(double below, double above, double share) { return below + share * (above - below); }
 
-// Slow waves of a few per cent: tissue is not one grey.
+// Smooth variation by a few per cent, as tissue is not uniformly grey.
 double texture(const Vector3d& x) {
     return 0.5 * std::sin(410 * x.x() + 130 * x.y()) * std::sin(370 * x.y() - 220 * x.z()) +
            0.5 * std::sin(260 * x.z() + 190 * x.x() + 1) * std::sin(310 * x.x() - 150 * x.y());
 }
 
-// Beside the organ, within the container: a dark rod along its back, and a pad of softer gel
-// beneath the left lobe.
+// Beside the organ in the container: a dark rod along its back, and a pad of softer gel below the
+// left lobe.
 double rod_distance(const Vector3d& x) {
     return Vector3d(x.x() + 0.022, x.y() + 0.050, 0).norm() - 0.009;
 }
@@ -61,7 +61,7 @@ double grey_value(const Vector3d& place, double spacing) {
     grey = mix(grey, filling * (1 + 0.05 * texture(x)), coverage(body + 0.0035, spacing));
     grey = mix(grey, pad * (1 + 0.04 * texture(2 * x)), coverage(pad_distance(x), spacing));
     grey = mix(grey, rod, coverage(std::max(rod_distance(x), body + 0.006), spacing));
-    // On the container, a fluid in a casing that does not show.
+    // On the container: a ball of fluid, in a casing that is not visible.
     const double ball = marker_distance(place);
     grey = mix(grey, air, coverage(ball - phantom::marker_casing, spacing));
     grey = mix(grey, marker, coverage(ball, spacing));
@@ -71,7 +71,7 @@ double grey_value(const Vector3d& place, double spacing) {
                coverage(std::max(phantom::vessel_distance(place), distance + 0.003), spacing));
 }
 
-// A receive coil's shading: brighter towards the front and the right, by up to about a quarter.
+// Shading of a receive coil: up to about a quarter brighter towards front and right.
 double bias(const Vector3d& place) {
     const Vector3d x =
         (place - phantom::organ_centre()).cwiseQuotient(phantom::organ_half_extents());
@@ -92,7 +92,7 @@ Image<T> empty_image(double spacing) {
     return image;
 }
 
-// Each voxel's value from its centre, in the order in which they are stored.
+// Computes voxels from their centres, in storage order.
 template <class T, class ValueAt>
 Image<T> sample(double spacing, const ValueAt& value_at) {
     Image<T> image = empty_image<T>(spacing);
@@ -110,7 +110,7 @@ PhantomImages make_phantom_images(double spacing, std::uint64_t seed) {
     PhantomImages images;
     std::mt19937_64 engine(seed);
     std::normal_distribution<double> noise(0, noise_deviation);
-    // A scanner shows the length of a complex number whose two parts are noisy: Rician noise.
+    // A scanner shows the magnitude of a complex number with noisy parts: Rician noise.
     images.image = sample<float>(spacing, [&](const Vector3d& place) {
         const double in_phase = bias(place) * grey_value(place, spacing) + noise(engine);
         return static_cast<float>(std::round(std::hypot(in_phase, noise(engine))));

@@ -19,12 +19,12 @@ struct Ellipsoid {
     Vector3d centre, radii;  // metres, from the organ's centre
 };
 
-// The lobes, what joins them, and the hollow below.
+// The lobes, their connection, and the hollow below.
 const Ellipsoid right_lobe{{0.0258, 0.0000, -0.0025}, {0.0492, 0.0550, 0.0425}};
 const Ellipsoid left_lobe{{-0.042, 0.011, 0.006}, {0.033, 0.034, 0.021}};
 const Ellipsoid middle{{-0.014, 0.010, 0.004}, {0.038, 0.038, 0.027}};
 const Ellipsoid hollow{{-0.016, -0.010, -0.061}, {0.062, 0.055, 0.044}};
-constexpr double blend = 0.012;  // metres over which they melt into each other
+constexpr double blend = 0.012;  // m, width of the blend between them
 
 // f (f - 1) / |grad f| with f = |x / r|: zero on the ellipsoid, and a distance to first order
 // beside it.
@@ -34,13 +34,13 @@ double distance_to(const Ellipsoid& e, const Vector3d& place) {
     return slope > 0 ? f * (f - 1) / slope : -e.radii.minCoeff();
 }
 
-// The smaller of two distances, rounded where they meet (polynomial smooth minimum).
+// Smooth minimum of two distances (polynomial).
 double smooth_union(double a, double b, double k) {
     const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
     return b + h * (a - b) - k * h * (1 - h);
 }
 
-// A tube that narrows from one end to the other.
+// A tube that narrows towards one end.
 struct Tube {
     Vector3d from, to;  // metres, from the organ's centre
     double from_radius, to_radius;
@@ -53,7 +53,7 @@ double distance_to(const Tube& tube, const Vector3d& place) {
            (tube.from_radius + along * (tube.to_radius - tube.from_radius));
 }
 
-// A portal tree that enters from the hollow, and three veins that meet high at the back.
+// A portal tree that enters at the hollow, and three veins that meet high at the back.
 const std::array<Tube, 12> vessels{{
     {{-0.012, 0.000, -0.016}, {-0.006, 0.004, 0.000}, 0.0060, 0.0055},
     {{-0.006, 0.004, 0.000}, {0.020, 0.000, -0.004}, 0.0050, 0.0042},
@@ -69,15 +69,14 @@ const std::array<Tube, 12> vessels{{
     {{-0.002, -0.026, 0.020}, {-0.042, 0.000, 0.016}, 0.0040, 0.0018},
 }};
 
-// The n-th number of van der Corput's sequence in a base: Halton points are evenly spread and need
-// no dice.
+// The n-th number of van der Corput's sequence in a base, for Halton points.
 double van_der_corput(int n, int base) {
     double value = 0, digit = 1.0 / base;
     for (; n > 0; n /= base, digit /= base) value += digit * (n % base);
     return value;
 }
 
-// Down the press's way, in metres; then beside it: depth, and how far to which side.
+// Along the press, m; then beside it: depth, and offset to each side.
 constexpr std::array depths{0.007, 0.011, 0.015, 0.019, 0.024, 0.030, 0.037, 0.045};
 constexpr std::array<std::array<double, 3>, 10> beside{{{0.009, 0.012, 10},
                                                         {0.013, 0.010, 95},
@@ -138,7 +137,7 @@ Vector3d organ_exit(const Vector3d& inside, const Vector3d& direction) {
 }
 
 bool is_held(const Vector3d& place) {
-    constexpr double layer = 0.004, highest = 0.002;  // metres; the second from the organ's centre
+    constexpr double layer = 0.004, highest = 0.002;  // m; the second from the organ's centre
     return std::abs(organ_distance(place)) <= layer && place.z() - organ_centre().z() < highest &&
            organ_normal(place).z() < -0.4;
 }
@@ -159,8 +158,8 @@ std::vector<NamedPoint> fiducials() {
                                               {-0.35, -0.90, -0.20}}};
     std::vector<NamedPoint> points;
     for (std::size_t i = 0; i < directions.size(); ++i) {
-        // The container's distance grows in proportion along a ray from its middle: one division
-        // finds its surface.
+        // The distance function is linear along a ray from the centre, so one division finds the
+        // surface.
         const Vector3d ray = 0.1 * directions[i].normalized();
         const double middle_value = body_distance(organ_centre());
         const double reach = -middle_value / (body_distance(organ_centre() + ray) - middle_value);

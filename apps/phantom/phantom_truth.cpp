@@ -17,7 +17,8 @@ namespace livetet {
 
 namespace {
 
-/// Elastic force at the free nodes relative to that at the constrained ones: zero in equilibrium.
+/// Norm of the elastic forces at the free nodes relative to that at the constrained nodes: zero in
+/// equilibrium.
 double force_out_of_balance(DeformableBody& body, const Constraints& constraints) {
     double free = 0, constrained = 0;
     const std::vector<Vector3> force = body.elastic_force();
@@ -26,17 +27,17 @@ double force_out_of_balance(DeformableBody& body, const Constraints& constraints
     return std::sqrt(free / constrained);
 }
 
-/// How a body is brought from one depth to the next.
+/// How the press is increased from one depth to the next.
 struct PressEffort {
     int steps;
     std::function<StepReport(DeformableBody&body, double dt)> moving, resting;
 };
 
-/// At 15 mm some 25 elements of the patch's rim turn inside out, and Newton's method on the static
-/// equations then leaves 1e-4 to 2e-2 out of balance after 30 linearisations, as the mesh will have
-/// it. Implicit Euler's inertia carries it on to 1e-4, in about half the time; on three meshes
+/// At 15 mm about 25 elements at the patch's rim are inverted, and Newton's method on the static
+/// equations stops with 1e-4 to 2e-2 out of balance after 30 linearisations, depending on the mesh.
+/// With the inertia of implicit Euler it reaches 1e-4, in about half the time; on three meshes
 /// where the static solve ended near 1e-4 the targets agreed within a micrometre. A neo-Hookean
-/// body needs Newton's line search on top.
+/// body needs a line search as well.
 PressEffort effort_for(const ConstitutiveModel& model) {
     const auto newton = [](int iterations) {
         return [=](DeformableBody& body, double dt) {
@@ -55,7 +56,7 @@ PressEffort effort_for(const ConstitutiveModel& model) {
 
 struct PressedNode {
     std::int32_t node;
-    double share;  ///< of the depth
+    double share;  ///< share of the depth
 };
 
 std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
@@ -70,12 +71,12 @@ std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
     return pressed;
 }
 
-/// Brings the patch from one depth to the next and lets the body come to rest; returns the force
-/// left out of balance.
+/// Moves the patch from one depth to the next and lets the body come to rest. Returns the remaining
+/// force out of balance.
 double press(DeformableBody& body, std::span<const PressedNode> pressed,
              std::span<const std::int32_t> fixed, const Truth& truth, std::size_t k,
              const PressEffort& effort) {
-    constexpr int most_steps_at_rest = 120;
+    constexpr int max_steps_at_rest = 120;
     constexpr double moving_s = 0.05, resting_s = 0.1, tolerance = 1e-4;
     const double from = k > 0 ? truth.depths[k - 1] : 0, to = truth.depths[k];
     Constraints constraints(body.displacement().size());
@@ -88,7 +89,7 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed,
         (void)effort.moving(body, moving_s);
     }
     double imbalance = 1;
-    for (int i = 0; i < most_steps_at_rest; ++i) {
+    for (int i = 0; i < max_steps_at_rest; ++i) {
         (void)effort.resting(body, resting_s);
         imbalance = force_out_of_balance(body, constraints);
         if (imbalance <= tolerance) return imbalance;
@@ -105,7 +106,7 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
                              const ProgressCallback& progress) {
     MeshingOptions options;
     options.target_tets = tets;
-    options.target_tolerance = 0.3;  // finer than the scene's is all that matters
+    options.target_tolerance = 0.3;  // only needs to be finer than the scene's
     options.levels = 4;
     if (progress) progress(0, "surface of the labels");
     MeshHierarchy hierarchy = std::move(

@@ -12,25 +12,25 @@
 
 namespace livetet {
 
-/// The organ's hierarchy for the truth: from the label map as a scene's would be, but with `tets`
-/// on the finest level. Its nodes under the mask are in the set "fixed". Throws Error as the
-/// meshing does.
+/// Meshes the organ for the truth: from the label map like a scene's mesh, with `tets` on the
+/// finest level. Nodes under the mask are the set "fixed". Throws Error if meshing fails.
 MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,
                              const ProgressCallback& progress = {});
 
-/// What is pressed, and by what.
+/// Model of the pressed body and of the press.
 struct TruthModel {
     ModelChoice strain = "corotated";
     double rim_share =
-        1;  ///< of the depth, that the patch's rim goes: below 1 for a disc with a rounded rim
+        1;  ///< share of the depth at the patch's rim: below 1 for a disc with a rounded rim
     double flat_radius =
-        0;  ///< what lies within goes the whole depth, m; from there to the rim a smooth step
+        0;  ///< radius that moves by the whole depth, m; from there to the rim a smooth step
 };
 
-/// The targets' displacements at each of `truth.depths`: equilibrium of a scene's default material,
-/// corotated or neo-Hookean, on the hierarchy's P1 or P2 tets, the set "fixed" held, the surface
-/// patch about `truth.sensor_rest` moved along `truth.press_direction` from one depth to the next.
-/// Fills truth.targets. Needs a PetscSession. Throws Error where the body does not come to rest.
+/// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
+/// default material, corotated or neo-Hookean, on P1 or P2 tets, with the set "fixed" at rest and
+/// the surface patch about `truth.sensor_rest` moved along `truth.press_direction` from one depth
+/// to the next. Fills truth.targets. Needs a PetscSession. Throws Error if the body does not come
+/// to rest.
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
                  const ProgressCallback& progress = {}, const TruthModel& model = {});
 

@@ -22,7 +22,7 @@ constexpr const char* format_name = "livetet phantom truth 1";
 constexpr const char* interpolation_rule =
     "piecewise linear in depth, from 0 at depth 0; constant beyond the deepest of press.depths_mm";
 
-// A piece of the document that knows its place, for messages.
+// A part of the document with its path, for messages.
 struct Entry {
     const json& value;
     std::string file, key;
@@ -168,7 +168,7 @@ void check_truth(const Truth& truth, const std::string& where) {
              1e3 * truth.position_noise, truth.rotation_noise);
     std::set<std::string> names;
     for (const TruthTarget& t : truth.targets) {
-        if (!names.insert(t.name).second) fail("{}: target {} is there twice", where, t.name);
+        if (!names.insert(t.name).second) fail("{}: target {} occurs twice", where, t.name);
         if (t.displacement.size() != truth.depths.size())
             fail("{}: target {} has {} displacements, expected one for each of {} depths", where,
                  t.name, t.displacement.size(), truth.depths.size());

@@ -16,7 +16,7 @@ vtkSmartPointer<vtkTable> table_of(const ChartLine& line) {
     x->SetName("x");
     y->SetName(line.name.c_str());
     const std::size_t rows =
-        line.x.size() == 1 ? 2 : line.x.size();  // VTK complains of a line of one point
+        line.x.size() == 1 ? 2 : line.x.size();  // VTK reports an error for a line of one point
     for (std::size_t i = 0; i < rows; ++i) {
         x->InsertNextValue(line.x[std::min(i, line.x.size() - 1)]);
         y->InsertNextValue(line.y[std::min(i, line.x.size() - 1)]);

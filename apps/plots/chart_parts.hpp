@@ -15,7 +15,7 @@
 
 #include "apps/plots/off_screen_window.hpp"
 
-// What the pictures with charts are made of.
+// Parts of pictures with charts.
 
 namespace livetet {
 
@@ -27,19 +27,19 @@ struct ChartLine {
     int pen = vtkPen::SOLID_LINE;
 };
 
-/// Adds a line, points or bars (`type` as vtkChart names them) to a chart.
+/// Adds a line, points or bars (`type` as in vtkChart) to a chart.
 vtkPlot* add_plot(vtkChartXY* chart, int type, const ChartLine& line);
 
-/// Fixes an axis (`which` as vtkAxis names them) from `low` to `high`.
+/// Fixes the range of an axis (`which` as in vtkAxis).
 void set_axis(vtkChartXY* chart, int which, const std::string& title, double low, double high);
 
-/// A chart that fills a rectangle of the window: x, y, width, height in pixels.
+/// A chart in a rectangle of the window: x, y, width, height in pixels.
 vtkSmartPointer<vtkChartXY> make_chart(vtkContextScene* scene, const std::string& title,
                                        const std::array<float, 4>& place);
 
 void show_legend(vtkChartXY* chart);
 
-/// A window whose whole face is a scene for charts.
+/// A window that shows a scene of charts.
 struct ChartWindow {
     vtkSmartPointer<vtkRenderWindow> window = make_window();
     vtkNew<vtkRenderer> renderer;

@@ -40,7 +40,7 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
         rigid.y.push_back(s.rigid_mm);
         deforming.y.push_back(s.deforming_mm);
     }
-    // Room above the curves for the legend; both vertical axes are millimetres and share one range.
+    // Leaves room for the legend. Both vertical axes are in mm and share one range.
     const double top = 1.3 * std::max({largest(rigid.y), largest(deforming.y), largest(press.y)});
     ChartWindow out;
     const auto chart = make_chart(
@@ -60,7 +60,7 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
 void write_frame_times_picture(const std::filesystem::path& path, std::span<const RunFrame> frames,
                                const Report& report) {
     const Distribution& ms = report.frames.frame_ms;
-    // A budget far above all frames is left out: with it they would lie flat on the axis.
+    // Omits a budget far above all frames, which would flatten the curve.
     const double budget = report.run.budget_ms, seen = budget <= 4 * ms.worst ? budget : 0;
     const double top = 1.35 * std::max(ms.worst, seen);
     std::string title =
@@ -147,7 +147,7 @@ void write_work_precision_picture(const std::filesystem::path& path,
             chart->GetAxis(axis)->SetLogScale(true);
             chart->GetAxis(axis)->SetNotation(vtkAxis::SCIENTIFIC_NOTATION);
             chart->GetAxis(axis)->SetPrecision(0);
-            // Whole decades, and room above for the legend.
+            // Whole decades, with room for the legend.
             set_axis(chart, axis, d ? c.error_axis : c.time_axis,
                      std::pow(10, std::floor(std::log10(low[d]))),
                      std::pow(10, std::ceil(std::log10(high[d])) + d));

@@ -77,7 +77,7 @@ void write_choices_picture(const std::filesystem::path& path, const ChoicesChart
     set_axis(chart, vtkAxis::BOTTOM, c.x_axis, left, right);
     set_axis(chart, vtkAxis::LEFT, c.y_axis, low, high);
 
-    // Where the axes came to lie is known once they were drawn.
+    // Positions of the axes are only known once drawn.
     out.window->Render();
     const int* first = chart->GetPoint1();
     const int* last = chart->GetPoint2();
@@ -96,7 +96,7 @@ void write_choices_picture(const std::filesystem::path& path, const ChoicesChart
             const ChoicePoint& p = c.points[k];
             if (p.group != groups[g]) continue;
             const std::string number = std::to_string(p.number);
-            const bool above = k % 2 == 0;  // neighbours' numbers beside each other
+            const bool above = k % 2 == 0;  // alternates the numbers of neighbours
             write_text(out.renderer, number, 14,
                        place(p.x, left, right, first[0], last[0]) + (above ? 6 : -8),
                        place(p.y, low, high, first[1], last[1]) + (above ? 6 : -24), look::ink);

@@ -22,18 +22,18 @@ namespace {
 constexpr int samples = 220;    // along each side of a panel
 constexpr double enlarged = 3;  // width of an enlarged panel, diameters
 constexpr float panel_width = 320,
-                panel_height = 314;  // round circles: what axes take off is not square
-constexpr int most_columns = 6;
+                panel_height = 314;  // makes circles round: the axes take more width than height
+constexpr int max_columns = 6;
 constexpr look::Colour cross_colour{1.0, 0.75, 0.1}, circle_colour{0.95, 0.25, 0.2};
 
-/// A square of a plane across one axis of the world: axis `u` to the right, `v` upwards; metres.
+/// A square of a plane across one axis of the world: axis `u` to the right, `v` upwards; m.
 struct Slice {
     int u, v;
     Vector3 centre;
     double half;
 };
 
-/// The value at a place by linear interpolation; `outside` beyond the outermost voxels' centres.
+/// Linear interpolation; `outside` beyond the centres of the outermost voxels.
 float value_at(const GreyImage& image, const Vector3& voxel, float outside) {
     Eigen::Vector3i low;
     Vector3 share;
@@ -57,7 +57,7 @@ float value_at(const GreyImage& image, const Vector3& voxel, float outside) {
     return static_cast<float>(sum);
 }
 
-/// What most voxels lie between: the picture's black and white.
+/// Range of most voxels: black and white of the picture.
 std::array<float, 2> grey_range(const GreyImage& image) {
     std::vector<float> some;
     const std::size_t stride = 1 + image.values.size() / 200000;
@@ -86,7 +86,7 @@ vtkSmartPointer<vtkImageData> sampled(const GreyImage& image, const Slice& slice
     return pixels;
 }
 
-/// A cross-hair that leaves the marker's middle free, and the circle that it should fill.
+/// A cross-hair that leaves the marker's centre free, and the circle that the marker should fill.
 void add_marks(vtkChartXY* chart, const Slice& s, const Vector3& marker, double radius) {
     const double u = 1e3 * marker[s.u], v = 1e3 * marker[s.v], gap = 0.25e3 * radius;
     for (const double side : {-1.0, 1.0}) {
@@ -160,8 +160,8 @@ Slice whole(const GreyImage& image, const Vector3& marker) {
 
 void write_marker_picture(const std::filesystem::path& path, const GreyImage& image,
                           std::span<const ImageMarker> markers, double diameter) {
-    const int count = static_cast<int>(markers.size()), columns = std::min(count, most_columns);
-    const int bands = (count + most_columns - 1) / most_columns;
+    const int count = static_cast<int>(markers.size()), columns = std::min(count, max_columns);
+    const int bands = (count + max_columns - 1) / max_columns;
     const auto height = static_cast<float>(4 * bands) * panel_height;
     ChartWindow out;
     out.window->SetSize(static_cast<int>(panel_width) * columns, static_cast<int>(height));
@@ -178,8 +178,8 @@ void write_marker_picture(const std::filesystem::path& path, const GreyImage& im
                                       fmt::format("x = {:.2f} mm", mm.x())};
         for (int row = 0; row < 4; ++row)
             add_panel(out.scene(), image, slices[row], c, radius, range, titles[row],
-                      {panel_width * static_cast<float>(m % most_columns),
-                       height - panel_height * static_cast<float>(4 * (m / most_columns) + row + 1),
+                      {panel_width * static_cast<float>(m % max_columns),
+                       height - panel_height * static_cast<float>(4 * (m / max_columns) + row + 1),
                        panel_width, panel_height});
     }
     write_window(out.window, path);

@@ -1,6 +1,5 @@
 #include "apps/plots/off_screen_window.hpp"
 
-#include <spdlog/spdlog.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
@@ -10,17 +9,20 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
 namespace {
 
-/// What VTK has to say goes to the log, not into the middle of our output.
+/// Sends VTK's messages to the log instead of the terminal.
 class LogWindow : public vtkOutputWindow {
   public:
     static LogWindow* New();
     vtkTypeMacro(LogWindow, vtkOutputWindow);
-    void DisplayText(const char* text) override { spdlog::debug("VTK: {}", text ? text : ""); }
+    void DisplayText(const char* text) override {
+        log_debug(std::string("VTK: ") + (text ? text : ""));
+    }
 };
 vtkStandardNewMacro(LogWindow);
 
@@ -71,8 +73,7 @@ void write_window(vtkRenderWindow* window, const std::filesystem::path& path) {
     pixels->ReadFrontBufferOff();
     vtkNew<vtkPNGWriter> writer;
     writer->SetInputConnection(pixels->GetOutputPort());
-    writer->WriteToMemoryOn();  // its own writing says several lines of a full disk, and not that
-                                // it is full
+    writer->WriteToMemoryOn();  // VTK's own file output reports a full disk unclearly
     writer->Write();
     vtkUnsignedCharArray* const png = writer->GetResult();
     if (writer->GetErrorCode() != 0 || !png) fail("{}: the picture cannot be made", path.string());

@@ -10,7 +10,7 @@
 
 namespace livetet {
 
-/// The look that all pictures share.
+/// Common style of all pictures.
 namespace look {
 inline constexpr int width = 1600, height = 900;
 using Colour = std::array<double, 3>;
@@ -19,19 +19,19 @@ inline constexpr Colour blue{0.12, 0.42, 0.72}, red{0.80, 0.18, 0.16}, grey{0.55
 inline constexpr int title_size = 30, label_size = 24, tick_size = 20;
 }  // namespace look
 
-/// Sets font, size and the colour of ink.
+/// Sets font, size and colour.
 void set_text(vtkTextProperty* text, int size, bool bold = false);
 
-/// From pale at 0 to dark at `largest` (ColorBrewer's YlGnBu without its palest), for any light.
+/// From pale at 0 to dark at `largest` (ColorBrewer's YlGnBu without its palest colour).
 vtkSmartPointer<vtkColorTransferFunction> organ_colours(double largest);
 
-/// VTK's messages go to the log from here on.
+/// Sends VTK's messages to the log from now on.
 void route_messages();
 
-/// An off-screen window of the common size, anti-aliased.
+/// An off-screen window of common size, anti-aliased.
 vtkSmartPointer<vtkRenderWindow> make_window();
 
-/// Renders and writes a PNG file, whole or not at all. Throws Error where it cannot be written.
+/// Renders and writes a PNG file, completely or not at all. Throws Error if it cannot be written.
 void write_window(vtkRenderWindow* window, const std::filesystem::path& path);
 
 }  // namespace livetet

@@ -34,8 +34,8 @@ namespace {
 constexpr look::Colour patch_colour = look::red;
 constexpr look::Colour fixed_colour{0.25, 0.25, 0.28};
 
-/// The surface moved by `scale` times the displacement, in mm, with the displacement's length in mm
-/// at each point.
+/// The surface moved by `scale` times the displacement, in mm, with the length of the displacement
+/// in mm at each point.
 vtkSmartPointer<vtkPolyData> surface(const TetMesh& mesh, std::span<const Vector3> displacement,
                                      double scale) {
     vtkNew<vtkPoints> points;
@@ -74,8 +74,8 @@ vtkSmartPointer<vtkActor> coloured(vtkPolyData* data, vtkColorTransferFunction* 
     return actor;
 }
 
-/// The shape at rest as lines, but only where the organ has left it by a tenth of the largest
-/// motion or more.
+/// The shape at rest as lines, where the organ has left it by at least a tenth of the largest
+/// motion.
 vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> displacement,
                                vtkPolyData* rest, double largest_mm) {
     vtkNew<vtkCellArray> left;
@@ -99,7 +99,7 @@ vtkSmartPointer<vtkActor> veil(const TetMesh& mesh, std::span<const Vector3> dis
     return actor;
 }
 
-/// A small ball on each of some nodes of a surface.
+/// A small ball at each of some nodes of a surface.
 vtkSmartPointer<vtkActor> balls(vtkPolyData* data, std::span<const std::int32_t> nodes,
                                 double radius_mm, const look::Colour& colour) {
     vtkNew<vtkPoints> points;
@@ -118,7 +118,7 @@ vtkSmartPointer<vtkActor> balls(vtkPolyData* data, std::span<const std::int32_t>
     return actor;
 }
 
-/// A marked set's nodes on the surface; none where the mesh has no such set.
+/// Nodes of a set on the surface; empty if there is no such set.
 std::vector<std::int32_t> marked(const TetMesh& mesh, const char* name) {
     const auto found = mesh.node_sets.find(name);
     if (found == mesh.node_sets.end()) return {};
@@ -129,8 +129,8 @@ std::vector<std::int32_t> marked(const TetMesh& mesh, const char* name) {
     return nodes;
 }
 
-/// Where to look from: across the press, a little from the pressed side, onto the organ's broad
-/// face. Unit vectors.
+/// Direction of view: across the press, slightly from the pressed side, towards the broad side of
+/// the organ. Unit vectors.
 struct View {
     Vector3 towards_camera, up;
 };
@@ -151,7 +151,8 @@ View choose_view(const TetMesh& mesh, std::span<const Vector3> displacement) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(across * spread * across);
     const Vector3 long_side = axes.eigenvectors().col(2);
     Vector3 side = long_side.cross(up).normalized();
-    if (side.dot(Vector3(0.3, 1, 0.1)) < 0) side = -side;  // of the two, the patient's front (RAS)
+    if (side.dot(Vector3(0.3, 1, 0.1)) < 0)
+        side = -side;  // the one towards the patient's front (RAS)
     return {(side + 0.5 * up).normalized(), up};
 }
 
@@ -191,7 +192,7 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
     return renderer;
 }
 
-/// What brings the body, at rest and deformed, to fill the view but for the title above it.
+/// Zoom at which the body, at rest and deformed, fills the view below the title.
 double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh,
                     std::span<const Vector3> displacement) {
     constexpr double width = 0.95, height = 0.8;
@@ -201,7 +202,7 @@ double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh,
     const Vector3 right = ahead.cross(Vector3(camera->GetViewUp())).normalized(),
                   up = right.cross(ahead);
     double widest = 0,
-           highest = 0;  // tangents of the angles that it is seen under, from the middle
+           highest = 0;  // tangents of its viewing angles
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         for (const Vector3& x :
              {Vector3(1e3 * mesh.nodes[n]), Vector3(1e3 * (mesh.nodes[n] + displacement[n]))}) {
@@ -243,7 +244,7 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
         renderer->AddActor(balls(data, fixed, 0.8 * radius, fixed_colour));
         renderer->AddActor(balls(data, patch, radius, patch_colour));
     }
-    vtkNew<vtkLightKit> lights;  // from above, and some from all sides
+    vtkNew<vtkLightKit> lights;  // from above, with fill light
     lights->SetKeyLightIntensity(0.85);
     lights->AddLightsToRenderer(left);
     lights->AddLightsToRenderer(right);

@@ -7,8 +7,7 @@
 
 namespace livetet {
 
-/// The points that no other is better than in one and at least as good as in the other of two
-/// figures, of both of which less is better: their numbers, by rising `cost`.
+/// Indices of the Pareto-optimal points of two figures that should be small, by rising `cost`.
 inline std::vector<std::size_t> pareto_front(const std::vector<double>& cost,
                                              const std::vector<double>& error) {
     std::vector<std::size_t> order(cost.size()), front;

@@ -11,7 +11,7 @@ namespace livetet {
 
 namespace {
 
-/// Through the mean at each x, where there are less than half as many of them as points.
+/// A line through the mean at each x, if there are less than half as many of them as points.
 ChartLine means_of(const ScatterChart& chart) {
     std::map<double, std::pair<double, int>> sums;
     for (std::size_t k = 0; k < chart.x.size(); ++k) {
@@ -32,7 +32,7 @@ struct Range {
     double low, high;
 };
 
-/// A little wider than the values.
+/// A range slightly wider than the values.
 Range around(const std::vector<double>& values) {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     const double apart = *most > *least ? *most - *least : std::max(1e-12, std::abs(*most));

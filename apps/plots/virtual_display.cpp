@@ -1,4 +1,4 @@
-// Apart from all else: Xlib.h defines macros (Success, None) that others use as names.
+// In a file of its own: Xlib.h defines macros (Success, None) that clash with other names.
 #include "apps/plots/virtual_display.hpp"
 
 #include <X11/Xauth.h>
@@ -27,14 +27,14 @@ namespace {
 
 constexpr const char* does_not_start = "Xvfb does not start";
 
-/// Kept open to the end: a server resets itself when its last client leaves, and refuses the next
-/// meanwhile.
+/// The connection, kept open to the end: a server resets when its last client leaves, and refuses
+/// the next one meanwhile.
 Display*& display() {
     static Display* display = XOpenDisplay(nullptr);
     return display;
 }
 
-/// The system's numbers of what is open, closed with the guard.
+/// A file descriptor, closed by its destructor.
 struct Descriptor {
     int number;
     explicit Descriptor(int of) : number(of) {
@@ -45,13 +45,13 @@ struct Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
 };
 
-/// Where this process, and those that it starts, find what it has open: Open MPI looks for graphics
-/// cards by X from a process of its own.
+/// Path of an open file for this process and its children: Open MPI looks for graphics cards
+/// through X from a process of its own.
 std::string name_of(int descriptor) {
     return fmt::format("/proc/{}/fd/{}", ::getpid(), descriptor);
 }
 
-/// Writes what a client shows so that the server lets it in: nobody else may draw there, or look.
+/// Writes the key by which the server admits a client: nobody else may draw there, or look.
 void write_cookie(int descriptor) {
     std::array<char, 18> name{'M', 'I', 'T', '-', 'M', 'A', 'G', 'I', 'C',
                               '-', 'C', 'O', 'O', 'K', 'I', 'E', '-', '1'};
@@ -65,17 +65,17 @@ void write_cookie(int descriptor) {
         fail("none can be started, for the key to it cannot be written");
 }
 
-/// In the child: becomes the server, which says its number on `told`. It has a group of its own, so
-/// that Ctrl-C, which a command may answer by finishing its work, does not take the server away
-/// from under it; and it is ended by the system when this program's main thread is.
-[[noreturn]] void become_server(pid_t parent, const std::string& name, int told, int cookie) {
+/// In the child: becomes the server, which writes its number to `output`. It has a process group of
+/// its own, so that Ctrl-C, after which a command may finish its work, does not end it. The system
+/// ends it with this program's main thread.
+[[noreturn]] void become_server(pid_t parent, const std::string& name, int output, int cookie) {
     ::setpgid(0, 0);
     ::signal(SIGTERM, SIG_DFL);
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (::getppid() != parent) ::_exit(1);  // it ended before it could be asked to take us along
+    if (::getppid() != parent) ::_exit(1);  // the parent ended before prctl took effect
     const int nothing = ::open("/dev/null", O_RDWR);
-    const int kept[] = {nothing, nothing, nothing, told,
-                        cookie};  // 0 to 4; none of them is there yet
+    const int kept[] = {nothing, nothing, nothing, output,
+                        cookie};  // descriptors 0 to 4; none of them is open yet
     constexpr int count = 5;
     int moved[count];
     for (int k = 0; k < count; ++k) moved[k] = ::fcntl(kept[k], F_DUPFD, count);
@@ -87,37 +87,36 @@ void write_cookie(int descriptor) {
     ::_exit(127);
 }
 
-/// What the server says of itself, its number and a newline; nothing where it ends or says nothing
-/// for a while.
-std::string first_words(int told) {
+/// The server's first output, its number and a newline; empty if it ends or stays silent.
+std::string first_words(int output) {
     constexpr int patience_ms = 20000;
     std::string words;
-    pollfd more{told, POLLIN, 0};
+    pollfd more{output, POLLIN, 0};
     for (;;) {
         const int ready = ::poll(&more, 1, patience_ms);
-        if (ready < 0 && errno == EINTR) continue;  // a signal that somebody else here answers
+        if (ready < 0 && errno == EINTR) continue;  // a signal handled elsewhere
         char c = 0;
-        if (ready <= 0 || ::read(told, &c, 1) != 1) return {};
+        if (ready <= 0 || ::read(output, &c, 1) != 1) return {};
         if (c == '\n') return words;
         words += c;
     }
 }
 
-/// Starts a server of this name (":99"). Why it cannot be used; nothing where it can.
+/// Starts a server of this name (":99"). Returns why it cannot be used, or nothing.
 std::optional<std::string> start_server(const std::string& name) {
     static const Descriptor cookie(
-        ::memfd_create("livetet display", MFD_CLOEXEC));  // a file would stay behind after Ctrl-C
+        ::memfd_create("livetet display", MFD_CLOEXEC));  // a file would be left behind by Ctrl-C
     write_cookie(cookie.number);
     int ends[2] = {-1, -1};
     if (::pipe2(ends, O_CLOEXEC) != 0)
         fail("none can be started: {}", std::generic_category().message(errno));
-    const Descriptor told(ends[0]);
+    const Descriptor output(ends[0]);
     const pid_t self = ::getpid(), server = ::fork();
     if (server == 0) become_server(self, name, ends[1], cookie.number);
     ::close(ends[1]);
     if (server < 0) fail("none can be started: {}", std::generic_category().message(errno));
     std::string problem = does_not_start;
-    if (const std::string number = first_words(told.number); !number.empty()) {
+    if (const std::string number = first_words(output.number); !number.empty()) {
         ::setenv("XAUTHORITY", name_of(cookie.number).c_str(), 1);
         ::setenv("DISPLAY", (":" + number).c_str(), 1);
         display() = XOpenDisplay(nullptr);
@@ -132,8 +131,8 @@ std::optional<std::string> start_server(const std::string& name) {
     return WIFEXITED(status) && WEXITSTATUS(status) == 127 ? "Xvfb is not installed" : problem;
 }
 
-/// Numbers below 10 are those that Open MPI's search for graphics cards asks for whoever runs it; a
-/// server that they have no key to has it print a line each time.
+/// Numbers below 10 are those that Open MPI's search for graphics cards tries; a server without a
+/// key for it would make it print a line each time.
 std::optional<std::string> start_some_server() {
     constexpr int first = 99, tries = 5;
     std::optional<std::string> problem;
@@ -141,10 +140,10 @@ std::optional<std::string> start_some_server() {
         std::error_code ignored;
         if (std::filesystem::exists(fmt::format("/tmp/.X{}-lock", number), ignored) ||
             std::filesystem::exists(fmt::format("/tmp/.X11-unix/X{}", number), ignored))
-            continue;  // somebody's
+            continue;  // in use
         ++tried;
         problem = start_server(fmt::format(":{}", number));
-        if (problem != does_not_start) break;  // else another took the number meanwhile
+        if (problem != does_not_start) break;  // otherwise another process took the number
     }
     return problem;
 }

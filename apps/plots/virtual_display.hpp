@@ -5,15 +5,14 @@
 
 namespace livetet {
 
-/// True where an X server answers: without one, no picture can be drawn (VTK would end the
-/// program).
+/// Whether an X server answers. Without one, VTK ends the program when it draws.
 bool have_display();
 
-/// Sees to it that an X server answers: where there is none, one without a screen is started
-/// (Xvfb), for this program alone and no longer than it. Why that cannot be; nothing where it can.
+/// Makes an X server available: if there is none, starts one without a screen (Xvfb), for this
+/// program alone and no longer than it. Returns why that failed, or nothing.
 std::optional<std::string> find_display();
 
-/// The same; throws Error that begins with `what`, which wants one.
+/// Calls find_display; throws Error beginning with `what` if it fails.
 void need_display(const std::string& what);
 
 }  // namespace livetet

@@ -9,7 +9,7 @@ namespace livetet {
 
 namespace {
 
-/// Of what the frames have of a value.
+/// Distribution of a value over the frames that have it.
 Distribution distribution_of(const RunResult& result,
                              std::optional<double> (*value)(const RunFrame&)) {
     std::vector<double> values;
@@ -43,8 +43,8 @@ FrameStatistics frame_statistics(const RunResult& result) {
     return s;
 }
 
-/// What the run's scene says of it. A scene of a later version may have keys that this one does not
-/// know: then nothing.
+/// Adds what the scene of the run says. Adds nothing if the scene has keys that this version does
+/// not know.
 void add_scene(Report& report, const RunResult& result) {
     report.scene_text = result.scene_text;
     report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(),

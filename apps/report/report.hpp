@@ -15,9 +15,9 @@
 
 namespace livetet {
 
-/// How long the kept frames took and how they ended. Times in ms. `over_budget` counts those that
-/// took longer than the run's budget, `cut_short` those whose solve it ended. What the run did not
-/// record is a distribution of nothing.
+/// Times of the kept frames, ms, and how they ended. `over_budget`: frames slower than the run's
+/// budget; `cut_short`: frames whose solve it stopped. Values that were not recorded have an empty
+/// distribution.
 struct FrameStatistics {
     std::size_t kept = 0, over_budget = 0, cut_short = 0, not_converged = 0, registration_held = 0,
                 registration_lost = 0;
@@ -27,62 +27,59 @@ struct FrameStatistics {
                                      ///< over the nodes
 };
 
-/// A deformation sensor as the scene has it.
+/// A deformation sensor of the scene.
 struct ReportSensor {
     std::string tool;
     double patch_radius_mm = 0;
-    bool turns = false;                         ///< the patch follows its turn, too
-    std::optional<double> stiffness_N_per_m{};  ///< none: a hard patch
+    bool turns = false;                         ///< the patch follows its rotation, too
+    std::optional<double> stiffness_N_per_m{};  ///< none: a rigid patch
 };
 
-/// What sensors do, in the order of DriveStatus.
+/// Names of DriveStatus, in its order.
 inline constexpr const char* sensor_states[] = {"placing", "following", "returning",
                                                 "holding", "releasing", "released"};
 
-/// What one tracked run was worth.
+/// Report of a tracked run.
 struct Report {
     std::string source, scene_text;
     std::vector<ReportSensor> sensors;
     std::optional<std::array<double, 6>>
-        sensor_frames;  ///< frames that sensors spent in each of `sensor_states`, of all sensors
-    std::vector<ExplainedPart>
-        parts;  ///< what the run built and left out; empty where its scene is not known
+        sensor_frames;                 ///< frames in each of `sensor_states`, summed over sensors
+    std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if the scene is unknown
     RunInfo run;
     FrameStatistics frames;
     double first_s = 0, last_s = 0;
-    double largest_press_mm = 0;        ///< as the deformation sensor saw it
-    std::size_t deepest_frame = 0;      ///< of the kept frames, the one with the largest press
-    std::optional<TargetErrors> truth;  ///< only where the truth is known
+    double largest_press_mm = 0;        ///< as measured by the deformation sensor
+    std::size_t deepest_frame = 0;      ///< kept frame with the largest press
+    std::optional<TargetErrors> truth;  ///< if the truth is known
 };
 
-/// Throws Error for a result without frames, and where `compare_with_truth` does.
+/// Makes a report. Throws Error if the result has no frames, and where `compare_with_truth` does.
 Report make_report(const RunResult& result, const Truth* truth = nullptr);
 
-/// How many times smaller the error at the targets should be with deformation than without.
+/// Required ratio of the errors at the targets without and with deformation.
 inline constexpr double wanted_gain = 3;
 
-/// The sentences that say whether the run was good: frame times; where it had a budget, how it was
-/// kept; with a truth, how much the deformation gained at the deepest press, and whether moving the
-/// whole organ moved targets.
+/// Sentences on the quality of the run: frame times; how a budget was kept; with a truth, how much
+/// the deformation gained at the deepest press, and whether moving the whole organ moved targets.
 std::vector<std::string> verdicts(const Report& report);
 
-/// What a sensor moves, and how.
+/// Describes what a sensor moves, and how.
 std::string sensor_text(const ReportSensor& sensor);
 
-/// A page of tables to read, lines of at most 100 characters.
+/// The report as text, with lines of at most 100 characters.
 std::string report_text(const Report& report);
 
-/// The same figures as JSON text, with units in the keys' names.
+/// The report as JSON, with units in its keys.
 std::string report_json(const Report& report);
 
-/// The same figures as one HTML page that needs no other file. `no_pictures`: why there are none,
-/// where there are none.
+/// The report as a self-contained HTML page. `no_pictures`: why there are none.
 std::string report_page(const Report& report, std::span<const PagePicture> pictures,
                         const std::string& no_pictures = "");
 
-/// Reads what `livetet track` wrote, writes report.txt, report.json and the pictures into the
-/// folder "report" beside it, the JSON to `json` as well unless that is empty, and prints the text.
-/// Throws Error where it cannot.
+/// Reads a result of `livetet track`; writes report.txt, report.json and the pictures to the folder
+/// "report" beside it, and the JSON to `json` if that is not empty; prints the text. Throws Error
+/// if that fails.
 void report_result(const std::filesystem::path& result, const std::filesystem::path& json);
 
 }  // namespace livetet

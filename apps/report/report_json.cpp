@@ -33,7 +33,7 @@ ordered_json frames_json(const Report& r) {
                         {"forces_ms", to_json(f.forces_ms)},
                         {"solve_ms", to_json(f.solve_ms)},
                         {"iterations", to_json(f.iterations)}};
-    const auto add = [&](const char* name, const Distribution& d) {  // what the run recorded
+    const auto add = [&](const char* name, const Distribution& d) {  // only what the run recorded
         if (d.count > 0) out[name] = to_json(d);
     };
     add("sensor_ms", f.sensor_ms);

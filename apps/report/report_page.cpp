@@ -35,9 +35,10 @@ std::string registration_html(const Report& r) {
             s.numbers(f.name, {f.residual_mm}, 2);
     }
     s.numbers("FRE (RMS of the residuals)", {r.run.fre_mm}, 2);
-    return s.end("Left out: how far a fiducial lies from where the others alone put it. Held in " +
-                 fmt::format("{} frames, lost in {}.", r.frames.registration_held,
-                             r.frames.registration_lost));
+    return s.end(
+        "Left out: distance of a fiducial from its position predicted by the others. Held in " +
+        fmt::format("{} frames, lost in {}.", r.frames.registration_held,
+                    r.frames.registration_lost));
 }
 
 std::string frames_html(const Report& r) {

@@ -8,7 +8,7 @@ namespace livetet {
 
 namespace {
 
-/// Text as HTML shows it: names come from files.
+/// Escapes text for HTML: names come from files.
 std::string escaped(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -53,7 +53,7 @@ std::string wrapped(const std::string& sentence, std::size_t width) {
     while (sentence.size() - begin > width) {
         std::size_t end = sentence.rfind(' ', begin + width);
         if (end == std::string::npos || end <= begin)
-            end = sentence.find(' ', begin + width);  // after a long word, a path
+            end = sentence.find(' ', begin + width);  // breaks after a long word, such as a path
         if (end == std::string::npos) break;
         out += sentence.substr(begin, end - begin) + "\n    ";
         begin = end + 1;

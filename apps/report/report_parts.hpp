@@ -8,27 +8,26 @@
 
 #include "apps/scene/explanation.hpp"
 
-// What the reports of tracked runs and of solves are made of: text, JSON and HTML.
+// Parts of the reports of tracked runs and of solves: text, JSON and HTML.
 
 namespace livetet {
 
-/// A sentence, its later lines indented.
+/// Wraps a sentence, with its later lines indented.
 std::string wrapped(const std::string& sentence, std::size_t width = 96);
 std::string report_line(std::string_view name, const std::string& value);
-/// What was built, and what was left out and why.
+/// Lists the parts that were built, and those left out with reasons.
 std::string parts_text(std::span<const ExplainedPart> parts);
 
 nlohmann::ordered_json parts_json(std::span<const ExplainedPart> parts);
-/// Text in a file: names of files need not be UTF-8.
+/// Dumps JSON; replaces invalid UTF-8, which file names may contain.
 std::string json_text(const nlohmann::ordered_json& json);
 
-/// A picture to stand in a page: PNG, as base64.
+/// A picture of a page: PNG as base64.
 struct PagePicture {
     std::string caption, base64;
 };
 
-/// A table under a heading, row by row. Cells that are numbers stand to the right. Texts are
-/// escaped: names come from files.
+/// A table under a heading. Numbers are right-aligned. Texts are escaped: names come from files.
 class HtmlSection {
   public:
     explicit HtmlSection(std::string_view title);
@@ -36,7 +35,7 @@ class HtmlSection {
     void heads(std::initializer_list<std::string_view> names);
     void texts(std::initializer_list<std::string> cells);
     void numbers(std::string_view name, std::initializer_list<double> values, int digits);
-    /// A cell of text first, the others as numbers stand.
+    /// Adds a row: a cell of text, then numbers.
     void row(std::initializer_list<std::string> cells);
     std::string end(std::string_view note = "");
 
@@ -46,8 +45,8 @@ class HtmlSection {
 
 std::string parts_html(std::span<const ExplainedPart> parts);
 
-/// A page that needs no other file: sentences first, then pictures, the sections of `body`, the
-/// scene. `no_pictures`: why there are none, where there are none.
+/// A self-contained page: sentences, pictures, the sections of `body`, the scene. `no_pictures`:
+/// why there are none.
 std::string html_page(std::string_view title, std::span<const std::string> sentences,
                       std::span<const PagePicture> pictures, const std::string& no_pictures,
                       const std::string& body, const std::string& scene_text);

@@ -80,10 +80,10 @@ std::string registration_text(const Report& r) {
     for (const RunFiducial& f : r.run.fiducials)
         out += fmt::format("  {:<{}}{:>13.2f}{:>18}\n", f.name, width, f.residual_mm,
                            f.leave_one_out_mm ? fmt::format("{:.2f}", *f.leave_one_out_mm) : "-");
-    return out + "  (left out: how far a fiducial lies from where the others alone put it)\n";
+    return out + "  (left out: distance of a fiducial from its position predicted by the others)\n";
 }
 
-/// Nothing where nothing is known.
+/// Empty if the distribution is.
 std::string row(std::string_view name, const Distribution& d, int digits = 2) {
     if (d.count == 0) return "";
     return fmt::format("  {:<22}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}{:>10.{}f}\n", name,
@@ -101,7 +101,7 @@ std::string frames_text(const Report& r) {
            row("  output [ms]", f.output_ms) + row("iterations", f.iterations) +
            row("error estimate [mm]", f.error_estimate_mm, 4);
     if (f.error_estimate_mm.count > 0)
-        out += "  (error estimate: what a frame's solve left undone, RMS over the nodes)\n";
+        out += "  (error estimate: remaining error of a frame's solve, RMS over the nodes)\n";
     out += report_line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
     out += report_line("budget",
                        fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,

@@ -17,13 +17,13 @@ namespace {
 
 using ordered_json = nlohmann::ordered_json;
 
-constexpr std::size_t most_rows = 24;  // of a page's table of steps
+constexpr std::size_t max_rows = 24;  // rows of a page's table of steps
 
 double number(const ordered_json& x) {
     return x.is_null() ? std::nan("") : x.get<double>();
 }  // JSON has no NaN
 
-/// A whole number from 0 to `most`.
+/// Reads a whole number from 0 to `most`.
 std::size_t count(const ordered_json& x, std::size_t most) {
     const auto n = x.get<double>();
     if (!(n >= 0 && n <= static_cast<double>(most))) fail("found {}, expected 0 to {}", n, most);
@@ -58,7 +58,7 @@ SolvedRun parse_run(const std::string& text) {
                                  .seconds = number(s.at("seconds")),
                                  .imbalance = number(s.at("imbalance")),
                                  .time_error_mm = number(s.at("time_error_mm")),
-                                 .linearisations = count(s.at("linearisations"), most),
+                                 .newton_iterations = count(s.at("linearisations"), most),
                                  .iterations = count(s.at("iterations"), most),
                                  .converged = s.at("converged"),
                                  .kept = s.at("kept")});
@@ -68,7 +68,7 @@ SolvedRun parse_run(const std::string& text) {
     }
 }
 
-/// What holds the body; nothing where a mask is not to be had.
+/// The fixed nodes; empty if a mask is not available.
 std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
                                       const std::filesystem::path& source) {
     std::set<std::int32_t> nodes;
@@ -81,8 +81,8 @@ std::vector<std::int32_t> fixed_nodes(const Scene& scene, const TetMesh& mesh,
     return {nodes.begin(), nodes.end()};
 }
 
-/// One of so many of the kept steps is shown, the last, and all that did not converge.
-std::size_t shown_every(const SolvedRun& run) { return run.kept_steps().size() / most_rows + 1; }
+/// Shows one in this many of the kept steps, the last, and all that did not converge.
+std::size_t shown_every(const SolvedRun& run) { return run.kept_steps().size() / max_rows + 1; }
 
 std::vector<const SolvedStep*> shown_steps(const SolvedRun& run) {
     const std::vector<const SolvedStep*> kept = run.kept_steps();
@@ -99,8 +99,8 @@ std::string steps_note(const SolvedRun& run) {
     if (shown_every(run) > 1)
         note += fmt::format("One in {} of {} steps. ", shown_every(run), kept);
     if (again > 0)
-        note += fmt::format("{} more were tried, and done again in other lengths. ", again);
-    return note + "Imbalance: the forces out of balance, relative to those at work.";
+        note += fmt::format("{} more were tried, and repeated with other lengths. ", again);
+    return note + "Imbalance: unbalanced forces relative to all forces.";
 }
 
 const char* end_of_step(const SolvedRun& run) {
@@ -162,7 +162,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
         }
     }
     if (!result.has_text("solve")) return r;
-    r.run = with_context(r.source + ": what the solve says of itself",
+    r.run = with_context(r.source + ": description of the solve",
                          [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, false);
     if (!r.parts.empty())
@@ -173,34 +173,33 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
 std::vector<std::string> verdicts(const SolveReport& r) {
     std::vector<std::string> sentences;
     if (r.run) {
-        std::size_t linearisations = 0, iterations = 0;  // of all that was tried
+        std::size_t newton_iterations = 0, iterations = 0;  // including rejected steps
         double time_error_mm = 0;
         for (const SolvedStep& s : r.run->steps) {
-            linearisations += s.linearisations;
+            newton_iterations += s.newton_iterations;
             iterations += s.iterations;
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
         sentences.push_back(
-            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; {:.1e} "
-                        "of the forces are out of balance in the end.",
+            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; final "
+                        "imbalance {:.1e}.",
                         r.run->converged ? "Converged" : "NOT converged",
-                        r.run->kept_steps().size(), linearisations, iterations, r.run->solve_s,
+                        r.run->kept_steps().size(), newton_iterations, iterations, r.run->solve_s,
                         r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
-            sentences.push_back(
-                fmt::format("It was taken up again at {:.4g} s: steps, iterations and seconds are "
-                            "those from there on.",
-                            r.run->restarted_at_s));
+            sentences.push_back(fmt::format(
+                "It was restarted at {:.4g} s: steps, iterations and seconds count from there.",
+                r.run->restarted_at_s));
         if (!r.run->failure.empty())
             sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
         if (r.run->inverted_tets > 0)
             sentences.push_back(
-                fmt::format("{} tets are inside out in the end: stresses there mean nothing; a "
-                            "finer mesh or a gentler load may help.",
+                fmt::format("{} tets are inverted at the end: their stresses are meaningless; use "
+                            "a finer mesh or a smaller load.",
                             r.run->inverted_tets));
         if (time_error_mm > 0)
             sentences.push_back(
-                fmt::format("A time step errs by {:.3g} mm at most, estimated.", time_error_mm));
+                fmt::format("Estimated error of a time step: at most {:.3g} mm.", time_error_mm));
     }
     sentences.push_back(
         r.frames > 1
@@ -227,9 +226,10 @@ std::string report_text(const SolveReport& r) {
                            end_of_step(*r.run), length_of_step(*r.run), "linearisations",
                            "iterations", "imbalance", "time error [mm]", "took [s]");
         for (const SolvedStep* s : shown_steps(*r.run))
-            out += fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
-                               s->time_s, s->step_s, s->linearisations, s->iterations, s->imbalance,
-                               s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
+            out +=
+                fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
+                            s->time_s, s->step_s, s->newton_iterations, s->iterations, s->imbalance,
+                            s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
         out += "  " + wrapped(steps_note(*r.run));
     }
     if (!r.parts.empty()) out += "\n" + parts_text(r.parts);
@@ -253,7 +253,7 @@ std::string report_json(const SolveReport& r) {
                              {"step_s", s.step_s},
                              {"converged", s.converged},
                              {"kept", s.kept},
-                             {"linearisations", s.linearisations},
+                             {"linearisations", s.newton_iterations},
                              {"iterations", s.iterations},
                              {"imbalance", s.imbalance},
                              {"time_error_mm", s.time_error_mm},
@@ -298,7 +298,7 @@ std::string report_page(const SolveReport& r, std::span<const PagePicture> pictu
                  "imbalance", "time error [mm]", "took [s]"});
         for (const SolvedStep* step : shown_steps(*r.run))
             s.row({fmt::format("{:.4g}{}", step->time_s, step->converged ? "" : " NOT converged"),
-                   fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->linearisations),
+                   fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->newton_iterations),
                    fmt::format("{}", step->iterations), fmt::format("{:.1e}", step->imbalance),
                    fmt::format("{:.3g}", step->time_error_mm),
                    fmt::format("{:.3f}", step->seconds)});

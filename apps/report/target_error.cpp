@@ -18,9 +18,9 @@ using Pose = RigidTransform<Tracker, ImageFrame>;
 constexpr double matching_s = 1e-3;
 constexpr double deepest_share = 0.95;
 constexpr double moving_m = 3e-3;
-constexpr double at_rest_m = 1e-6;  // a press shallower than this is none
+constexpr double at_rest_m = 1e-6;  // a shallower press is none
 
-/// One target in one frame, metres: its rest position, and where the model and the truth moved it.
+/// A target in a frame, m: its position at rest, and its displacements in the model and the truth.
 struct TargetState {
     Vector3 x, u_est, u_true;
 };
@@ -30,7 +30,7 @@ double error_mm(const Pose& est, const Pose& truth, const TargetState& t, const 
     return 1e3 * (est * Vector3(t.x + u) - truth * Vector3(t.x + t.u_true)).norm();
 }
 
-/// A kept frame with its sample of the truth.
+/// A kept frame and its sample of the truth.
 struct Match {
     std::size_t frame, sample;
 };
@@ -72,13 +72,13 @@ PointSampler place_targets(const RunResult& result, const Truth& truth) {
     for (std::size_t i = 0; i < places.size(); ++i)
         if (sampler.distance(i) > 0.01)
             fail(
-                "{}: target {} of the truth lies {:.1f} mm outside the mesh, expected the truth of "
+                "{}: target {} of the truth is {:.1f} mm outside the mesh, expected the truth of "
                 "the same organ",
                 result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
     return sampler;
 }
 
-/// Everything gathered in one pass over the frames.
+/// Sums of one pass over the frames.
 struct Gathered {
     std::vector<double> rigid, deforming, registration,
         deformation;  // deepest press, moving targets
@@ -86,7 +86,7 @@ struct Gathered {
     double lag_up = 0, lag_down = 0;  // sums of e . v and v . v
 };
 
-/// How fast a point of the organ truly moves in the tracker's frame at a sample, m/s, by central
+/// True velocity of a point of the organ in the tracker's frame at a sample, m/s, by central
 /// differences.
 Vector3 true_velocity(const Truth& truth, std::size_t sample, const Vector3& x) {
     const auto& a = truth.samples[sample == 0 ? 0 : sample - 1];
@@ -131,7 +131,7 @@ TargetErrorSample sample_errors(double time_s, double press, const Pose& est, co
     return {time_s, 1e3 * press, std::sqrt(rigid / n), std::sqrt(deforming / n)};
 }
 
-/// How far the organ went between the first frame at rest and any other.
+/// Motion of the organ between the first frame at rest and any other.
 void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<Match>& matches) {
     const Pose* first = nullptr;
     for (const Match& m : matches) {
@@ -148,10 +148,10 @@ void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<Matc
     }
 }
 
-/// What the tracker's stated noise does to a registered target, RMS over the targets: the reference
-/// sensor's position error p, its rotation error theta over the target's distance d, of which two
-/// thirds lie across d, and what the fiducials leave (FLE^2 / N at their centre, FLE^2 = FRE^2 N /
-/// (N - 2)): p^2 + 2/3 theta^2 d^2 + FRE^2 / (N - 2).
+/// Error of a registered target by the tracker's stated noise, RMS over the targets: the position
+/// error p of the reference sensor; its rotation error theta times the distance d of the target, of
+/// which two thirds act across d; and the error of the fiducials (FLE^2 / N at their centre, FLE^2
+/// = FRE^2 N / (N - 2)): p^2 + 2/3 theta^2 d^2 + FRE^2 / (N - 2).
 double registration_noise_mm(const RunResult& result, const Truth& truth) {
     const double fiducials = static_cast<double>(result.info.fiducials.size());
     const double fre = result.info.fre_mm;
@@ -209,7 +209,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         ++errors.deepest_frames;
     }
     if (errors.deepest_frames == 0)
-        fail("{}: no kept frame lies at the deepest press ({:.1f} mm), expected some to judge by",
+        fail("{}: no kept frame is at the deepest press ({:.1f} mm), expected some to judge by",
              result.source, 1e3 * deepest);
 
     errors.targets = states.size();

@@ -11,28 +11,26 @@
 
 namespace livetet {
 
-/// One matched frame: RMS over the targets that move (see TargetErrors), in mm.
+/// A matched frame: RMS over the targets that move (see TargetErrors), mm.
 struct TargetErrorSample {
-    double time_s = 0, press_mm = 0;  ///< the true press
+    double time_s = 0, press_mm = 0;  ///< true press
     double rigid_mm = 0, deforming_mm = 0;
 };
 
-/// What the organ's motion as a whole does to the targets while nothing presses on it: it should do
-/// nothing.
+/// Effect of rigid motion of the organ on the targets while nothing presses on it: there should be
+/// none.
 struct RestErrors {
     std::size_t frames = 0;
     double organ_travel_mm =
-        0;  ///< the furthest that any target came from where it was first, in the tracker's frame
-    double organ_turn_deg = 0;  ///< the furthest that the organ turned from how it was first
-    Distribution moved_mm;      ///< |u_est| at all targets: what the model moved that did not move
-    Distribution registration_mm;  ///< |T_est x - T_true x|
-    double registration_lag_ms =
-        0;  ///< by how much the registration runs behind the organ, least squares
-    double expected_rms_mm =
-        0;  ///< what the tracker's noise alone moves targets by, see registration_noise_mm
+        0;  ///< largest distance of a target from its first position, in the tracker's frame
+    double organ_turn_deg = 0;       ///< largest rotation of the organ from its first orientation
+    Distribution moved_mm;           ///< |u_est| at all targets: spurious motion of the model
+    Distribution registration_mm;    ///< |T_est x - T_true x|
+    double registration_lag_ms = 0;  ///< lag of the registration behind the organ, least squares
+    double expected_rms_mm = 0;  ///< error by the tracker's noise alone, see registration_noise_mm
 
-    /// The model moved targets by no more than noise explains: RMS within what is expected, worst
-    /// within 3 times that.
+    /// Whether noise explains the model's motion of targets: RMS within the expected value, worst
+    /// within three times that.
     bool explained() const {
         return moved_mm.rms <= expected_rms_mm && moved_mm.worst <= 3 * expected_rms_mm;
     }
@@ -48,19 +46,20 @@ struct RestErrors {
 struct TargetErrors {
     std::size_t targets = 0, moving = 0;
     std::size_t deepest_frames = 0;
-    double deepest_press_mm = 0, largest_motion_mm = 0;  ///< true: press, displacement of a target
-    std::size_t unregistered_frames = 0;                 ///< left out: they had no registration yet
+    double deepest_press_mm = 0,
+           largest_motion_mm = 0;         ///< true press, and true displacement of a target
+    std::size_t unregistered_frames = 0;  ///< left out, as there was no registration yet
     Distribution rigid_mm, deforming_mm, registration_mm, deformation_mm;
     RestErrors rest;
     std::vector<TargetErrorSample> samples;
 
-    /// How many times smaller the RMS error is with deformation than without.
+    /// Ratio of the RMS errors without and with deformation.
     double gain() const { return deforming_mm.rms > 0 ? rigid_mm.rms / deforming_mm.rms : 0; }
 };
 
-/// Matches frames with the truth by time stamp. Throws Error for a frame that the truth has no
-/// sample for (within 1 ms), for no frame at the deepest press, for no target that moves, and for a
-/// target that lies outside the mesh by more than 10 mm.
+/// Matches frames with the truth by time stamp. Throws Error if a frame has no true sample within 1
+/// ms, no frame is at the deepest press, no target moves, or a target lies more than 10 mm outside
+/// the mesh.
 TargetErrors compare_with_truth(const RunResult& result, const Truth& truth);
 
 }  // namespace livetet

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "geometry/transform.hpp"
 #include "image/mask_selection.hpp"
@@ -129,8 +130,8 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         fail("mesh.file = {}: {} on one rank only; run `livetet mesh` first and name its .h5",
              source.file.string(),
              has_levels_to_make ? "coarser levels are meshed" : "an image or surface is meshed");
-    const auto tell = [](HierarchyResult result) {
-        for (const std::string& note : result.notes) fmt::print("note         {}\n", note);
+    const auto log_notes = [](HierarchyResult result) {
+        for (const std::string& note : result.notes) log_info("note         " + note);
         return std::move(result.hierarchy);
     };
     if (has_levels_to_make) {
@@ -138,13 +139,13 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         MeshingOptions options;
         options.levels = source.levels;
         MeshHierarchy made = with_context(source.file.string(), [&] {
-            return tell(levels_below(std::move(read.levels.front()), options, progress));
+            return log_notes(levels_below(std::move(read.levels.front()), options, progress));
         });
         made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);
         return with_refined_levels(std::move(made), source.refine);
     }
     try {
-        return tell(std::move(mesh_input(source, progress).result));
+        return log_notes(std::move(mesh_input(source, progress).result));
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"),
                           source.file);
@@ -198,8 +199,7 @@ void SceneConstraints::move(Driven& d, double share) {
     for (const std::int32_t n : d.nodes) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
         d.values.push_back(value);
-        if (d.stiffness)  // where soft sets meet, their springs pull together: the target is their
-                          // mean
+        if (d.stiffness)  // the springs of overlapping soft sets pull together, to their mean
             springs_.target[n] +=
                 *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
         else
@@ -210,7 +210,7 @@ void SceneConstraints::move(Driven& d, double share) {
 std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
     std::span<const Vector3> reactions, std::span<const Vector3> displacement) const {
     std::vector<std::pair<std::string, Vector3>> forces;
-    std::vector<std::uint8_t> told(reactions.size(), 0);
+    std::vector<std::uint8_t> counted(reactions.size(), 0);
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
         Vector3 force = Vector3::Zero();
         for (std::size_t k = 0; k < d->nodes.size(); ++k) {
@@ -221,13 +221,13 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
                 continue;
             }
             for (int c = 0; c < 3; ++c) {
-                if (!(d->components >> c & 1) || (told[n] >> c & 1)) continue;
+                if (!(d->components >> c & 1) || (counted[n] >> c & 1)) continue;
                 force[c] += reactions[n][c];
                 if (!springs_.empty())
                     force[c] -=
                         springs_.stiffness[n] * (springs_.target[n][c] - displacement[n][c]);
             }
-            told[n] |= d->components;
+            counted[n] |= d->components;
         }
         forces.emplace_back(d->key, force);
     }
@@ -247,8 +247,8 @@ void SceneConstraints::move_to_share(double share) {
 
 namespace {
 
-/// The triangles that a load acts on: those of the group where it names one, else those of the
-/// surface whose corners are all selected.
+/// The triangles that a load acts on: those of its group or, without a group, the boundary
+/// triangles whose corners are all selected.
 std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load,
                                        std::span<const std::int32_t> nodes) {
     if (load.group)
@@ -341,7 +341,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
             fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
     }
-    // Here, where every rank has the whole mesh: none alone may find a tet without.
+    // Checked here, where every rank has the whole mesh, so that all ranks throw together.
     const std::vector<std::int32_t>& regions = hierarchy.levels.front().regions;
     for (const int region :
          regions.empty() ? std::set<int>{0} : std::set<int>(regions.begin(), regions.end()))
@@ -358,7 +358,8 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     scene_body.partition_s = seconds_since(start);
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
-        MeshHierarchy& h = scene_body.hierarchy;  // the coarser levels are not solved on
+        MeshHierarchy& h =
+            scene_body.hierarchy;  // the coarser levels are only used to partition the mesh
         h.levels.resize(1);
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
@@ -367,10 +368,10 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
                                          elastic_model(scene, live), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
-    used.parents.clear();  // which had their say in who gets what
+    used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
-            used.levels[l] = {};  // the body has its share of them
+            used.levels[l] = {};  // the body has its own part of them
     return scene_body;
 }
 

@@ -9,27 +9,27 @@
 
 namespace livetet {
 
-/// The nodes that a selection of a scene means. Throws Error, naming `key`, where it means none.
+/// The nodes of a selection. Throws Error, naming `key`, if there are none.
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection,
                                        const std::string& key);
 
-/// The mesh hierarchy that a scene names: read, or meshed on the spot, and refined where it says
-/// so. What came out otherwise than asked is printed as notes; a surface that could not be meshed
-/// is written to the working folder.
+/// Reads the mesh hierarchy of a scene, or meshes its image or surface, and refines it if
+/// requested. Logs a note where the mesher deviated from the request. A surface that could not be
+/// meshed is written to the working folder.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
 
-/// The scene's fixed nodes and its driven ones, hard and soft. Fixed nodes win over driven ones.
+/// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {
   public:
     SceneConstraints(const Scene& scene, const TetMesh& mesh);
 
-    /// Each driven set as far as its ramp has come after `time_s`.
+    /// Moves each driven set along its ramp to `time_s`.
     void move_to_time(double time_s);
-    /// All driven sets by this share of their way, from 0 to 1.
+    /// Moves all driven sets by this share of their displacement, 0 to 1.
     void move_to_share(double share);
 
-    /// What each set pulls the body with, N, by the scene's key: springs by their stretch, hard
-    /// sets by the reactions of the components that they are the last to prescribe.
+    /// Force of each set on the body, N, by its key in the scene: of springs by their extension, of
+    /// hard sets by the reactions of the components that they are the last to prescribe.
     std::vector<std::pair<std::string, Vector3>> forces(
         std::span<const Vector3> reactions, std::span<const Vector3> displacement) const;
 
@@ -42,39 +42,40 @@ class SceneConstraints {
         std::vector<std::int32_t> nodes;
         Vector3 displacement, turn, centre;  ///< m; rotation vector, rad; m
         std::uint8_t components;
-        std::optional<double> stiffness;  ///< N/m of all nodes together: soft
+        std::optional<double> stiffness;  ///< of all nodes together, N/m; none: hard
         double ramp_s;
-        std::vector<Vector3> values{};  ///< of the nodes, now
+        std::vector<Vector3> values{};  ///< present displacements of the nodes
     };
     void move(Driven& driven, double share);
 
     const TetMesh& mesh_;
-    std::vector<Driven> driven_;  ///< fixed ones last, with nowhere to go
+    std::vector<Driven> driven_;  ///< fixed sets last, with zero displacement
     Constraints constraints_;
     Springs springs_;
 };
 
-/// The scene's gravity and loads as forces at the nodes, N; empty where it has neither.
+/// Gravity and loads of the scene as nodal forces, N; empty if it has neither.
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
 
-/// How far the solves of a scene go: Newton to its tolerance.
+/// Controls of the solves of `solve` and `study`: Newton to its tolerance.
 SolveControls solve_controls(const Scene& scene);
 
-/// What a body's operators need of a scene. `live`: `automatic` means no pressures.
+/// The elastic model of a scene. `live`: `automatic` means the displacement formulation.
 ElasticModel elastic_model(const Scene& scene, bool live);
 
-/// The scene's solver; `live`: `automatic` means the live one where that can be on this mesh.
+/// The solver options of a scene. `live`: `automatic` means the live solver if it can be used on
+/// this mesh.
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live);
 
-/// Throws Error where rigid motions of the body are free in a static scene: which, and how many.
+/// Throws Error if a static scene leaves rigid motions of the body free: which, and how many.
 void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
 
-/// A scene's hierarchy and the body on it. Collective.
+/// The mesh hierarchy of a scene and the body on it. Collective.
 struct SceneBody {
-    MeshHierarchy hierarchy;  ///< the body goes on reading its transfers; its coarser meshes are
-                              ///< empty unless the body is live
+    MeshHierarchy hierarchy;  ///< the body refers to its transfers; coarser meshes are empty except
+                              ///< for the live solver
     std::unique_ptr<DeformableBody> body;
-    double partition_s = 0;  ///< what METIS or PTScotch took
+    double partition_s = 0;  ///< time of METIS or PTScotch
 
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };

@@ -11,7 +11,7 @@ namespace livetet {
 
 namespace {
 
-/// What a scene builds and leaves out, one after the other.
+/// Collects the parts that a scene builds and leaves out.
 class Explanation {
   public:
     void uses(std::string_view part, const std::string& why) {

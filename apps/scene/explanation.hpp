@@ -8,20 +8,20 @@
 
 namespace livetet {
 
-/// A part of the program that a scene has built or left out, and why.
+/// A part of the program that a scene builds or leaves out, and why.
 struct ExplainedPart {
     bool built;
     std::string part, why;
 };
 
-/// What a scene builds, and what it leaves out and why. `tets`, `levels`: of its mesh; `multigrid`:
-/// whether its solver resolves to one on these levels.
+/// The parts that a scene builds and leaves out, with reasons. `tets`, `levels`: of its mesh;
+/// `multigrid`: whether its solver is a multigrid on these levels.
 std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, std::size_t levels,
                                          bool multigrid);
 
-/// The same of a run that is over, from what its result holds: the scene's text, and the solver as
-/// it names itself. `tracked`: else what the scene says of tracking was not used. Empty where the
-/// scene has keys that this version does not know.
+/// The parts of a finished run, from the text of its scene and the name of its solver. `tracked`:
+/// if false, the scene's tracking options were not used. Empty if the scene has keys that this
+/// version does not know.
 std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,
                                        std::size_t tets, std::size_t levels,
                                        const std::string& solver, bool tracked);

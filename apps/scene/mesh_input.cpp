@@ -19,7 +19,7 @@ namespace livetet {
 
 namespace {
 
-/// How many voxels of the image each of the labels picked has.
+/// Number of voxels of each picked label.
 std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image,
                                                   std::span<const std::int32_t> picked) {
     std::map<std::int32_t, std::int64_t> counts;
@@ -33,7 +33,7 @@ std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image,
     return counts;
 }
 
-/// Notes of what was picked but lies apart from the body: by label, or as what a threshold picks.
+/// Adds notes on picked voxels apart from the body: by label, or for a threshold as a whole.
 void note_what_lies_apart(MeshedInput& meshed, const LabelImage& image, const MeshSource& source) {
     const double voxel_ml =
         1e6 * std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
@@ -54,8 +54,7 @@ void note_what_lies_apart(MeshedInput& meshed, const LabelImage& image, const Me
 constexpr const char* advice =
     "a grey image is meshed between thresholds: --threshold LOW:HIGH (in a scene mesh.threshold)";
 
-/// The label map of a file; where the user has not picked labels, it may not look like a grey
-/// image.
+/// Reads a label map. If no labels were picked, refuses one that looks like a grey image.
 LabelImage labels_of(const MeshSource& source) {
     LabelImage image;
     try {
@@ -72,7 +71,7 @@ LabelImage labels_of(const MeshSource& source) {
     return image;
 }
 
-/// 1 in the voxels of a grey image whose values lie in the range asked for.
+/// A mask: 1 in the voxels whose grey values lie in the requested range.
 LabelImage between_thresholds(const MeshSource& source) {
     const std::string where = source.file.string();
     if (!source.labels.empty())
@@ -85,7 +84,7 @@ LabelImage between_thresholds(const MeshSource& source) {
         image.values[n] = grey.values[n] >= low && grey.values[n] <= high;
     if (std::find(image.values.begin(), image.values.end(), 1) == image.values.end()) {
         const auto [least, most] = std::minmax_element(grey.values.begin(), grey.values.end());
-        fail("{}: no voxel lies in the threshold {}, its values are {} to {}", where,
+        fail("{}: no voxel is within the threshold {}, its values are {} to {}", where,
              source.threshold, *least, *most);
     }
     return image;

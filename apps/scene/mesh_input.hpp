@@ -6,32 +6,31 @@
 
 namespace livetet {
 
-/// A material of a label map: what its voxels fill, and what the finest level's tets of that region
-/// do.
+/// Volumes of a label: of its voxels, and of the finest level's tets of that region.
 struct RegionVolume {
     std::int32_t label = 0;
     double voxels_m3 = 0, tets_m3 = 0;
 };
 
-/// A hierarchy and how it came to be.
+/// A hierarchy and a report of its making.
 struct MeshedInput {
     HierarchyResult result;
-    std::optional<ImageSurface> image;  ///< where it was an image
+    std::optional<ImageSurface> image;  ///< if the input was an image
     std::optional<ImageGrid> grid;      ///< of that image
     std::vector<RegionVolume>
-        regions;  ///< of a label map's finest level, of what of it is in the body
+        regions;  ///< of the finest level of a label map, for labels within the body
 };
 
-/// Meshes an image (a label map, or a grey one between thresholds: then all of one region) or a
-/// surface. Labels, levels, tets and edge lengths come from `source`, the rest from `options`;
-/// refined levels, if `source` asks for them, are in the hierarchy, not in the reports. Throws
-/// Error, naming --threshold, where a label map was expected and the image is grey; where `source`
-/// says what is not for such a file; MeshingFailure where no tries gave a mesh.
+/// Meshes an image (a label map, or a grey image between thresholds, as one region) or a surface.
+/// Labels, levels, tets and edge lengths come from `source`, the rest from `options`. Levels
+/// refined on request of `source` are in the hierarchy, not in the reports. Throws Error, naming
+/// --threshold, for a grey image where a label map was expected, or if `source` has keys that do
+/// not apply to the file; MeshingFailure if no attempt gave a mesh.
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
                        MeshingOptions options = {});
 
-/// Throws the failure as an Error of one line, after writing its surface to `look` (.stl) where
-/// that is not the `input`.
+/// Rethrows the failure as an Error of one line. Writes the failed surface to `look` (.stl) first,
+/// unless that is the `input`.
 [[noreturn]] void fail_with_surface(const MeshingFailure& failure,
                                     const std::filesystem::path& look,
                                     const std::filesystem::path& input);

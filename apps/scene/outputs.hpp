@@ -8,16 +8,16 @@
 
 namespace livetet {
 
-/// Throws Error where `path`, which `name` (an option, a key) would have written, is one of the
-/// files that the run reads or else writes. Empty paths are those of no file.
+/// Throws Error if `path`, an output that `name` (an option, a key) requests, is one of the files
+/// that the run reads or writes otherwise. Empty paths are ignored.
 void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path,
                          const std::set<std::filesystem::path>& files);
 
-/// The same of the scene's file and all that a run of it reads and writes.
+/// The same for the scene file and all files that a run of the scene reads and writes.
 void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path,
                          const Scene& scene, const std::filesystem::path& scene_file);
 
-/// Throws Error where the name of a file that `name` would have written ends otherwise.
+/// Throws Error if the output file that `name` requests does not have this ending.
 void expect_ending(std::string_view name, const std::filesystem::path& path,
                    std::string_view expected);
 

@@ -60,7 +60,7 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
 
 namespace {
 
-/// What a scene reads, it does not write.
+/// Throws Error if the scene writes a file that it reads, or a file twice.
 void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
     std::set<std::filesystem::path> read = read_files(scene);
     read.insert(file);
@@ -77,20 +77,7 @@ void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
                      written[j].first, written[i].second.string(), file);
 }
 
-}  // namespace
-
-void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
-    if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
-    if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
-    const auto check_all = [&](auto& list, std::string_view name) {
-        for (std::size_t i = 0; i < list.size(); ++i)
-            check_selection(list[i], fmt::format("{}[{}]", name, i), file);
-    };
-    if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
-        fail(
-            "time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least "
-            "that ({})",
-            scene.time.beta, scene.time.gamma / 2, file);
+void check_selections(const Scene& scene, const std::string& file) {
     const auto check_soft = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i)
             if (list[i].stiffness_N_per_m && list[i].components.size() != 3)
@@ -99,45 +86,50 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
                     "expected xyz ({})",
                     name, i, list[i].components, file);
     };
+    const auto check_all = [&](auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i)
+            check_selection(list[i], fmt::format("{}[{}]", name, i), file);
+    };
     check_soft(scene.fix, "fix");
     check_soft(scene.drive, "drive");
     check_all(scene.fix, "fix");
     check_all(scene.drive, "drive");
     check_all(scene.loads, "loads");
-    if (scene.track && scene.track->source.empty())
+}
+
+void check_track(const TrackOptions& track, const std::string& file) {
+    if (track.source.empty())
         fail(
             "track.source is missing, expected openigtlink://host:port, a tracker recording, or a "
             "script ({})",
             file);
-    if (scene.track && scene.track->registration.empty())
+    if (track.registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
-    if (scene.track && scene.track->ahead_ms > 0 && scene.track->smoothing_Hz == 0)
+    if (track.ahead_ms > 0 && track.smoothing_Hz == 0)
         fail(
-            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses are carried on by the filter's "
-            "speeds, expected a filter, or "
-            "ahead_ms: 0 ({})",
-            scene.track->ahead_ms, file);
-    if (scene.track) {
-        std::vector<std::string> names{scene.track->reference_tool};
-        for (const SensorOptions& sensor : scene.track->sensors) {
-            if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
-                fail(
-                    "track.sensors: {} is named twice, expected each tool once, and not the "
-                    "reference ({})",
-                    sensor.tool, file);
-            names.push_back(sensor.tool);
-        }
-        for (const ToolOptions& tool : scene.track->tools) {
-            const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
-            if (std::find(names.begin(), names.end(), name) != names.end())
-                fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})",
-                     tool.tool, name, file);
-            names.push_back(name);
-        }
+            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses are extrapolated with the "
+            "filter's velocities, expected a filter, or ahead_ms: 0 ({})",
+            track.ahead_ms, file);
+    std::vector<std::string> names{track.reference_tool};
+    for (const SensorOptions& sensor : track.sensors) {
+        if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
+            fail(
+                "track.sensors: {} is named twice, expected each tool once, and not the reference "
+                "({})",
+                sensor.tool, file);
+        names.push_back(sensor.tool);
     }
-    if (scene.probes && scene.probes->points.empty())
-        fail("probes.points is missing, expected a CSV of points ({})", file);
+    for (const ToolOptions& tool : track.tools) {
+        const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
+        if (std::find(names.begin(), names.end(), name) != names.end())
+            fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})",
+                 tool.tool, name, file);
+        names.push_back(name);
+    }
+}
 
+/// Makes the scene's relative paths relative to `folder`.
+void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
     const auto resolve = [&](std::filesystem::path& p) {
         if (!p.empty() && p.is_relative()) p = folder / p;
     };
@@ -163,6 +155,23 @@ void finish_scene(Scene& scene, const std::string& file, const std::filesystem::
         resolve(scene.probes->displacements);
     }
     resolve(scene.output.file);
+}
+
+}  // namespace
+
+void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
+    if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
+    if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
+    if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
+        fail(
+            "time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least "
+            "that ({})",
+            scene.time.beta, scene.time.gamma / 2, file);
+    check_selections(scene, file);
+    if (scene.track) check_track(*scene.track, file);
+    if (scene.probes && scene.probes->points.empty())
+        fail("probes.points is missing, expected a CSV of points ({})", file);
+    resolve_paths(scene, folder);
     refuse_overwritten_inputs(scene, file);
 }
 

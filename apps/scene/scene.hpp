@@ -21,8 +21,8 @@ namespace livetet {
 enum class LengthUnit { millimetre, metre };
 enum class Elements { p1, p2 };
 
-/// Which nodes: exactly one of mask, group, box, sphere, half-space, nodes. Places are in the
-/// mesh's world, RAS.
+/// A selection of nodes by exactly one of mask, group, box, sphere, half-space, nodes. Coordinates
+/// are those of the mesh, RAS.
 struct SelectionOptions {
     std::optional<std::filesystem::path> mask;
     std::optional<std::string> group;
@@ -75,16 +75,15 @@ struct ProbeOptions {
     std::filesystem::path displacements = "probes.csv";
 };
 
-/// The time that a text such as "10 ms" or "0.02 s" means, s; nothing where it means none above 0.
+/// Parses a time such as "10 ms" or "0.02 s"; result in s. Empty unless it is positive.
 std::optional<double> seconds_of(const std::string& text);
 
-/// The range of values that a text such as "100:300", "100:" or ":300" means, both ends in it;
-/// nothing where it means none.
+/// Parses a closed range of values such as "100:300", "100:" or ":300". Empty if it is invalid.
 std::optional<std::pair<double, double>> range_of(const std::string& text);
 
 enum class Pace { recorded, every_sample };
 
-/// One deformation sensor.
+/// A deformation sensor.
 struct SensorOptions {
     std::string tool = "Sensor";
     double patch_radius_mm = 15;
@@ -95,7 +94,7 @@ struct SensorOptions {
     bool operator==(const SensorOptions&) const = default;
 };
 
-/// A tool that is shown in the image.
+/// A tool shown in the image.
 struct ToolOptions {
     std::string tool = "Stylus";
     std::filesystem::path tip;
@@ -103,7 +102,7 @@ struct ToolOptions {
     bool operator==(const ToolOptions&) const = default;
 };
 
-/// Who is told what the run computes, by OpenIGTLink.
+/// OpenIGTLink server of the results.
 struct PublishOptions {
     std::string address = "127.0.0.1";
     int port = 18945;
@@ -111,7 +110,7 @@ struct PublishOptions {
     std::string surface = "Organ";
 };
 
-/// What drives the scene from a tracker.
+/// How a tracker drives the scene.
 struct TrackOptions {
     std::string source;
     std::filesystem::path registration;
@@ -124,7 +123,7 @@ struct TrackOptions {
     double max_displacement_mm = 100;
     double smoothing_Hz = 1;
     double ahead_ms = 0;
-    int linearisations = 1;
+    int newton_iterations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
     double speed = 1;
@@ -134,15 +133,15 @@ struct TrackOptions {
 
 struct OutputOptions {
     std::filesystem::path file = "result.h5";
-    /// Whether anything is to be kept: "none" says no.
+    /// False for "none": nothing is kept.
     bool has_file() const { return file.filename() != "none"; }
     int every = 1;
     int checkpoint_every = 0;
     std::vector<std::string> fields;
 };
 
-/// A scene file: everything that one run needs. Paths are relative to the scene file until
-/// `load_scene` has made them absolute.
+/// A scene file: everything that a run needs. Paths are as in the file until `load_scene` resolves
+/// them.
 struct Scene {
     MeshSource mesh;
     std::filesystem::path image;
@@ -169,11 +168,11 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
             "nodes of this named set: a Gmsh physical group, or one kept in the hierarchy file");
     v.field("box_mm", s.box_mm, "mm", "nodes in the box [x0, y0, z0, x1, y1, z1]");
     v.field("sphere_mm", s.sphere_mm, "mm", "nodes in the sphere [x, y, z, radius]");
-    v.field(
-        "half_space_mm", s.half_space_mm, "mm",
-        "nodes behind a plane, where its normal does not point: [point x, y, z, normal x, y, z]");
+    v.field("half_space_mm", s.half_space_mm, "mm",
+            "nodes on the side of a plane that its normal points away from: [point x, y, z, normal "
+            "x, y, z]");
     v.field("nodes", s.nodes, "", "these nodes of the finest mesh, counted from 0");
-    v.choice("where", s.where, "of those nodes, which",
+    v.choice("where", s.where, "which of those nodes",
              {{NodeScope::all, "all", "inside and surface"},
               {NodeScope::surface_only, "surface", "only those on the surface"}});
 }
@@ -186,41 +185,39 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
     v.choice("unit", m.unit, "length unit of a surface, .msh or .vtu file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
-    v.choice("space", m.space,
-             "which way the axes of a surface, .msh or .vtu file point, which it does not say",
-             {{Space::ras, "ras", "right, anterior, superior"},
-              {Space::lps, "lps", "left, posterior, superior: Slicer's models since 2020"}});
+    v.choice(
+        "space", m.space,
+        "directions of the axes of a surface, .msh or .vtu file, which the file does not state",
+        {{Space::ras, "ras", "right, anterior, superior"},
+         {Space::lps, "lps", "left, posterior, superior, as in models of 3D Slicer since 2020"}});
     v.field("labels", m.labels, "",
             "labels of the label map that make up the body; empty: all but 0");
-    v.field("threshold", m.threshold, "",
-            "the body in a grey image: the voxels with values from LOW to HIGH, in its units, such "
-            "as \"100:300\", \"100:\" "
-            "or \":300\"",
-            Check<std::string>{"LOW:HIGH, numbers of which one may be left out, LOW not above HIGH",
-                               [](const std::string& text) {
-                                   return text.empty() || range_of(text).has_value();
-                               }});
+    v.field(
+        "threshold", m.threshold, "",
+        "the body in a grey image: the voxels with values from LOW to HIGH, in its units, such as "
+        "\"100:300\", \"100:\" or \":300\"",
+        Check<std::string>{
+            "LOW:HIGH, two numbers of which one may be left out, LOW not above HIGH",
+            [](const std::string& text) { return text.empty() || range_of(text).has_value(); }});
     v.field("voxel_mm", m.voxel_mm, "mm",
-            "spacing of the grid that an image's surface is cut from; not given: from the body's "
-            "size and its voxels",
+            "spacing of the grid from which an image's surface is extracted; default: from the "
+            "size of the body and its voxels",
             greater_than<0>());
     v.field("smoothing_mm", m.smoothing_mm, "mm",
-            "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 of "
-            "them; not given: as voxel_mm, or "
-            "less where a thin body would lose volume",
+            "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 "
+            "voxels; default: as voxel_mm, or less if a thin body would lose volume",
             greater_than<0>());
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
-            "edge length of each level, the finest first; empty: from tets and levels");
-    v.field("tets", m.tets, "", "about how many tetrahedra the finest level gets",
+            "edge length of each level, finest first; empty: from tets and levels");
+    v.field("tets", m.tets, "", "approximate number of tetrahedra of the finest level",
             Check<int>{"from 100 to 20000000",
                        [](const int& n) { return n >= min_tets && n <= max_tets; }});
     v.field("levels", m.levels, "",
-            "how many levels; 0: as many as bring the coarsest to about 150 tets",
+            "number of levels; 0: as many as bring the coarsest to about 150 tets",
             Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
     v.field("refine", m.refine, "",
-            "cut each tet of the finest level into eight, so many times over: sizes that no mesher "
-            "should write; each a "
-            "level more",
+            "number of uniform refinements, each tet into eight and each a level more: for meshes "
+            "larger than a mesher can write",
             Check<int>{"from 0 to 4", [](const int& n) { return n >= 0 && n <= 4; }});
 }
 
@@ -235,7 +232,7 @@ inline Check<std::string> some_components() {
             }};
 }
 
-/// The names that output.fields knows.
+/// Whether output.fields may have this name.
 inline bool is_result_field(const std::string& name) {
     return name == "stress" || name == "von_mises" || name == "strain_energy" ||
            name == "volume_change" || name == "reactions";
@@ -244,84 +241,86 @@ inline bool is_result_field(const std::string& name) {
 template <class Visitor>
 void visit_fields(Visitor& v, FixOptions& f) {
     visit_selection(v, f);
-    v.field("components", f.components, "", "which components are held", some_components());
-    v.field("stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
-            "held softly, by springs of this stiffness in all, shared evenly by the nodes",
-            greater_than<0>());
+    v.field("components", f.components, "", "components that are held", some_components());
+    v.field(
+        "stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
+        "held by springs of this total stiffness, shared evenly by the nodes; none: held rigidly",
+        greater_than<0>());
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, DriveOptions& d) {
     visit_selection(v, d);
-    v.field("displacement_mm", d.displacement_mm, "mm", "where the nodes are moved to, from rest");
+    v.field("displacement_mm", d.displacement_mm, "mm", "displacement of the nodes from rest");
     v.field("rotation_deg", d.rotation_deg, "deg",
-            "and turned by: axis times angle, about centre_mm, before the displacement");
+            "rotation about centre_mm, as axis times angle, applied before the displacement");
     v.field("centre_mm", d.centre_mm, "mm",
-            "centre of the turn; the mean of the nodes where it is not given");
-    v.field("components", d.components, "", "which components are driven", some_components());
+            "centre of the rotation; default: the mean of the nodes");
+    v.field("components", d.components, "", "components that are driven", some_components());
     v.field("stiffness_N_per_m", d.stiffness_N_per_m, "N/m",
-            "driven softly, by springs of this stiffness in all, shared evenly by the nodes",
+            "driven by springs of this total stiffness, shared evenly by the nodes; none: driven "
+            "rigidly",
             greater_than<0>());
-    v.field("ramp_s", d.ramp_s, "s", "dynamic schemes: reached after this time", at_least<0>());
-    v.field("noise_mm", d.noise_mm, "mm",
-            "RMS length of an error of the displacement, one for all of the nodes, normal on each "
-            "axis: as of the tracked sensor "
-            "that drives them",
+    v.field("ramp_s", d.ramp_s, "s", "dynamic schemes: time in which the displacement is reached",
             at_least<0>());
-    v.field("noise_seed", d.noise_seed, "", "the same seed, the same error", at_least<0, int>());
+    v.field("noise_mm", d.noise_mm, "mm",
+            "RMS length of a random error of the displacement, the same for all nodes, normal on "
+            "each axis: the noise of a tracked sensor",
+            at_least<0>());
+    v.field("noise_seed", d.noise_seed, "", "seed of that error", at_least<0, int>());
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, LoadOptions& l) {
     visit_selection(v, l);
     v.field("force_N", l.force_N, "N", "total force, shared evenly by the nodes");
-    v.field("traction_Pa", l.traction_Pa, "Pa",
-            "force per area of the surface between the nodes, dead");
+    v.field("traction_Pa", l.traction_Pa, "Pa", "dead traction on the surface between the nodes");
     v.field("pressure_Pa", l.pressure_Pa, "Pa",
-            "pressure on the surface between the nodes, along its rest normal, inwards");
+            "pressure on the surface between the nodes, inwards along its normal at rest");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, ProbeOptions& p) {
-    v.field("points", p.points, "", "CSV of points in the rest shape: name,x_mm,y_mm,z_mm");
-    v.field("displacements", p.displacements, "", "CSV that their displacements are written to");
+    v.field("points", p.points, "", "CSV of points in the undeformed body: name,x_mm,y_mm,z_mm");
+    v.field("displacements", p.displacements, "", "CSV to which their displacements are written");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, SensorOptions& o) {
-    v.field("tool", o.tool, "", "its name: Sensor for SensorToTracker");
+    v.field("tool", o.tool, "", "name of the sensor: Sensor for SensorToTracker");
     v.field("patch_radius_mm", o.patch_radius_mm, "mm",
-            "the surface within this distance of the sensor's place follows it", greater_than<0>());
-    v.choice("motion", o.motion, "what of the sensor's motion the patch follows",
-             {{DriveMotion::translation, "translation",
-               "its way alone: right for a sensor that rolls on the surface"},
-              {DriveMotion::rigid, "rigid",
-               "its turn too: right for a sensor that is fixed to the organ"}});
+            "radius about the sensor within which the surface follows it", greater_than<0>());
+    v.choice(
+        "motion", o.motion, "which part of the sensor's motion the patch follows",
+        {{DriveMotion::translation, "translation",
+          "translation only: for a sensor that rolls on the surface"},
+         {DriveMotion::rigid, "rigid", "rotation, too: for a sensor that is fixed to the organ"}});
     v.field("stiffness_N_per_m", o.stiffness_N_per_m, "N/m",
-            "the patch follows softly, by springs of this stiffness in all: tames noise; none: it "
-            "goes where the sensor goes",
+            "the patch follows by springs of this total stiffness, which reduces noise; none: it "
+            "follows rigidly",
             greater_than<0>());
     v.field("placement", o.placement, "",
-            "counted up while running: the sensor was moved to another place on the organ and is "
+            "increase it during a run after moving the sensor to another place on the organ: it is "
             "placed anew",
             at_least<0, int>());
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, ToolOptions& o) {
-    v.field("tool", o.tool, "", "its name: Stylus for StylusToTracker");
+    v.field("tool", o.tool, "", "name of the tool: Stylus for StylusToTracker");
     v.field("tip", o.tip, "",
-            "what `livetet calibrate pivot -o FILE` wrote; none: the tool's sensor is shown");
+            "tip calibration that `livetet calibrate pivot -o FILE` wrote; none: the tool's sensor "
+            "is shown");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, PublishOptions& o) {
     v.field("address", o.address, "",
-            "who can connect: 127.0.0.1 this machine alone, 0.0.0.0 every network that it is in");
+            "address to listen on: 127.0.0.1 for this machine only, 0.0.0.0 for all its networks");
     v.field("port", o.port, "",
-            "of TCP; a tracker's own server mostly has 18944; 0: any that is free",
+            "TCP port; a tracker's own server usually has 18944; 0: any free port",
             Check<int>{"from 0 to 65535", [](const int& n) { return n >= 0 && n <= 65535; }});
-    v.field("rate_Hz", o.rate_Hz, "Hz", "frames a second at most; 0: every frame", at_least<0>());
+    v.field("rate_Hz", o.rate_Hz, "Hz", "maximum frame rate; 0: every frame", at_least<0>());
     v.field("surface", o.surface, "", "name of the organ's surface");
 }
 
@@ -329,71 +328,65 @@ template <class Visitor>
 void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("source", t.source, "",
             "openigtlink://host:port of a tracker server such as PLUS, a recording (PLUS sequence: "
-            ".igs.mha, .seq.mha, "
-            ".nrrd), or a simulated tracker's script (.yaml)");
+            ".igs.mha, .seq.mha, .nrrd), or the script of a simulated tracker (.yaml)");
     v.field("registration", t.registration, "",
-            "what `livetet register --reference TOOL -o FILE` wrote");
+            "registration that `livetet register --reference TOOL -o FILE` wrote");
     v.field("reference_tool", t.reference_tool, "",
-            "the sensor that keeps the registration alive (ReferenceToTracker: Reference)");
+            "the reference sensor, fixed to the patient (Reference for ReferenceToTracker)");
     v.list("sensors", t.sensors,
-           "the sensors that move the surface; where patches overlap, by the mean. May be changed "
-           "in the file while it runs");
-    v.list("tools", t.tools,
-           "tools that are shown in the image. May be changed in the file while it runs");
+           "the sensors that move the surface; where patches overlap, the mean is used. May be "
+           "changed in the file during a run");
+    v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
     v.field("base_window_s", t.base_window_s, "s",
-            "a sensor's place at rest is the mean over this first time", at_least<0>());
-    v.field("hold_s", t.hold_s, "s", "so long does a sensor that is lost hold its patch",
-            at_least<0>());
+            "time over which a sensor's position at rest is averaged", at_least<0>());
+    v.field("hold_s", t.hold_s, "s", "time for which a lost sensor holds its patch", at_least<0>());
     v.field("release_s", t.release_s, "s",
-            "then its patch is let go, or, when it is back, taken hold of, in this time",
+            "time in which the patch is then released or, if the sensor is back, taken up again",
             at_least<0>());
     v.field("max_displacement_mm", t.max_displacement_mm, "mm",
-            "a sensor that is farther than this from where it was placed counts as lost",
+            "a sensor farther than this from where it was placed counts as lost",
             greater_than<0>());
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz",
-            "cut-off of the pose filter at rest (one-euro); 0: no filter", at_least<0>());
-    v.field(
-        "ahead_ms", t.ahead_ms, "ms",
-        "poses are carried on by the filter's speeds for so long, to make up for latency; 0: not",
-        Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
-    v.field("linearisations", t.linearisations, "", "Newton steps a frame",
+            "cut-off frequency of the pose filter at rest (one-euro filter); 0: no filter",
+            at_least<0>());
+    v.field("ahead_ms", t.ahead_ms, "ms",
+            "time by which poses are extrapolated with the filter's velocities, to compensate "
+            "latency; 0: none",
+            Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
+    v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
             Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
     v.field("budget", t.budget, "",
-            "what a frame may take, such as 10 ms: as many solver iterations as fit, one at least; "
-            "none: to the solver's "
-            "relative_tolerance, however long it takes",
-            Check<std::string>{"a time above 0 with its unit, ms or s: 10 ms",
+            "time budget of a frame, such as 10 ms: as many solver iterations as fit, at least "
+            "one; none: to the solver's relative_tolerance, however long it takes",
+            Check<std::string>{"a positive time with its unit, ms or s: 10 ms",
                                [](const std::string& text) {
                                    return text.empty() || seconds_of(text).has_value();
                                }});
     v.choice("pace", t.pace, "which samples of a recording become frames",
              {{Pace::recorded, "recorded",
-               "played at its own pace: the newest sample when a frame begins, others are missed"},
-              {Pace::every_sample, "every-sample",
-               "each sample, one after the other, however long it takes"}});
-    v.field("speed", t.speed, "", "a recording is played at so many times its own pace",
+               "at its own pace: each frame takes the newest sample, others are missed"},
+              {Pace::every_sample, "every-sample", "every sample in turn, however long it takes"}});
+    v.field("speed", t.speed, "", "speed of a recording relative to its own pace",
             greater_than<0>());
     v.field("request_ms", t.request_ms, "ms",
-            "asks the server for TDATA so often (STT_TDATA), 0 for as often as it can: for one "
-            "that sends none unasked",
+            "interval at which TDATA is requested of the server (STT_TDATA); 0: as often as it "
+            "can; for a server that sends none unasked",
             at_least<0, int>());
     v.group("publish", t.publish,
-            "OpenIGTLink server: 3D Slicer shows the organ deform by connecting to it");
+            "OpenIGTLink server, to which 3D Slicer can connect to show the deforming organ");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, OutputOptions& o) {
     v.field("file", o.file, "",
-            "result (.h5, with an .xdmf for ParaView beside it); none: nothing is kept");
+            "result file (.h5, with an .xdmf for ParaView beside it); none: nothing is kept");
     v.field("every", o.every, "", "keep every n-th frame", at_least<1, int>());
-    v.field(
-        "checkpoint_every", o.checkpoint_every, "",
-        "dynamic `solve`: keep every n-th step all that is needed to go on with --restart; 0: not",
-        at_least<0, int>());
+    v.field("checkpoint_every", o.checkpoint_every, "",
+            "dynamic `solve`: write a checkpoint for --restart every n-th step; 0: none",
+            at_least<0, int>());
     v.field("fields", o.fields, "",
-            "`solve`: what is kept beside displacements: stress, von_mises, strain_energy, "
-            "volume_change (of each tet), "
-            "reactions (of each node)",
+            "`solve`: fields kept beside displacements: stress, von_mises, strain_energy, "
+            "volume_change (of each tet), reactions (of each node)",
             Check<std::vector<std::string>>{
                 "some of stress, von_mises, strain_energy, volume_change, reactions",
                 [](const std::vector<std::string>& names) {
@@ -405,41 +398,41 @@ template <class Visitor>
 void visit_fields(Visitor& v, Scene& s) {
     v.group("mesh", s.mesh, "the body's mesh");
     v.field("image", s.image, "",
-            "the grey image of the organ, in the mesh's world: what `livetet view` and `livetet "
-            "warp` deform; none: the image that was meshed");
-    v.list("materials", s.materials, "what it is made of");
+            "the grey image of the organ, in the mesh's coordinates, which `livetet view` and "
+            "`livetet warp` deform; none: the image that was meshed");
+    v.list("materials", s.materials, "materials of the body");
     v.choice("strain", s.strain, "constitutive model of the materials that name none",
              models_without_keys());
-    v.choice("elements", s.elements, "tetrahedra of four nodes, or of ten on the same mesh",
-             {{Elements::p1, "P1", "four nodes, linear displacement"},
-              {Elements::p2, "P2",
-               "ten nodes, quadratic displacement: bends and twists right on a coarse mesh"}});
-    v.choice("formulation", s.formulation, "where the volumetric stress comes from",
+    v.choice(
+        "elements", s.elements, "tetrahedra of four nodes, or of ten on the same mesh",
+        {{Elements::p1, "P1", "four nodes, linear displacement"},
+         {Elements::p2, "P2",
+          "ten nodes, quadratic displacement: accurate in bending and torsion on a coarse mesh"}});
+    v.choice("formulation", s.formulation, "how the volumetric stress is computed",
              {{Formulation::automatic, "automatic",
-               "mixed where a material has poisson >= 0.49, else displacement; "
-               "`track`: displacement"},
+               "mixed if a material has poisson >= 0.49, else displacement; `track`: displacement"},
               {Formulation::displacement, "displacement",
-               "the displacement alone: locks as poisson nears 0.5"},
+               "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",
-               "a pressure of its own at the corners: right up to 0.4999"}});
-    v.group("time", s.time, "how it moves in time");
+               "from a pressure field of its own at the corners: accurate up to 0.4999"}});
+    v.group("time", s.time, "time integration");
     v.field("gravity_m_per_s2", s.gravity_m_per_s2, "m/s^2", "acceleration on the whole body");
     v.list("fix", s.fix, "nodes that are held");
     v.list("drive", s.drive,
-           "nodes that are moved; where hard sets overlap the last wins, and fix wins over drive");
+           "nodes that are moved; where rigid sets overlap, the last wins; fix takes precedence "
+           "over drive");
     v.list("loads", s.loads, "forces");
     v.group("solver", s.solver, "how the equations are solved");
-    v.group("track", s.track, "`livetet track`: the tracker, and what it moves");
-    v.group("probes", s.probes, "points of which the displacement is wanted");
+    v.group("track", s.track, "`livetet track`: the tracker and what it moves");
+    v.group("probes", s.probes, "points whose displacements are written");
     v.group("output", s.output, "what is kept");
 }
 
-/// Checks what goes together in a scene, and makes its relative paths relative to `folder`. Throws
-/// Error, naming `file`.
+/// Checks keys against each other, and resolves relative paths against `folder`. Throws Error,
+/// naming `file`.
 void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder);
 
-/// Reads and checks a scene file; relative paths become relative to the file's folder. Throws
-/// Error.
+/// Reads and checks a scene file; relative paths are resolved against its folder. Throws Error.
 Scene load_scene(const std::filesystem::path& path);
 
 }  // namespace livetet

@@ -42,8 +42,8 @@ std::string stamps_of(const std::set<std::filesystem::path>& files) {
         const std::optional<std::string> contents = content_digest(path);
         if (!contents)
             fail(
-                "{}: its voxels lie in several files, expected one, for which it can be told "
-                "whether it changed",
+                "{}: its voxels are in several files, expected one file, whose changes can be "
+                "detected",
                 path.string());
         text += fmt::format("{}: {} bytes, digest {}\n", path.string(), size, *contents);
     }

@@ -10,18 +10,17 @@
 
 namespace livetet {
 
-/// What a body's mesh and constraints are read from: the mesh, the masks of what is fixed, driven
-/// and loaded.
+/// The files of mesh and constraints: the mesh, and the masks of fixed, driven and loaded nodes.
 std::set<std::filesystem::path> mesh_files(const Scene& scene);
 
-/// All that a run reads besides the scene itself; empty paths among them are those of no file.
+/// All files that a run reads besides the scene; may contain empty paths.
 std::set<std::filesystem::path> read_files(const Scene& scene);
 
-/// All that a run writes, each with the key that names it.
+/// All files that a run writes, with the key that names each.
 std::vector<std::pair<const char*, std::filesystem::path>> written_files(const Scene& scene);
 
-/// How these files are known again, a line for each: its name, size and digest, or that it is
-/// missing. Throws Error where an image's voxels lie in several files, which are not looked at.
+/// Identifies the contents of files, one line each: name, size and digest, or that it is missing.
+/// Throws Error for an image whose voxels lie in several files, which are not read.
 std::string stamps_of(const std::set<std::filesystem::path>& files);
 
 }  // namespace livetet

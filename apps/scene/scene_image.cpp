@@ -14,14 +14,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The mesh block that a hierarchy was made by, as its provenance tells.
+/// The mesh block that a hierarchy was made from, by its provenance.
 MeshSource source_of_hierarchy(const fs::path& path) {
-    const auto told =
+    const auto provenance =
         nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr, false);
-    const auto asked = told.is_object() ? told.value("asked", nlohmann::json()) : nlohmann::json();
-    if (!asked.is_object() || !asked.contains("mesh") || !asked["mesh"].is_string())
+    const auto request =
+        provenance.is_object() ? provenance.value("asked", nlohmann::json()) : nlohmann::json();
+    if (!request.is_object() || !request.contains("mesh") || !request["mesh"].is_string())
         fail("{}: does not say what it was meshed from", path.string());
-    return read_yaml<MeshSource>(asked["mesh"].get<std::string>(), path.string());
+    return read_yaml<MeshSource>(request["mesh"].get<std::string>(), path.string());
 }
 
 }  // namespace
@@ -43,9 +44,9 @@ std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions s
     return select_nodes(mesh, selection, key);
 }
 
-SceneImage find_scene_image(const Scene& scene, const fs::path& told_by) {
+SceneImage find_scene_image(const Scene& scene, const fs::path& named_in) {
     SceneImage image;
-    fs::path named_by = told_by;
+    fs::path named_by = named_in;
     if (!scene.image.empty()) {
         image.file = locate(scene.image, named_by);
         return image;

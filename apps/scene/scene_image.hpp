@@ -8,29 +8,28 @@
 
 namespace livetet {
 
-/// The file of this name beside the file that names it, or where it is said to be: results are
-/// moved with what they were made from, and a relative name is not one of wherever one stands.
-/// Throws Error where there is neither.
+/// Finds a file that another file names: beside that file, else under its own path. Results are
+/// moved together with their inputs, and a relative path is not relative to the working folder.
+/// Throws Error if it is found in neither place.
 std::filesystem::path locate(const std::filesystem::path& file,
                              const std::filesystem::path& named_by);
 
-/// `select_nodes` where a mask is one that `locate` finds.
+/// `select_nodes` with a mask found by `locate`.
 std::vector<std::int32_t> select_located(const TetMesh& mesh, SelectionOptions selection,
                                          const std::string& key,
                                          const std::filesystem::path& named_by);
 
-/// The image that a scene is about.
+/// The image of a scene.
 struct SceneImage {
     std::filesystem::path file;
-    std::optional<bool> label_map;  ///< of the image that was meshed; else nobody knows
-    std::optional<ImageGrid>
-        grid;  ///< where its voxels lay when it was meshed, where that is known
+    std::optional<bool> label_map;  ///< of the meshed image; empty: unknown
+    std::optional<ImageGrid> grid;  ///< its voxel grid when it was meshed, if known
 };
 
-/// The image that the scene names; else the one that its mesh was made from, or the hierarchy was
-/// that it names. Where a file is no longer there, one of its name beside `told_by`, or beside the
-/// hierarchy, is meant. `told_by`: the scene's file, or the result that holds the scene. Throws
-/// Error that says what is missing where there is none.
-SceneImage find_scene_image(const Scene& scene, const std::filesystem::path& told_by);
+/// Finds the image that the scene names; else the one from which its mesh, or the hierarchy that it
+/// names, was made. A file that has gone is looked for by name beside `named_in` and beside the
+/// hierarchy. `named_in`: the scene file, or the result that holds the scene. Throws Error naming
+/// what is missing.
+SceneImage find_scene_image(const Scene& scene, const std::filesystem::path& named_in);
 
 }  // namespace livetet

@@ -18,7 +18,7 @@ constexpr const char* frame_format = "livetet frame";
 constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
-/// hdf5::write_whole, for a run that can go on.
+/// hdf5::write_whole, with a hint on restarting in its errors.
 void write_part(const fs::path& path, const char* format, std::size_t bytes,
                 const std::function<void(hdf5::File&)>& fill) {
     try {
@@ -27,17 +27,17 @@ void write_part(const fs::path& path, const char* format, std::size_t bytes,
         std::error_code unknown;
         const bool can_go_on = fs::exists(path.parent_path() / state_file, unknown);
         fail("{}{}", e.what(),
-             can_go_on ? "; the run goes on from its last checkpoint with --restart" : "");
+             can_go_on ? "; --restart continues the run from its last checkpoint" : "");
     }
 }
 
-/// What a JSON text in a file says; an Error where it is none.
+/// Reads a JSON text of a file. Throws Error if it is invalid.
 template <class Read>
 auto read_about(const hdf5::File& file, Read&& read) {
     try {
         return read(json::parse(file.read_text("about")));
     } catch (const json::exception&) {
-        fail("{}: does not say what it is of", file.shown());
+        fail("{}: invalid contents", file.shown());
     }
 }
 
@@ -58,29 +58,27 @@ fs::path CheckpointStore::frame_file(std::size_t number) const {
 
 void CheckpointStore::begin() const {
     if (fs::exists(folder_ / state_file))
-        fail("{}: an earlier run can go on from there, expected --restart, or that folder removed",
+        fail("{}: holds an earlier run, expected --restart, or that folder removed",
              folder_.string());
     if (const fs::path parent = folder_.parent_path(); !parent.empty() && !fs::is_directory(parent))
         fail("{}: cannot be written, there is no folder {}", result_.string(), parent.string());
     std::error_code error;
     fs::remove_all(folder_, error);
     fs::create_directory(folder_, error);
-    if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
+    if (error) fail("{}: cannot be created: {}", folder_.string(), error.message());
 }
 
 std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
     if (!fs::exists(folder_ / state_file))
         fail(
-            "{}: no checkpoint to go on from, expected a run with output.checkpoint_every that was "
-            "ended after its first",
+            "{}: no checkpoint to restart from, expected a run with output.checkpoint_every that "
+            "was interrupted after its first",
             (folder_ / state_file).string());
     const hdf5::File file = hdf5::File::open(folder_ / state_file);
     hdf5::check_format(file, state_format, checkpoint_version);
     if (const std::string was = file.read_text("run"); was != about_)
-        fail(
-            "{}: is of another scene or mesh than this ({}), expected the one that it was written "
-            "by",
-            file.shown(), first_difference(was, about_));
+        fail("{}: belongs to another scene or mesh ({}), expected the one that wrote it",
+             file.shown(), first_difference(was, about_));
     BodySnapshot state;
     const RunPlace place = read_about(file, [&](const json& about) {
         state.started = about.at("started");

@@ -10,7 +10,7 @@
 
 namespace livetet {
 
-/// A frame as a result keeps it.
+/// A frame of a result.
 struct ResultFrame {
     double time_s = 0;
     std::vector<Vector3> displacement;
@@ -25,27 +25,27 @@ struct ResultFrame {
 
 void append_frame(ResultWriter& writer, const ResultFrame& frame);
 
-/// What a dynamic run that may be killed leaves beside its result, in the folder `RESULT.parts`:
-/// every frame that it kept, and the state at its last checkpoint, each file written whole or not
-/// at all. By one rank.
+/// Keeps what a dynamic run needs to be restarted, in the folder `RESULT.parts`: every kept frame,
+/// and the state at the last checkpoint. Each file is written completely or not at all. Used by one
+/// rank.
 class CheckpointStore {
   public:
-    /// `about`: what the run depends on, as text.
+    /// `about`: text of everything that the run depends on.
     CheckpointStore(const std::filesystem::path& result, std::string about);
 
-    /// A new run. Throws Error where an earlier one can go on.
+    /// Starts a new run. Throws Error if an earlier one can be continued.
     void begin() const;
-    /// Where an earlier run can go on from. Throws Error where there is none, or it was of another
-    /// scene or mesh.
+    /// The last checkpoint. Throws Error if there is none, or it is of another scene or mesh.
     std::pair<RunPlace, BodySnapshot> read() const;
 
     void keep(std::size_t number, const ResultFrame& frame) const;
     void write(const RunPlace& place, const BodySnapshot& state) const;
-    /// A frame that was kept; by `check_frames` it is known to be sound.
+    /// Reads a kept frame, sound if `check_frames` has passed.
     ResultFrame frame(std::size_t number) const;
-    /// Throws Error, naming the first, where files of the first `count` frames are damaged or gone.
+    /// Throws Error, naming the first file, if any of the first `count` frames is damaged or
+    /// missing.
     void check_frames(std::size_t count) const;
-    /// The result is whole, and the folder not needed any more.
+    /// Removes the folder, once the result is complete.
     void remove() const;
 
   private:

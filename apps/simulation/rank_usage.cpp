@@ -10,8 +10,8 @@ namespace livetet {
 
 namespace {
 
-/// Bytes of files that this process has mapped and that are in memory: programs and libraries, the
-/// same for all ranks of a machine. 0 where the system does not say.
+/// Resident bytes of files mapped by this process: program and libraries, shared by the ranks of a
+/// machine. 0 if the system does not tell.
 double mapped_file_bytes() {
     std::ifstream status("/proc/self/status");
     for (std::string name; status >> name; status.ignore(1000, '\n'))

@@ -4,13 +4,13 @@
 
 namespace livetet {
 
-/// What the ranks have used since the program began.
+/// Resources used by the ranks since the program began.
 struct RankUsage {
-    double peak_bytes = 0;  ///< memory, each rank's greatest, summed; what ranks of a machine map
-                            ///< alike (libraries) once
-    double peak_bytes_most = 0;  ///< of the rank that used most
+    double peak_bytes =
+        0;  ///< sum of the ranks' peak memory; libraries shared on a machine are counted once
+    double peak_bytes_most = 0;  ///< of the rank with the highest peak
     double messages = 0, message_bytes = 0,
-           reductions = 0;  ///< sent by PETSc, all ranks; reductions of one rank
+           reductions = 0;  ///< sent by PETSc on all ranks; reductions of one rank
 };
 
 /// Collective; the same on every rank.

@@ -12,7 +12,7 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
                        step.report.imbalance);
 }
 
-constexpr double least_part = 1.0 / 32;
+constexpr double min_part = 1.0 / 32;
 
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                       const RunHooks& hooks) {
@@ -24,7 +24,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         body.set_springs(constraints.springs());
         body.set_external_force(force, share);
     };
-    double kept = 0;  // the load of the last frame; the body at rest is none
+    double kept = 0;  // load of the last frame; the body at rest is no frame
     std::size_t frames = 0;
     const auto keep = [&](double share) {
         if (hooks.keep) hooks.keep(frames++, share);
@@ -53,13 +53,12 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             const StepRecord& last = history.steps.back();
             history.converged = false;
             history.failure = fmt::format(
-                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, forces are out of "
-                "balance by "
-                "{:.1e} of those at work after {} linearisations (tolerance {:.0e}); {}",
+                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of "
+                "forces is {:.1e} after {} linearisations (tolerance {:.0e}); {}",
                 history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
                 scene.solver.newton_tolerance,
                 history.share > 0
-                    ? fmt::format("what is kept is the equilibrium at {:.4g}", history.share)
+                    ? fmt::format("the result holds the equilibrium at {:.4g}", history.share)
                     : "nothing is kept");
             load_to(history.share);
             if (history.share > kept) keep(history.share);
@@ -71,15 +70,36 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     return history;
 }
 
+/// Chooses the lengths of adaptive steps so that the error of each, in m, is near `tolerance`.
+struct StepLengthControl {
+    double tolerance;
+    double order;        ///< order of a step's error in its length
+    double least, most;  ///< limits of the length, s
+
+    /// Whether a step of this length must be repeated with a shorter one.
+    bool rejects(const StepReport& report, double step) const {
+        return (!report.converged || report.time_error > 1.5 * tolerance) && step > least;
+    }
+    /// The length of the next step or, after a rejected one, of the repetition.
+    double next(const StepReport& report, double step) const {
+        const double factor =
+            report.converged
+                ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
+                : 0.25;
+        if (rejects(report, step)) return std::max(least, step * std::clamp(factor, 0.1, 0.7));
+        return std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
+    }
+};
+
 RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                        const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
     body.set_external_force(scene_forces(scene, scene_body.mesh()));
     body.set_springs(constraints.springs());
     const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
-    const double order =
-        scene.time.scheme == TimeScheme::implicit_euler ? 2 : 3;  // of a step's error
-    const double least = scene.time.step_s / 1000, most = 100 * scene.time.step_s;
+    const StepLengthControl control{tolerance,
+                                    scene.time.scheme == TimeScheme::implicit_euler ? 2.0 : 3.0,
+                                    scene.time.step_s / 1000, 100 * scene.time.step_s};
     RunPlace place = hooks.start;
     RunHistory history;
     history.failure = place.failure;
@@ -88,11 +108,11 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     double& dt = place.step_s;
     if (dt == 0) dt = scene.time.step_s;
     while (time < end * (1 - 1e-9)) {
-        // Without adaption, whole steps; with it, the last two share what is left.
+        // Fixed steps keep their length; the last two adaptive ones share what is left.
         const double left = end - time;
         const double step = dt >= left * (1 - 1e-9) ? left
-                            : tolerance > 0         ? std::min(dt, std::max(left / 2, least))
-                                                    : dt;
+                            : tolerance > 0 ? std::min(dt, std::max(left / 2, control.least))
+                                            : dt;
         const auto move = [&](double share) {
             constraints.move_to_time(time + share * step);
             body.set_constraints(constraints.constraints());
@@ -111,30 +131,25 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         if (reached < 1) {
             move(1);
             take(1, 1 - reached, body.solve((1 - reached) * step, solve_controls(scene)));
-            history.steps.back().kept = true;  // whatever it came to
+            history.steps.back().kept = true;  // even if not converged
         }
         const StepReport& report = history.steps.back().report;
         if (tolerance > 0) {
-            const double factor =
-                report.converged
-                    ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
-                    : 0.25;
-            if ((!report.converged || report.time_error > 1.5 * tolerance) && step > least) {
+            dt = control.next(report, step);
+            if (control.rejects(report, step)) {
                 body.return_to_kept_state();
                 history.steps.back().kept = false;
-                dt = std::max(least, step * std::clamp(factor, 0.1, 0.7));
                 continue;
             }
-            dt = std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
         }
         history.converged = history.converged && report.converged;
         if (!report.converged && history.failure.empty())
             history.failure = fmt::format(
-                "the step to {:.4g} s left forces out of balance by {:.1e} (tolerance {:.0e})",
+                "the step to {:.4g} s left an imbalance of forces of {:.1e} (tolerance {:.0e})",
                 time + step, report.imbalance, scene.solver.newton_tolerance);
         if (report.kept_old) {
             history.failure = fmt::format(
-                "the step to {:.4g} s came to no finite state; the run ends at {:.4g} s",
+                "the step to {:.4g} s reached no finite state; the run ends at {:.4g} s",
                 time + step, time);
             return history;
         }
@@ -177,7 +192,7 @@ double step_in_parts(
         }
         body.return_to_kept_state();
         part /= 2;
-        if (part < least_part) return reached;
+        if (part < min_part) return reached;
     }
     return 1;
 }

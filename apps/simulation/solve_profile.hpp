@@ -6,20 +6,19 @@
 
 namespace livetet {
 
-/// What one part of a run took: bytes of all ranks together, seconds of the slowest; nothing where
-/// it was left out.
+/// Cost of a part of a run: bytes on all ranks, seconds of the slowest; none if it was left out.
 struct ProfileRow {
     std::string part;
     PhaseCost cost;
     bool is_built = false;
-    std::string why;  ///< where it was left out
+    std::string why;  ///< reason, if it was left out
 };
 
-/// The parts of a run, set-up and steps. Collective.
+/// The parts of a run: set-up and steps. Collective.
 std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene, const SceneBody& body,
                                       double mesh_s, const PhaseCost& output);
 
-/// As a table.
+/// Formats the rows as a table.
 std::string profile_table(std::span<const ProfileRow> rows);
 nlohmann::json json_of(std::span<const ProfileRow> rows);
 

@@ -15,14 +15,14 @@ namespace livetet {
 
 namespace {
 
-constexpr std::size_t most_solves =
-    100'000;  // each a file until the end, each scene checked before the first
+constexpr std::size_t max_solves =
+    100'000;  // each has a file until the end, and its scene is checked before the first solve
 
-/// "a[2].b" into "a", "2", ".b": the pieces of a key, list places as numbers.
+/// A step of a key: "a[2].b" is "a", index 2, "b".
 struct KeyStep {
-    std::string name;  ///< of a table's key; empty: of a list's place
+    std::string name;  ///< key in a table; empty: index in a list
     std::size_t place = 0;
-    std::size_t end = 0;  ///< of the step in the key
+    std::size_t end = 0;  ///< end of the step in the key
 };
 
 std::vector<KeyStep> steps_of(const std::string& key, const std::string& where) {
@@ -49,8 +49,8 @@ std::vector<KeyStep> steps_of(const std::string& key, const std::string& where) 
     return steps;
 }
 
-/// Puts a value at its key. What is checked here is the way there; whether the key and the value
-/// are good is for the scene's reader to say.
+/// Sets the value of a key. Checks only that the key's path exists; key and value are checked when
+/// the scene is read.
 void set_value(const YAML::Node& scene, const std::string& key, const std::string& value,
                const std::string& where) {
     const std::vector<KeyStep> steps = steps_of(key, where);
@@ -85,13 +85,13 @@ void set_value(const YAML::Node& scene, const std::string& key, const std::strin
     node = value;
 }
 
-/// A share of the range from 0 to 1 as a value.
+/// The value at a share, from 0 to 1, of the range.
 std::string at_share(const VaryOptions& v, double share) {
     const double value = share == 1 ? *v.to
                          : v.spacing == Spacing::linear
                              ? *v.from + share * (*v.to - *v.from)
                              : *v.from * std::pow(*v.to / *v.from, share);
-    const double near = std::round(value);  // 1 to 100 by 1 must not give 14.000000000000002
+    const double near = std::round(value);  // keeps 1 to 100 by 1 from giving 14.000000000000002
     return fmt::format("{}",
                        v.whole || std::abs(value - near) < 1e-12 * std::abs(near) ? near : value);
 }
@@ -112,8 +112,8 @@ void check_vary(const VaryOptions& v, Design design, const std::string& where) {
     if (design == Design::latin_hypercube) return;
     if (v.count < 1)
         fail("{} ({}): count = {}, an empty grid, expected at least 1", where, v.key, v.count);
-    if (static_cast<std::size_t>(v.count) > most_solves)
-        fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, most_solves);
+    if (static_cast<std::size_t>(v.count) > max_solves)
+        fail("{} ({}): count = {}: more than {} solves", where, v.key, v.count, max_solves);
 }
 
 std::vector<std::string> values_of(const VaryOptions& v) {
@@ -130,8 +130,8 @@ std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& va
     std::size_t count = 1;
     for (const VaryOptions& v : vary) {
         values.push_back(values_of(v));
-        if (count > most_solves / values.back().size())
-            fail("{}: more than {} solves", file, most_solves);
+        if (count > max_solves / values.back().size())
+            fail("{}: more than {} solves", file, max_solves);
         count *= values.back().size();
     }
     for (std::size_t k = 0; k < count; ++k) {
@@ -151,7 +151,7 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
         const std::vector<std::string> values = values_of(v);
         if (&v == &vary.front()) samples.resize(values.size());
         if (values.size() != samples.size())
-            fail("{}: design list has {} values of {} and {} of {}, expected as many of each", file,
+            fail("{}: design list has {} values of {} and {} of {}, expected equally many", file,
                  samples.size(), vary.front().key, values.size(), v.key);
         for (std::size_t k = 0; k < values.size(); ++k) samples[k].push_back(values[k]);
     }
@@ -159,9 +159,9 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
 }
 
 std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const std::string& file) {
-    if (o.samples < 1 || static_cast<std::size_t>(o.samples) > most_solves)
+    if (o.samples < 1 || static_cast<std::size_t>(o.samples) > max_solves)
         fail("{}: samples = {}, expected from 1 to {} for design latin-hypercube", file, o.samples,
-             most_solves);
+             max_solves);
     std::vector<std::vector<std::string>> samples;
     for (const auto& point : latin_hypercube(static_cast<std::size_t>(o.samples), o.vary.size(),
                                              static_cast<std::uint64_t>(o.seed))) {
@@ -188,7 +188,7 @@ std::vector<std::vector<double>> latin_hypercube(std::size_t count, std::size_t 
     std::mt19937_64 engine(seed);
     const auto uniform = [&] {
         return static_cast<double>(engine() >> 11) * 0x1p-53;
-    };  // std's are each library's own
+    };  // those of std differ between libraries
     std::vector<std::vector<double>> points(count, std::vector<double>(dimensions));
     std::vector<std::size_t> strata(count);
     for (std::size_t d = 0; d < dimensions; ++d) {
@@ -218,7 +218,7 @@ Scene Study::scene(std::size_t k) const {
 
 namespace {
 
-/// PETSc's options without those that only print: what is asked for may change from run to run.
+/// PETSc's options without those that only print, which may differ between runs.
 std::string options_of_results(const std::string& options) {
     std::string kept;
     bool prints = false;
@@ -236,7 +236,7 @@ std::string options_of_results(const std::string& options) {
 
 std::string Study::fingerprint() const {
     StudyOptions of_results = options;
-    of_results.ranks_per_solve = 1;  // how it is computed, and shown, may change
+    of_results.ranks_per_solve = 1;  // may change, as it does not affect results
     of_results.plots.clear();
     const std::string petsc = options_of_results(petsc_options);
     return to_yaml(of_results) + "---\n" + scene_text +

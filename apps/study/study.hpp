@@ -15,7 +15,7 @@ namespace livetet {
 enum class Design { grid, list, latin_hypercube };
 enum class Spacing { linear, logarithmic };
 
-/// One key of the scene, and the values it takes: a list, or a range.
+/// A key of the scene, and its values: a list, or a range.
 struct VaryOptions {
     std::string key;
     std::vector<std::string> values;
@@ -25,8 +25,8 @@ struct VaryOptions {
     bool whole = false;
 };
 
-/// A study file: a scene, and what varies. Paths are relative to it until `load_study` has made
-/// them absolute.
+/// A study file: a scene, and what varies. Paths are as in the file until `load_study` resolves
+/// them.
 struct StudyOptions {
     std::filesystem::path scene;
     Design design = Design::grid;
@@ -42,67 +42,64 @@ struct StudyOptions {
 template <class Visitor>
 void visit_fields(Visitor& v, VaryOptions& o) {
     v.field("key", o.key, "",
-            "what varies, as the scene names it: materials[0].young_Pa, "
-            "drive[0].displacement_mm[2], mesh.file");
-    v.field("values", o.values, "", "these, one after the other; or");
-    v.field("from", o.from, "", "a range of numbers from here");
-    v.field("to", o.to, "", "to here, both in it");
-    v.field("count", o.count, "", "as many of them, in `grid` and `list`", at_least<0, int>());
+            "the key of the scene that varies: materials[0].young_Pa, drive[0].displacement_mm[2], "
+            "mesh.file");
+    v.field("values", o.values, "", "its values; or");
+    v.field("from", o.from, "", "lower end of a range");
+    v.field("to", o.to, "", "upper end of the range, included");
+    v.field("count", o.count, "", "number of values in the range, for `grid` and `list`",
+            at_least<0, int>());
     v.choice("spacing", o.spacing, "of a range",
              {{Spacing::linear, "linear", "equal steps"},
               {Spacing::logarithmic, "log", "equal ratios"}});
-    v.field("whole", o.whole, "",
-            "whole numbers only, rounded from the range: for seeds and counts");
+    v.field("whole", o.whole, "", "round to whole numbers: for seeds and counts");
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, StudyOptions& o) {
-    v.field("scene", o.scene, "",
-            "the scene that every solve begins with, a file of `livetet solve`");
-    v.choice(
-        "design", o.design, "which combinations are solved",
-        {{Design::grid, "grid", "every value with every other; the last key varies fastest"},
-         {Design::list, "list", "first values together, then second ones ...: as many of each"},
-         {Design::latin_hypercube, "latin-hypercube",
-          "`samples` points that fill the ranges evenly, each key's range cut into as many "
-          "strata"}});
+    v.field("scene", o.scene, "", "base scene of all solves, a file of `livetet solve`");
+    v.choice("design", o.design, "combinations of values to solve",
+             {{Design::grid, "grid", "every value with every other; the last key varies fastest"},
+              {Design::list, "list",
+               "first values together, then second ones, and so on: equally many of each"},
+              {Design::latin_hypercube, "latin-hypercube",
+               "`samples` points spread evenly over the ranges, one in each stratum of each key"}});
     v.list("vary", o.vary, "what varies");
-    v.field("samples", o.samples, "", "how many, in `latin-hypercube`", at_least<0, int>());
-    v.field("seed", o.seed, "", "of `latin-hypercube`: the same gives the same points",
+    v.field("samples", o.samples, "", "number of points of `latin-hypercube`", at_least<0, int>());
+    v.field("seed", o.seed, "", "seed of `latin-hypercube`: the same seed gives the same points",
             at_least<0, int>());
     v.field("ranks_per_solve", o.ranks_per_solve, "",
-            "ranks that work together on one solve; the others solve others", at_least<1, int>());
+            "ranks for each solve; other groups of ranks do other solves", at_least<1, int>());
     v.field("keep_displacements", o.keep_displacements, "",
             "keep each solve's last displacement field, for ParaView");
     v.field(
         "output", o.output, "",
         "inputs, outputs, histories, displacements (.h5, with .xdmf, .csv and pictures beside it)");
-    v.field("plots", o.plots, "",
-            "outputs that pictures are made of, against every input that is a number");
+    v.field("plots", o.plots, "", "outputs to plot against every numerical input");
 }
 
-/// A study, its solves spelt out.
+/// A study with all its solves.
 struct Study {
     StudyOptions options;
-    std::string file;                    ///< its name, as messages give it
-    std::string text;                    ///< as it was read
-    std::string scene_text;              ///< the scene with every value it resolved to
-    std::filesystem::path scene_folder;  ///< what a relative path among the values starts from
-    std::vector<std::vector<std::string>> samples;  ///< for each solve, a value for each key
-    std::set<std::filesystem::path> files;          ///< that the solves read
-    std::string petsc_options{};                    ///< of the command line
+    std::string file;                               ///< file name, for messages
+    std::string text;                               ///< contents of the file
+    std::string scene_text;                         ///< scene with all defaults filled in
+    std::filesystem::path scene_folder;             ///< folder of relative paths among the values
+    std::vector<std::vector<std::string>> samples;  ///< a value for each key, for each solve
+    std::set<std::filesystem::path> files;          ///< read by the solves
+    std::string petsc_options{};                    ///< from the command line
 
-    /// The scene of solve `k`, checked. Throws Error, naming solve, keys and values.
+    /// The checked scene of solve `k`. Throws Error, naming solve, keys and values.
     Scene scene(std::size_t k) const;
-    /// All that the results depend on, as text.
+    /// Text of everything that the results depend on.
     std::string fingerprint() const;
 };
 
-/// Reads a study file and its scene, and checks every solve's scene. Throws Error.
+/// Reads a study file and its scene, and checks the scene of every solve. Throws Error.
 Study load_study(const std::filesystem::path& path, const ProgressCallback& progress = {});
 
-/// `count` points of a Latin hypercube in [0, 1)^dimensions, by rows: in every dimension one point
-/// in each of `count` strata, at a random place within it (McKay, Beckman and Conover 1979). The
+/// `count` points of a Latin hypercube in [0, 1)^dimensions, by rows: in each dimension one point
+/// in each of `count` strata, at a random position in it (McKay, Beckman and Conover 1979). The
 /// same seed gives the same points on every machine.
 std::vector<std::vector<double>> latin_hypercube(std::size_t count, std::size_t dimensions,
                                                  std::uint64_t seed);

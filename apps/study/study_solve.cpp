@@ -50,18 +50,18 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     check_held(scene, mesh, constraints);
     row.setup_s = seconds_since(start) - row.mesh_s;
 
-    // 2. the run
+    // 2. run
     const RunHistory history = run_scene(scene, body, constraints, {.progress = progress});
     row.converged = history.converged;
     row.failure = history.failure;
     row.steps = history.steps;
     for (const StepRecord& s : history.steps) {
         row.iterations += s.report.iterations;
-        row.linearisations += s.report.newton_iterations;
+        row.newton_iterations += s.report.newton_iterations;
         row.solve_s += s.report.seconds();
     }
 
-    // 3. what it came to
+    // 3. outputs
     row.displacement = body.body->displacement();
     double largest = 0;
     for (const Vector3& u : row.displacement) largest = std::max(largest, u.norm());
@@ -85,12 +85,12 @@ StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress
     StudyRow row;
     try {
         run(scene, row, progress);
-    } catch (const Error& e) {  // the same on every rank
+    } catch (const Error& e) {  // thrown on every rank
         row.failure = e.what();
     } catch (const PetscFailure& e) {
-        if (ranks > 1) throw;  // the others wait for this one
+        if (ranks > 1) throw;  // the other ranks wait for this one
         if (PetscSession::any_options() && e.may_be_an_option())
-            throw;  // no solve of the study would do
+            throw;  // no solve of the study would succeed
         row.failure = e.what();
     }
     if (row.outputs.empty()) row.converged = false;

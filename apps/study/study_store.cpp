@@ -33,7 +33,7 @@ constexpr const char* fingerprint_file = "study.yaml";
 
 std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
 
-/// The study, and the files that its solves read, as they are now.
+/// The study and the present contents of the files that its solves read.
 std::string whole_fingerprint(const Study& study) {
     return study.fingerprint() + "---\n" + stamps_of(study.files);
 }
@@ -41,8 +41,8 @@ std::string whole_fingerprint(const Study& study) {
 [[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was,
                                const std::string& is) {
     fail(
-        "{}: this, its scene or a file of theirs changed since the run that {} is of ({}); put it "
-        "back, or remove that, or name another output",
+        "{}: the study, its scene or one of their files changed since the run in {} ({}); restore "
+        "it, remove the result, or name another output",
         study.file, where.string(), first_difference(was, is));
 }
 
@@ -56,10 +56,10 @@ StudyStore::Lock::Lock(const fs::path& file)
         ::close(std::exchange(descriptor_, -1));
         if (reason != EWOULDBLOCK)
             fail(
-                "{}: cannot be locked ({}); a study wants a file system with flock, Lustre one "
-                "that is mounted with it",
+                "{}: cannot be locked ({}); a study needs a file system with flock; mount Lustre "
+                "with it",
                 file.string(), std::generic_category().message(reason));
-        fail("{}: another run of this study is at work there, expected one at a time",
+        fail("{}: another run of this study is active there, expected one at a time",
              file.parent_path().string());
     }
 }
@@ -76,8 +76,8 @@ StudyStore::StudyStore(const Study& study)
 std::string StudyStore::checked_fingerprint() const {
     if (const std::string now = whole_fingerprint(study_); now != fingerprint_)
         fail(
-            "{}: a file that it reads changed while it ran ({}): its solves are not all of one; "
-            "remove {} and start it again",
+            "{}: an input changed during the run ({}), so its solves do not belong together; "
+            "remove {} and start again",
             study_.file, first_difference(fingerprint_, now), folder_.string());
     return fingerprint_;
 }
@@ -99,7 +99,7 @@ void StudyStore::open() {
              parent.string());
     std::error_code error;
     fs::create_directory(folder_, error);
-    if (error) fail("{}: cannot be made: {}", folder_.string(), error.message());
+    if (error) fail("{}: cannot be created: {}", folder_.string(), error.message());
     lock_ = Lock(folder_ / "lock");
     const fs::path fingerprint = folder_ / fingerprint_file;
     const std::string was = fs::exists(fingerprint) ? read_text_file(fingerprint) : "";
@@ -107,7 +107,7 @@ void StudyStore::open() {
     if (is_other && count_done() > 0) {
         if (was.empty())
             fail(
-                "{}: holds solves, but not the {} that says of what; remove it, or name another "
+                "{}: holds solves, but not the {} that describes them; remove it, or name another "
                 "output",
                 folder_.string(), fingerprint_file);
         refuse_other(study_, folder_, was, fingerprint_);
@@ -135,7 +135,7 @@ void StudyStore::open() {
         try {
             if (!are_sound) (void)hdf5::File::open(row_file(k));
             (void)row(k);
-        } catch (const Error&) {  // the machine went down before all of it was on the disk
+        } catch (const Error&) {  // incomplete after a crash of the machine
             fs::remove(row_file(k));
         }
     }
@@ -164,8 +164,8 @@ bool StudyStore::claim(std::size_t k) const {
     const fs::path file = folder_ / (number_of(k) + ".claim");
     const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (descriptor < 0 && errno != EEXIST)
-        fail("{}: cannot be written ({}); the study goes on from here when it is started again",
-             file.string(), std::generic_category().message(errno));
+        fail("{}: cannot be written ({}); run the study again to continue from here", file.string(),
+             std::generic_category().message(errno));
     if (descriptor >= 0) ::close(descriptor);
     return descriptor >= 0;
 }
@@ -182,7 +182,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
                        {"setup_s", row.setup_s},
                        {"solve_s", row.solve_s},
                        {"iterations", row.iterations},
-                       {"linearisations", row.linearisations}};
+                       {"linearisations", row.newton_iterations}};
             for (const auto& [name, value] : row.outputs) about["names"].push_back(name);
             file.write_text("row", about.dump());
             std::vector<double> outputs;
@@ -193,7 +193,7 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
                 file.write<double>("displacement", flat(row.displacement), 3);
         });
     } catch (const Error& e) {
-        fail("{}; the study goes on from here when it is started again", e.what());
+        fail("{}; run the study again to continue from here", e.what());
     }
 }
 
@@ -234,7 +234,7 @@ StudyRow StudyStore::row(std::size_t k) const {
         row.setup_s = about.at("setup_s");
         row.solve_s = about.at("solve_s");
         row.iterations = about.at("iterations");
-        row.linearisations = about.at("linearisations");
+        row.newton_iterations = about.at("linearisations");
         const auto outputs = file.read<double>("outputs", 1).values;
         const auto names = about.value("names", std::vector<std::string>{});
         if (names.size() != outputs.size())
@@ -254,7 +254,7 @@ StudyRow StudyStore::row(std::size_t k) const {
         if (!study_.options.keep_displacements) return row;
         row.displacement = read_vectors(file, "displacement");
     } catch (const json::exception&) {
-        fail("{}: does not say what it is of", file.shown());
+        fail("{}: invalid contents", file.shown());
     }
     return row;
 }
@@ -266,19 +266,19 @@ void StudyStore::remove() {
 
 namespace {
 
-/// Of the disk, for what is written next, and for the tables and texts at the end.
+/// Throws Error unless the disk has room for `bytes`, and for the tables and texts at the end.
 void need_room(hdf5::File& file, std::size_t bytes) {
     constexpr std::size_t room_beside = 1 << 20;
     if (!file.reserve(bytes + room_beside))
         fail("{}: cannot be written (is the disk full?)", file.shown());
 }
 
-/// The meshes that a study's solves are on, each kept once.
+/// Writes the meshes of a study's solves, each once.
 class StoredMeshes {
   public:
     explicit StoredMeshes(hdf5::File& file) : file_(file) {}
 
-    /// A frame without fields on the scene's mesh, which is written the first time.
+    /// A frame without fields on the mesh of a scene; writes the mesh the first time.
     XdmfFrame frame(const Scene& scene) {
         const std::string key =
             to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
@@ -332,94 +332,114 @@ std::string csv_of(const StudyTable& table) {
     return text;
 }
 
+/// All that a study's file holds but displacements and histories, a row for each solve.
+struct StudyColumns {
+    std::vector<double> inputs, converged, seconds, work;
+    std::vector<std::vector<std::pair<std::string, double>>> outputs;
+    StudyTable table;
+
+    void add(const std::vector<std::string>& sample, const StudyRow& row) {
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        for (const std::string& value : sample)
+            inputs.push_back(parse_number(value).value_or(none));
+        converged.push_back(row.converged ? 1 : 0);
+        for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
+        for (const std::size_t n :
+             {static_cast<std::size_t>(row.iterations),
+              static_cast<std::size_t>(row.newton_iterations), row.steps.size()})
+            work.push_back(static_cast<double>(n));
+        outputs.push_back(row.outputs);
+        table.values.push_back(sample);
+        table.failures.push_back(row.converged ? "" : row.failure);
+        table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
+        for (const auto& [name, value] : row.outputs)
+            if (std::find(table.outputs.begin(), table.outputs.end(), name) == table.outputs.end())
+                table.outputs.push_back(name);
+    }
+
+    /// Fills table.results: the outputs of each solve in the order of table.outputs, NaN where a
+    /// solve has none. Returns the same, row after row.
+    std::vector<double> finish() {
+        std::vector<double> results;
+        for (const auto& row : outputs) {
+            std::vector<double>& columns = table.results.emplace_back();
+            for (const std::string& name : table.outputs) {
+                const auto found = std::find_if(row.begin(), row.end(),
+                                                [&](const auto& o) { return o.first == name; });
+                columns.push_back(found != row.end() ? found->second
+                                                     : std::numeric_limits<double>::quiet_NaN());
+            }
+            results.insert(results.end(), columns.begin(), columns.end());
+        }
+        return results;
+    }
+};
+
+/// Copies histories and displacements, row by row. Returns the frames of the displacements.
+std::vector<XdmfFrame> write_rows(hdf5::File& file, const Study& study, const StudyStore& store,
+                                  StudyColumns& columns, const ProgressCallback& progress) {
+    std::vector<XdmfFrame> frames;
+    StoredMeshes meshes(file);
+    const std::size_t count = study.samples.size();
+    for (std::size_t k = 0; k < count; ++k) {
+        if (progress)
+            progress(static_cast<double>(k) / static_cast<double>(count),
+                     "writing " + study.options.output.filename().string());
+        const StudyRow row = store.row(k);
+        columns.add(study.samples[k], row);
+        need_room(file, history_values(row).size() * sizeof(double) +
+                            row.displacement.size() * sizeof(Vector3));
+        file.write<double>("histories/" + number_of(k), history_values(row),
+                           history_columns.size());
+        if (row.displacement.empty()) continue;
+        const std::string name = "displacement/" + number_of(k);
+        file.write<double>(name, flat(row.displacement), 3);
+        XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
+        frame.time = static_cast<double>(k);
+        frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
+    }
+    return frames;
+}
+
+void write_columns(hdf5::File& file, const Study& study, StudyColumns& columns) {
+    const StudyTable& table = columns.table;
+    need_room(file, (columns.inputs.size() + study.samples.size() * (table.outputs.size() + 20)) *
+                        2 * sizeof(double));
+    const std::vector<double> results = columns.finish();
+    file.write<double>("inputs", columns.inputs, table.inputs.size());
+    if (!table.outputs.empty()) file.write<double>("outputs", results, table.outputs.size());
+    file.write<double>("converged", columns.converged, 1);
+    file.write<double>("seconds", columns.seconds, 3);
+    file.write<double>("work", columns.work, 3);
+    file.write_text("texts/input_names", json(table.inputs).dump());
+    file.write_text("texts/output_names", json(table.outputs).dump());
+    file.write_text("texts/inputs", json(table.values).dump());
+    file.write_text("texts/failures", json(table.failures).dump());
+    file.write_text("texts/history_names", json(history_columns).dump());
+    file.write_text("texts/study", study.text);
+    file.write_text("texts/scene", study.scene_text);
+    file.write_text("texts/versions", versions());
+}
+
 }  // namespace
 
 void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress) {
     const fs::path& output = study.options.output;
-    const std::size_t count = study.samples.size();
     const std::string fingerprint = store.checked_fingerprint();
     store.check_rows();
-    hdf5::write_whole(
-        output, study_format, study_version,
-        study.text.size() + study.scene_text.size() + fingerprint.size(), [&](hdf5::File& file) {
-            std::vector<XdmfFrame> frames;
-            StudyTable table;
-            StoredMeshes meshes(file);
-
-            // 1. row by row: what is large
-            std::vector<double> inputs, converged, seconds, work;
-            std::vector<std::vector<std::pair<std::string, double>>> outputs;
-            for (const VaryOptions& v : study.options.vary) table.inputs.push_back(v.key);
-            for (std::size_t k = 0; k < count; ++k) {
-                if (progress)
-                    progress(static_cast<double>(k) / static_cast<double>(count),
-                             "writing " + output.filename().string());
-                const StudyRow row = store.row(k);
-                for (const std::string& value : study.samples[k])
-                    inputs.push_back(
-                        parse_number(value).value_or(std::numeric_limits<double>::quiet_NaN()));
-                converged.push_back(row.converged ? 1 : 0);
-                for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
-                for (const std::size_t n :
-                     {static_cast<std::size_t>(row.iterations),
-                      static_cast<std::size_t>(row.linearisations), row.steps.size()})
-                    work.push_back(static_cast<double>(n));
-                outputs.push_back(row.outputs);
-                table.values.push_back(study.samples[k]);
-                table.failures.push_back(row.converged ? "" : row.failure);
-                table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
-                need_room(file, history_values(row).size() * sizeof(double) +
-                                    row.displacement.size() * sizeof(Vector3));
-                file.write<double>("histories/" + number_of(k), history_values(row),
-                                   history_columns.size());
-                for (const auto& [name, value] : row.outputs)
-                    if (std::find(table.outputs.begin(), table.outputs.end(), name) ==
-                        table.outputs.end())
-                        table.outputs.push_back(name);
-                if (row.displacement.empty()) continue;
-                const std::string name = "displacement/" + number_of(k);
-                file.write<double>(name, flat(row.displacement), 3);
-                XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
-                frame.time = static_cast<double>(k);
-                frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
-            }
-
-            // 2. the tables
-            need_room(file,
-                      (inputs.size() + count * (table.outputs.size() + 20)) * 2 * sizeof(double));
-            std::vector<double> results;
-            for (const auto& row : outputs) {
-                std::vector<double>& columns = table.results.emplace_back();
-                for (const std::string& name : table.outputs) {
-                    const auto found = std::find_if(row.begin(), row.end(),
-                                                    [&](const auto& o) { return o.first == name; });
-                    columns.push_back(found != row.end()
-                                          ? found->second
-                                          : std::numeric_limits<double>::quiet_NaN());
-                }
-                results.insert(results.end(), columns.begin(), columns.end());
-            }
-            file.write<double>("inputs", inputs, table.inputs.size());
-            if (!table.outputs.empty())
-                file.write<double>("outputs", results, table.outputs.size());
-            file.write<double>("converged", converged, 1);
-            file.write<double>("seconds", seconds, 3);
-            file.write<double>("work", work, 3);
-            file.write_text("texts/input_names", json(table.inputs).dump());
-            file.write_text("texts/output_names", json(table.outputs).dump());
-            file.write_text("texts/inputs", json(table.values).dump());
-            file.write_text("texts/failures", json(table.failures).dump());
-            file.write_text("texts/history_names", json(history_columns).dump());
-            file.write_text("texts/study", study.text);
-            file.write_text("texts/scene", study.scene_text);
-            file.write_text("texts/versions", versions());
-            file.write_text("fingerprint", fingerprint);
-            // Before the study's own: where that is, the study is complete.
-            fs::path beside = output;
-            write_text_file(beside.replace_extension(".csv"), csv_of(table));
-            write_text_file(beside.replace_extension(".xdmf"),
-                            xdmf_text(output.filename().string(), frames));
-        });
+    const std::size_t text_bytes = study.text.size() + study.scene_text.size() + fingerprint.size();
+    hdf5::write_whole(output, study_format, study_version, text_bytes, [&](hdf5::File& file) {
+        StudyColumns columns;
+        for (const VaryOptions& v : study.options.vary) columns.table.inputs.push_back(v.key);
+        const std::vector<XdmfFrame> frames = write_rows(file, study, store, columns, progress);
+        write_columns(file, study, columns);
+        file.write_text("fingerprint", fingerprint);
+        // Before the study's own file: once that exists, the study is complete.
+        fs::path beside = output;
+        write_text_file(beside.replace_extension(".csv"), csv_of(columns.table));
+        write_text_file(beside.replace_extension(".xdmf"),
+                        xdmf_text(output.filename().string(), frames));
+    });
 }
 
 StudyTable read_study(const fs::path& path) {
@@ -435,15 +455,15 @@ StudyTable read_study(const fs::path& path) {
         table.values = text("inputs").get<std::vector<std::vector<std::string>>>();
         table.failures = text("failures").get<std::vector<std::string>>();
     } catch (const json::exception&) {
-        fail("{}: does not say what its columns are", path.string());
+        fail("{}: invalid column names", path.string());
     }
     const std::size_t count = table.values.size(), columns = table.outputs.size();
     const auto results =
         columns > 0 ? file.read<double>("outputs", columns) : hdf5::Table<double>{count, {}};
     const auto seconds = file.read<double>("seconds", 3);
     if (results.rows != count || seconds.rows != count || table.failures.size() != count)
-        fail("{}: holds {} inputs, {} outputs and {} times, expected as many", path.string(), count,
-             results.rows, seconds.rows);
+        fail("{}: holds {} inputs, {} outputs and {} times, expected equal numbers", path.string(),
+             count, results.rows, seconds.rows);
     for (std::size_t k = 0; k < count; ++k) {
         table.results.emplace_back(
             results.values.begin() + static_cast<std::ptrdiff_t>(k * columns),

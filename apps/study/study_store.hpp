@@ -11,46 +11,42 @@
 
 namespace livetet {
 
-/// Where a study's rows are kept while it runs: the folder `OUTPUT.parts`, a file for each solve
-/// that is done, moved to its place whole. Killed at any moment, a study loses what was being
-/// solved, and nothing else. Who solves what is told by files, too: the first group to make a
-/// solve's claim has it.
+/// Keeps the rows of a running study in the folder `OUTPUT.parts`, a file for each finished solve,
+/// moved into place when complete: a killed study loses only the solves in progress. Groups of
+/// ranks share the work by files, too: the first to create the claim of a solve does it.
 class StudyStore {
   public:
     explicit StudyStore(const Study& study);
 
-    /// Whether the output is there and whole, of this very study. Throws Error where it holds
-    /// something else.
+    /// Whether the output is complete. Throws Error if it is of another study.
     bool is_complete() const;
-    /// The first rank, before the others begin: makes the folder, or takes up the one that an
-    /// earlier run left. Throws Error where that run's study was another of which solves are kept,
-    /// or still runs. Its claims are gone; rows that cannot be read, too.
+    /// By rank 0, before the others start: creates the folder, or opens that of an earlier run.
+    /// Removes claims and unreadable rows. Throws Error if that run still goes on, or kept solves
+    /// of another study.
     void open();
 
-    /// Which rows are there.
+    /// Which rows exist.
     std::vector<bool> done() const;
     std::size_t count_done() const;
     bool claim(std::size_t k) const;
-    /// Throws Error where the row cannot be written.
+    /// Writes a row. Throws Error if it cannot be written.
     void keep(std::size_t k, const StudyRow& row) const;
-    /// A row that was kept; by `check_rows` it is known to be sound.
+    /// Reads a row, sound if `check_rows` has passed.
     StudyRow row(std::size_t k) const;
-    /// Throws Error, naming the first, where files of rows are damaged or gone.
+    /// Throws Error, naming the first file, if rows are damaged or missing.
     void check_rows() const;
-    /// A solve that ended the whole run, by a failure that its ranks could not agree on; told to
-    /// the run that goes on.
+    /// Records a solve whose failure ended the whole run because its ranks could not agree on it.
     void note_failure(std::size_t k, const std::string& reason) const;
-    /// The reason, where that happened twice: then the solve is not tried again.
+    /// The reason, if that happened twice: the solve is not tried again.
     std::optional<std::string> given_up(std::size_t k) const;
-    /// Study and input files as they were when this was made. Throws Error where they are not the
-    /// same any more.
+    /// The fingerprint of study and input files at construction. Throws Error if they have changed.
     std::string checked_fingerprint() const;
 
-    /// The first rank, at the end: the folder is not needed any more.
+    /// By rank 0, at the end: removes the folder.
     void remove();
 
   private:
-    /// The folder's, as long as this lives: a second run on the same output is refused.
+    /// Locks the folder: a second run with the same output is refused.
     class Lock {
       public:
         Lock() = default;
@@ -73,25 +69,25 @@ class StudyStore {
     Lock lock_;
 };
 
-/// One HDF5 file of all rows, its XDMF and its CSV. `/inputs` and `/outputs` have a row for each
-/// solve and a column for each name in the texts "input_names" and "output_names" (JSON); what is
-/// no number is NaN there, the values as they were given are in the text "inputs". `/converged`,
-/// `/seconds` (mesh, set-up, solve), `/work` (iterations, linearisations, steps),
-/// `/histories/000123`, `/displacement/000123`, `/meshes/0`, and the texts "failures", "study",
-/// "scene", "versions". Each file is written whole or not at all. Throws Error where one cannot be.
+/// Writes an HDF5 file of all rows, its XDMF and its CSV. `/inputs` and `/outputs` have a row for
+/// each solve and a column for each name in the texts "input_names" and "output_names" (JSON).
+/// Inputs that are no numbers are NaN there; the text "inputs" has all values as given. Further:
+/// `/converged`, `/seconds` (mesh, set-up, solve), `/work` (iterations, linearisations, steps),
+/// `/histories/000123`, `/displacement/000123`,
+/// `/meshes/0`, and the texts "failures", "study", "scene", "versions". Each file is written
+/// completely or not at all. Throws Error if that fails.
 void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress);
 
-/// A study's table, for the summary and the pictures.
+/// The table of a study, for summary and pictures.
 struct StudyTable {
     std::vector<std::string> inputs, outputs;
     std::vector<std::vector<std::string>> values;  ///< of the inputs, for each solve
-    std::vector<std::vector<double>>
-        results;                        ///< of the outputs, for each solve; NaN where there is none
-    std::vector<std::string> failures;  ///< empty: converged
+    std::vector<std::vector<double>> results;      ///< of the outputs, for each solve; NaN: none
+    std::vector<std::string> failures;             ///< empty: converged
     std::vector<double> seconds;
 };
 
-/// Reads what `write_study` wrote. Throws Error.
+/// Reads the result of `write_study`. Throws Error.
 StudyTable read_study(const std::filesystem::path& path);
 
 }  // namespace livetet

@@ -13,12 +13,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// A rod's state at the distance s from its tip: angle, its slope, and the way from the tip along x
-/// and w.
+/// State of a rod at the distance s from its tip: angle, its derivative, and the position relative
+/// to the tip along x and w.
 using RodState = Eigen::Vector4d;
 
-/// The rod from its tip, turned by `tip_angle`, to its clamp; stops where the angle falls below
-/// zero.
+/// Integrates the rod from its tip, turned by `tip_angle`, to its clamp. Stops if the angle falls
+/// below zero.
 RodState integrate_rod(double K, double Gamma, double tip_angle) {
     constexpr int steps = 2000;
     constexpr double h = 1.0 / steps;
@@ -35,7 +35,7 @@ RodState integrate_rod(double K, double Gamma, double tip_angle) {
     return y;
 }
 
-/// The x between low and high where `above(x)` turns from false to true, to round-off.
+/// The x between low and high at which `above(x)` turns from false to true, to rounding error.
 template <class Above>
 double bisect(double low, double high, Above&& above) {
     for (int i = 0; i < 60; ++i) {
@@ -91,8 +91,8 @@ FieldPoint torsion(const Isotropic& m, double tau, const Vector3& x) {
 }
 
 Tip elastica(double K, double Gamma) {
-    // A tip turned too little lets the angle fall below zero before the clamp: on the first branch
-    // it never does.
+    // If the tip is turned too little the angle falls below zero before the clamp; on the first
+    // branch it never does.
     const double angle =
         bisect(0, pi / 2, [&](double tip) { return integrate_rod(K, Gamma, tip)[0] >= 0; });
     const RodState clamp = integrate_rod(K, Gamma, angle);
@@ -123,7 +123,7 @@ double bar_frequency(const Isotropic& m, double L, int n, Ends ends) {
 }
 
 double beam_root(int n, Ends ends) {
-    // cos(x) - sign / cosh(x) changes its sign once between two multiples of pi.
+    // cos(x) - sign / cosh(x) has one zero between two multiples of pi.
     const double sign = ends == Ends::clamped_free ? -1 : 1;
     const int half_wave = ends == Ends::clamped_free ? n - 1 : n;
     const double side = half_wave % 2 == 0 ? 1 : -1;
@@ -155,8 +155,8 @@ Vector3 swinging_cube_mode(double a, const Vector3& x) {
 
 double lamb_plate_frequency(const Isotropic& m, double a, double h, int i, int j) {
     const double k2 = pi * pi * (i * i + j * j) / (a * a);
-    // with s = omega^2 / (c_s k)^2; s = 0 is a root of no meaning, so start from a tenth of
-    // Kirchhoff's plate
+    // With s = omega^2 / (c_s k)^2. s = 0 is a spurious root, so start from a tenth of Kirchhoff's
+    // plate.
     const double kirchhoff = k2 * h * h / (6 * (1 - m.nu)),
                  slow = m.mu() / (m.lambda() + 2 * m.mu());
     const double s = bisect(1e-2 * std::min(kirchhoff, 1.0), 1, [&](double t) {
@@ -171,8 +171,8 @@ double mindlin_plate_frequency(const Isotropic& m, double a, double h, int i, in
     const double k2 = pi * pi * (i * i + j * j) / (a * a),
                  D = m.E * h * h * h / (12 * (1 - m.nu * m.nu));
     const double S = kappa * m.mu() * h, mass = m.rho * h, inertia = m.rho * h * h * h / 12;
-    // mass inertia w^4 - (mass (D k^2 + S) + inertia S k^2) w^2 + S D k^4 = 0, w^2 in the form that
-    // does not cancel
+    // mass inertia w^4 - (mass (D k^2 + S) + inertia S k^2) w^2 + S D k^4 = 0, solved for w^2
+    // without cancellation.
     const double b = mass * (D * k2 + S) + inertia * S * k2, c = S * D * k2 * k2;
     return std::sqrt(2 * c / (b + std::sqrt(b * b - 4 * mass * inertia * c))) / (2 * pi);
 }

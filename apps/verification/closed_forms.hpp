@@ -7,8 +7,8 @@
 #include "mesh/tet_mesh.hpp"
 
 /// Reference values of linear elasticity, slender rods, vibrations and time schemes, as formulas or
-/// short numerical solutions. Any consistent set of units: metres, newtons, kilograms, seconds,
-/// say.
+/// short numerical solutions. Any consistent set of units, such as metres, newtons, kilograms,
+/// seconds.
 namespace livetet::verification {
 
 using Eigen::Matrix3d;
@@ -64,8 +64,8 @@ FieldPoint torsion(const Isotropic& m, double tau, const Vector3& x);
 // ---- Slender rods
 // ---------------------------------------------------------------------------------------------------
 
-/// Where the tip of a rod of length 1, clamped along x, comes to: (x, w), w towards the load,
-/// turned by `angle` rad.
+/// Tip of a rod of length 1 that is clamped along x: position (x, w), with w towards the load, and
+/// rotation `angle`, rad.
 struct Tip {
     double x, w, angle;
 };

@@ -7,7 +7,7 @@
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
 
-// Frequencies, and what the time schemes do to them.
+// Natural frequencies, and how time schemes change them.
 
 namespace livetet::verification {
 
@@ -179,7 +179,7 @@ std::vector<Outcome> time_schemes() {
     return outcomes;
 }
 
-/// A free body that flies and spins: momentum, angular momentum and energy.
+/// A free body that translates and spins: momentum, angular momentum and energy.
 std::vector<Outcome> free_flight() {
     Problem problem({box({0.1, 0.06, 0.04}, {4, 3, 2})}, {1e5, 0.3, 1000}, {"corotated", false},
                     {.scheme = TimeScheme::newmark});
@@ -214,7 +214,7 @@ std::vector<Outcome> free_flight() {
     const double after = body.kinetic_energy() + body.strain_energy();
     const double spin_lost =
         (spin_of(body.displacement(), body.velocity()) - spin_before).norm() / spin_before.norm();
-    // Turned as a whole it knows no force.
+    // A rigid rotation causes no forces.
     const Matrix3d R = Eigen::AngleAxisd(2.5, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
     std::vector<Vector3> turned;
     for (const Vector3& x : problem.mesh().nodes) turned.push_back(R * x - x);
@@ -249,7 +249,7 @@ std::vector<Outcome> free_flight() {
                        std::abs(after / before - 1), 0}}}};
 }
 
-/// A beam that swings by large rotations for 1,000 undamped steps of 1/200 of its period.
+/// A beam with large rotations for 1,000 undamped steps of 1/200 of its period.
 std::vector<Outcome> swinging_beam() {
     Problem problem({box({0.2, 0.05, 0.05}, {8, 2, 2})}, {5000, 0.4, 1000}, {"corotated", false},
                     {.scheme = TimeScheme::newmark});

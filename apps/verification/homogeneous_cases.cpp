@@ -8,8 +8,8 @@
 #include "apps/verification/strain_models.hpp"
 #include "base/error.hpp"
 
-// States of homogeneous strain, or of fields that the elements hold exactly: right to round-off on
-// any mesh.
+// States of homogeneous strain, or of fields that the elements represent exactly: errors are
+// rounding errors on any mesh.
 
 namespace livetet::verification {
 

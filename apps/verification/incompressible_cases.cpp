@@ -5,7 +5,7 @@
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
 
-// Bodies that nearly keep their volume, where the displacement form locks.
+// Nearly incompressible bodies, for which the displacement formulation locks.
 
 namespace livetet::verification {
 

@@ -40,7 +40,7 @@ TetMesh unit_cube(Cells cells) {
     return shapes::box(Vector3::Ones(), cells);
 }
 
-/// Sorts the boundary's triangles into the faces that hold all three nodes.
+/// Assigns the boundary's triangles to the faces that contain all three nodes.
 void name_faces(TetMesh& mesh, const std::vector<Face>& faces) {
     for (const Triangle& t : boundary_triangles(mesh.tets)) {
         const auto face = std::find_if(faces.begin(), faces.end(), [&](const Face& f) {
@@ -62,7 +62,7 @@ TetMesh mapped_cube(Cells cells, const Names& names, Map&& map) {
     return mesh;
 }
 
-/// Drops the tets for which `outside` holds at any node, and the nodes that no tet is left with.
+/// Removes the tets for which `outside` holds at any node, and nodes without a tet.
 template <class Outside>
 void cut(TetMesh& mesh, Outside&& outside) {
     std::erase_if(mesh.tets, [&](const Tet& t) {
@@ -135,7 +135,7 @@ TetMesh cylinder_quarter(double a, double b, double height, int n_r, int n_theta
 }
 
 TetMesh cooks_membrane(int n, int n_z, double thickness) {
-    // Two axes of the cube run backwards (so the orientation is kept): the bricks' diagonals become
+    // Two axes of the cube are reversed, which keeps the orientation: the bricks' diagonals become
     // the short ones.
     return mapped_cube(
         {n, n, n_z}, {"left", "right", "top", "bottom", "z1", "z0"}, [&](const Vector3& xi) {

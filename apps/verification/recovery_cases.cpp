@@ -5,7 +5,8 @@
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
 
-// Bodies that start flat, turned inside out or at random, held at one face: do they come home?
+// Bodies that start flat, inverted or at random positions, fixed at one face: do they return to
+// rest?
 
 namespace livetet::verification {
 

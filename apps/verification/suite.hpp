@@ -7,33 +7,33 @@
 
 namespace livetet::verification {
 
-/// What one mesh, or step, of a case came to.
+/// Result of a case on one mesh, or with one step length.
 struct Run {
     std::string size;  ///< "1,331 nodes", "dt = T/100"
-    double h = 0;      ///< what the order is measured against; 0: none
+    double h = 0;      ///< size against which the order is measured; 0: none
     double value = 0;
-    double error = 0;  ///< relative to the reference, or as the case says
+    double error = 0;  ///< relative to the reference, unless the case says otherwise
     double seconds = 0;
 };
 
-/// One checked number: a sequence of runs, the last of which is judged.
+/// A checked number: a sequence of runs, of which the last is judged.
 struct Outcome {
     std::string name;      ///< "thick sphere, nu = 0.4999, P1 mixed: u_r(a)"
-    std::string source;    ///< of the reference
-    double reference = 0;  ///< in `unit`
+    std::string source;    ///< source of the reference
+    double reference = 0;  ///< reference value, in `unit`
     std::string unit;
-    double tolerance = 0;  ///< on the last run's error; 0: told, not judged
+    double tolerance = 0;  ///< limit of the last run's error; 0: reported, not judged
     std::vector<Run> runs;
-    double expected_order = 0;  ///< 0: none is claimed
+    double expected_order = 0;  ///< 0: no order is claimed
     double order_tolerance = 0.2;
 
     const Run& last() const { return runs.back(); }
-    /// The slope of log(error) against log(h) between the last two runs; 0 with fewer.
+    /// Slope of log(error) against log(h) between the last two runs; 0 for fewer runs.
     double observed_order() const;
     bool passed() const;
 };
 
-/// A case of verification: a body, its reference, what came out.
+/// A verification case: computes one or more outcomes.
 struct Case {
     std::string name;
     std::function<std::vector<Outcome>()> run;
@@ -42,7 +42,7 @@ struct Case {
 /// All cases, in the order of the table.
 std::span<const Case> cases();
 
-// One list for each field; cases() joins them.
+// Cases by subject; cases() joins them.
 std::vector<Case> homogeneous_cases();  ///< patch tests, uniaxial, shear, bending, torsion
 std::vector<Case>
 incompressible_cases();                ///< thick sphere and cylinder, Cook, iterations against nu

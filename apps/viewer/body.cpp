@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// f(), whose Error is noted as what is left out.
+/// Calls f; an Error of it becomes an entry of what is left out.
 template <class F>
 void or_left_out(ShownBody& body, const std::string& what, F&& f) {
     try {
@@ -32,13 +32,13 @@ void or_left_out(ShownBody& body, const std::string& what, F&& f) {
     }
 }
 
-/// A mesh in another place than the image would be shown as nothing at all.
+/// Throws Error if image and mesh do not overlap: nothing would be visible.
 void read_image(ShownBody& body, const fs::path& path) {
     GreyImage image = read_grey_image(path);
     Eigen::AlignedBox3d box = box_of(grid_of(image)), mesh;
     for (const Vector3& x : body.mesh.nodes) mesh.extend(x);
     if (!box.intersects(mesh))
-        fail("{}: lies from {}, the mesh from {}, expected an image of the same place",
+        fail("{}: extends over {}, the mesh over {}, expected an image of the same place",
              path.string(), box_mm(std::array{Vector3(box.min()), Vector3(box.max())}),
              box_mm(body.mesh.nodes));
     body.image = std::move(image);
@@ -77,7 +77,7 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     for (std::size_t count = triangles.size(); count < enough; count *= 4) ++times;
     fine->SetNumberOfSubdivisions(std::min(times, 3));
     fine->Update();
-    // A surface that touches itself is not for subdividing: as it is, then.
+    // Subdivision needs a manifold surface; others are shown as they are.
     vtkPolyData* out =
         times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
     TriangleMesh surface;
@@ -94,7 +94,7 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     return surface;
 }
 
-ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& told_by,
+ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& named_in,
                           const ViewFiles& files) {
     ShownBody body;
     body.mesh = std::move(mesh);
@@ -105,7 +105,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
         read_image(body, files.image);
     else if (scene)
         or_left_out(body, "slices (--image FILE shows them)",
-                    [&] { read_image(body, find_scene_image(*scene, told_by).file); });
+                    [&] { read_image(body, find_scene_image(*scene, named_in).file); });
 
     if (!scene) {
         body.left_out.push_back(
@@ -116,7 +116,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
     for (std::size_t i = 0; i < scene->fix.size(); ++i)
         or_left_out(body, "fixed nodes", [&] {
             const auto nodes =
-                select_located(body.mesh, scene->fix[i], fmt::format("fix[{}]", i), told_by);
+                select_located(body.mesh, scene->fix[i], fmt::format("fix[{}]", i), named_in);
             fixed.insert(fixed.end(), nodes.begin(), nodes.end());
         });
     std::sort(fixed.begin(), fixed.end());
@@ -126,7 +126,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
                           std::back_inserter(body.fixed));
     if (scene->track && !scene->track->registration.empty())
         or_left_out(body, "fiducials", [&] {
-            read_shown_fiducials(body, locate(scene->track->registration, told_by));
+            read_shown_fiducials(body, locate(scene->track->registration, named_in));
         });
     return body;
 }

@@ -9,66 +9,63 @@
 #include "apps/scene/scene.hpp"
 #include "image/image.hpp"
 
-// What a window shows, as plain data: it comes from a recorded result or from a run that goes on.
-// Metres, image frame.
+// Plain data that a window shows, of a recorded result or a run. Metres, image frame.
 
 namespace livetet {
 
-/// A fiducial in both spaces: as the image has it, and where the registration puts what the tracker
-/// touched.
+/// A fiducial as the image has it, and where the registration maps the touched point.
 struct ShownFiducial {
     std::string name;
     Vector3 in_image = Vector3::Zero(), from_tracker = Vector3::Zero();
 };
 
-/// What stays the same all the time.
+/// The data that do not change in time.
 struct ShownBody {
     TetMesh mesh;
-    TriangleMesh surface;             ///< at rest, as fine as it is to look
-    std::vector<std::int32_t> fixed;  ///< nodes on the mesh's surface that the scene holds
+    TriangleMesh surface;             ///< at rest, as fine as it is drawn
+    std::vector<std::int32_t> fixed;  ///< fixed nodes on the surface of the mesh
     std::optional<GreyImage> image;
     std::vector<ShownFiducial> fiducials;
-    std::vector<std::string> left_out;  ///< what cannot be shown, and why: a line each
+    std::vector<std::string> left_out;  ///< what cannot be shown, and why; one line each
 };
 
 struct ShownTool {
     std::string name;
-    bool has_tip = false;  ///< the pose is the tip's
+    bool has_tip = false;  ///< the pose is that of the tip
     RigidTransform<ImageFrame, Tool> pose;
 };
 
 struct ShownSensor {
     std::string name;
-    std::optional<Vector3> base, now;  ///< where it was placed; where it is, where that is known
-    std::vector<std::int32_t> patch;   ///< nodes that go with it
+    std::optional<Vector3> base, now;  ///< position at placement; present position, if known
+    std::vector<std::int32_t> patch;   ///< nodes that follow it
 };
 
-/// One moment of it.
+/// The state at one time.
 struct ShownMoment {
     double time_s = 0;
     std::vector<Vector3> displacement;  ///< of each node
-    std::vector<double> von_mises;      ///< of each node, Pa; empty: not known
+    std::vector<double> von_mises;      ///< of each node, Pa; empty: unknown
     std::vector<ShownTool> tools;
     std::vector<ShownSensor> sensors;
     std::optional<HandPull> pull;
-    std::string text;            ///< a line on the frame
-    bool keeps_numbers = false;  ///< texts stay as they were drawn last, where there are any:
-                                 ///< nobody reads 25 numbers a second
+    std::string text;            ///< a line of text on the frame
+    bool keeps_numbers = false;  ///< texts are not redrawn: nobody reads 25 numbers a second
 };
 
-/// Where to look for what a scene does not say.
+/// Files that replace those of the scene.
 struct ViewFiles {
-    std::filesystem::path image, surface;  ///< given by the user; empty: found
+    std::filesystem::path image, surface;  ///< given by the user; empty: those of the scene
 };
 
-/// What stays the same of a scene on this mesh. `told_by`: the scene's file, or the result that
-/// holds it. Files that the user named must be there; what is not found of those that the scene
-/// names is left out, and said. Throws Error.
+/// The constant data of a scene on this mesh. `named_in`: the scene file, or the result that holds
+/// it. Files given by the user must exist; missing files of the scene are left out and listed in
+/// `left_out`. Throws Error.
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
-                          const std::filesystem::path& told_by, const ViewFiles& files);
+                          const std::filesystem::path& named_in, const ViewFiles& files);
 
-/// A surface of at least some ten thousand triangles for a mesh: its own, subdivided by Loop's
-/// scheme where it has fewer.
+/// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
+/// if it has fewer.
 TriangleMesh render_surface(const TetMesh& mesh);
 
 }  // namespace livetet

@@ -4,7 +4,7 @@
 
 namespace livetet {
 
-/// What each mark of the window is drawn in.
+/// Colours of the marks.
 namespace mark_colour {
 inline constexpr look::Colour fixed{0.25, 0.25, 0.28}, patch = look::red, sensor = look::red,
                                                        base{0.95, 0.65, 0.10};

@@ -13,7 +13,7 @@
 
 namespace livetet {
 
-/// Coloured lines on their way into a vtkPolyData.
+/// Collects coloured lines for a vtkPolyData.
 class ColouredLines {
   public:
     ColouredLines() { colours_->SetNumberOfComponents(3); }
@@ -26,7 +26,7 @@ class ColouredLines {
         for (int k = 0; k < 3; ++k) c[k] = static_cast<unsigned char>(255 * colour[k]);
         colours_->InsertNextTypedTuple(c);
     }
-    /// A cross of lines of twice this size along the first `axes` axes.
+    /// A cross with arms of this size along the first `axes` axes.
     void add_cross(const Eigen::Vector3d& at, double size, int axes, const look::Colour& colour) {
         for (int d = 0; d < axes; ++d) {
             const Eigen::Vector3d way = size * Eigen::Vector3d::Unit(d);

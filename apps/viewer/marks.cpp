@@ -17,7 +17,7 @@ namespace {
 
 constexpr double shaft_mm = 80;
 
-/// Fills a polydata with points, as vertices.
+/// Replaces the contents of a polydata by points, as vertices.
 void put_points(vtkPolyData* data, const std::vector<Vector3>& places) {
     vtkNew<vtkPoints> points;
     vtkNew<vtkCellArray> vertices;
@@ -56,8 +56,7 @@ MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
     renderer->AddActor(lines);
 }
 
-/// Square dots of so many pixels, drawn over the surface that they lie on, or balls of a radius in
-/// mm.
+/// Square dots of a size in pixels, drawn over the surface, or balls of a radius in mm.
 MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, bool as_balls) {
     auto data = vtkSmartPointer<vtkPolyData>::New();
     put_points(data, {});
@@ -89,14 +88,14 @@ MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, boo
 void MarksView::label(std::size_t which, const Vector3& at, const std::string& text,
                       const look::Colour& colour) {
     while (labels_.size() <= which) {
-        // Not a billboard: one translucent thing has VTK draw several layers of the whole view, a
-        // third of a picture's time.
+        // Not a billboard: one translucent actor makes VTK draw the view in several layers, a third
+        // of a picture's time.
         auto actor = vtkSmartPointer<vtkTextActor>::New();
         vtkNew<vtkCoordinate> marked;
         marked->SetCoordinateSystemToWorld();
         actor->GetPositionCoordinate()->SetCoordinateSystemToViewport();
         actor->GetPositionCoordinate()->SetReferenceCoordinate(marked);
-        actor->SetPosition(10, 8);  // pixels: beside its ball, from wherever one looks
+        actor->SetPosition(10, 8);  // pixels: beside its ball from any direction
         set_text(actor->GetTextProperty(), 13, true);
         actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
         actor->GetTextProperty()->SetBackgroundOpacity(0.6);
@@ -162,7 +161,7 @@ void MarksView::show(const ShownMoment& moment) {
                                        {&touched_, &touched},
                                        {&pulled_, &pulled}}) {
         dots->actor->SetVisibility(
-            !places->empty());  // an empty mapper costs a picture as much as a full one
+            !places->empty());  // an empty mapper costs as much time as a full one
         if (!places->empty()) put_points(dots->places, *places);
     }
     lines.put_into(lines_);

@@ -12,12 +12,12 @@
 
 namespace livetet {
 
-/// What is marked about the organ: fixed nodes, sensors with their patches, where they were placed
-/// and where they are, tools with their tips, fiducials of the image and of the tracker with the
-/// distance between them, the marker pulled by hand.
+/// Draws the marks on the organ: fixed nodes, sensors with their patches and their positions at
+/// placement and now, tools with their tips, fiducials of image and tracker with their distance,
+/// and the marker pulled by hand.
 class MarksView {
   public:
-    /// `body` has to outlive it.
+    /// `body` must outlive it.
     MarksView(const ShownBody& body, vtkRenderer* renderer);
     void show(const ShownMoment& moment);
 

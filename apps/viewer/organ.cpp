@@ -66,7 +66,8 @@ void OrganView::set_colour(ColourBy what) {
 }
 
 void OrganView::make_room(double width_pixels) {
-    constexpr double half_title = 55;  // pixels: its title stands over the bar's middle
+    constexpr double half_title =
+        55;  // pixels: half the width of the title, which is centred on the bar
     bar_->SetPosition(std::max(0.015, half_title / width_pixels - bar_width / 2), 0.2);
 }
 
@@ -100,7 +101,7 @@ void OrganView::show(const ShownMoment& moment) {
                 static_cast<float>(map_.weights[i][k] * moment.von_mises[map_.nodes[i][k]]);
     }
     normals.setZero();
-    for (const auto& [a, b, c] : body_.surface.triangles) {  // by their areas
+    for (const auto& [a, b, c] : body_.surface.triangles) {  // weighted by area
         const Eigen::Vector3f n =
             (places.col(b) - places.col(a)).cross(places.col(c) - places.col(a));
         normals.col(a) += n;

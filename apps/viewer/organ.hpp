@@ -18,20 +18,20 @@ namespace livetet {
 
 enum class ColourBy { displacement, von_mises };
 
-/// The organ's surface, finer than the mesh that carries it: each of its points goes with the tet
-/// that it lies in, or that is nearest. Coloured by displacement (mm) or von Mises stress (Pa),
-/// with a bar.
+/// Draws the organ's surface, which is finer than the mesh: each of its points moves with the tet
+/// that it lies in or is nearest to. Coloured by displacement (mm) or von Mises stress (Pa), with a
+/// colour bar.
 class OrganView {
   public:
     OrganView(const ShownBody& body, vtkRenderer* renderer);
 
     void show(const ShownMoment& moment);
-    /// What the colours reach to: metres, Pa.
+    /// Sets the upper end of the colour range, in m or Pa.
     void set_range(ColourBy what, double largest);
     double range(ColourBy what) const { return largest_[static_cast<int>(what)]; }
     void set_colour(ColourBy what);
     ColourBy colour() const { return colour_; }
-    /// Places the bar in a view of this width so that its title is whole.
+    /// Places the bar in a view of this width, with room for its title.
     void make_room(double width_pixels);
     vtkActor* actor() { return actor_; }
 

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "base/progress.hpp"
 #include "io/text.hpp"
 #include "tracking/source.hpp"
@@ -39,9 +40,7 @@ Player::Player(const ViewRecording& recording, ViewWindow& window)
         go_to_time(share * duration_s());
     };
     window.handlers.pull = [](const std::optional<HandPull>&) {
-        fmt::print(
-            stderr,
-            "view: a recorded result cannot be pulled; livetet view SCENE runs one that can\n");
+        log_warning("a recorded result cannot be pulled; livetet view SCENE runs one that can");
     };
     window.set_range(ColourBy::displacement, recording.largest_displacement());
     if (recording.has_stress()) window.set_range(ColourBy::von_mises, recording.largest_stress());
@@ -148,7 +147,7 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
     }
     if (as_folder) return;
     video->End();
-    std::error_code unknown;  // its writer says nothing of a full disk
+    std::error_code unknown;  // the writer does not report a full disk
     if (const auto space =
             std::filesystem::space(std::filesystem::absolute(path).parent_path(), unknown);
         !unknown && space.available < 4096)

@@ -6,23 +6,23 @@
 
 namespace livetet {
 
-/// Leads a window through a recorded result.
+/// Plays a recorded result in a window.
 class Player {
   public:
-    /// Both have to outlive it; the window's handlers are its.
+    /// Both must outlive it. It sets the window's handlers.
     Player(const ViewRecording& recording, ViewWindow& window);
 
     void go_to_frame(std::size_t k);
-    /// The last frame that is not after this, in seconds from the first.
+    /// Goes to the last frame at or before this time, s from the first frame.
     void go_to_time(double time_s);
-    /// At its own pace for so long, frames left out where drawing is slower. False where the window
-    /// was closed.
+    /// Plays at the recording's own pace for this time; skips frames if drawing is slower. False if
+    /// the window was closed.
     bool play(double seconds);
-    /// As the user likes. Until the window is closed.
+    /// Follows the user's input until the window is closed.
     void run();
     Stage stage();
-    /// Draws the whole recording, at so many pictures a second of its time, into an Ogg Theora file
-    /// (.ogv) or, where the name has no ending, a folder of PNG files. Throws Error where that
+    /// Draws the whole recording, at `rate_Hz` pictures per second of its time, to an Ogg Theora
+    /// file (.ogv) or, if the name has no ending, a folder of PNG files. Throws Error if that
     /// cannot be written.
     void record(const std::filesystem::path& path, double rate_Hz);
 
@@ -33,14 +33,15 @@ class Player {
     }
     double duration_s() const { return recording_.times_s().back() - recording_.times_s().front(); }
     void start();
-    /// Shows what is due. Draws.
+    /// Shows the frame that is due, and draws.
     void advance();
 
     const ViewRecording& recording_;
     ViewWindow& window_;
     std::size_t frame_ = 0;
     bool playing_ = false;
-    double started_s_ = 0, from_s_ = 0;  ///< by the steady clock; the recording's time then
+    double started_s_ = 0,
+           from_s_ = 0;  ///< start of playing by the steady clock, and time of the recording then
 };
 
 }  // namespace livetet

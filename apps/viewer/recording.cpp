@@ -23,8 +23,8 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// What a run says of its tools; one that was killed says them without the registration, which the
-/// scene names.
+/// The tools of a run. The result of a killed run lacks the registration, which the scene then
+/// names.
 struct TrackerOfRun {
     std::vector<std::string> tools;
     RigidTransform<ImageFrame, Reference> image_from_reference;
@@ -49,8 +49,7 @@ struct TrackerOfRun {
             image_from_reference =
                 transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
         } catch (const json::exception& e) {
-            fail("{}: what it says of its replay is not what livetet track writes: {}", source,
-                 e.what());
+            fail("{}: invalid replay data, expected those of livetet track: {}", source, e.what());
         }
     }
     TrackedPose pose(const TrackerSample& sample, const std::string& tool) const {
@@ -98,8 +97,8 @@ void ViewRecording::find_driven(const std::string& source, const Scene& scene) {
     }
 }
 
-/// Goes through the samples as the run did, but for the solves: where sensors were placed, and
-/// where all is in the image.
+/// Repeats the run without its solves: where sensors were placed, and the poses of all tools in the
+/// image.
 void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     const TrackerOfRun tracker(reader_, scene, source);
     const RecordedRun run = read_recorded_run(reader_, source);
@@ -150,7 +149,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
                                        farthest_from_organ);
                 sensors[i].patch = patches[i].nodes();
             }
-            // On the organ: without the registration's own lag behind an organ that is carried.
+            // In the frame of the organ, free of the lag of the registration.
             const auto& base = patches[i].drive().base();
             now.bases.push_back(base ? std::optional(base->translation) : std::nullopt);
             const auto pose = in_image(sensors[i].name);
@@ -196,7 +195,7 @@ void ViewRecording::find_ranges() {
     }
 }
 
-/// Of each node the mean over its tets, by their volumes.
+/// Mean over the tets of each node, weighted by volume.
 std::vector<double> ViewRecording::nodal_stress(std::size_t k) const {
     const std::vector<double> stress = reader_.field("von_mises", k, 1);
     if (stress.size() != body_.mesh.tets.size())

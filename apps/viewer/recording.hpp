@@ -5,20 +5,20 @@
 
 namespace livetet {
 
-/// A recorded result as moments to be shown, those of `livetet track` and of `livetet solve` alike.
+/// A result of `livetet track` or `livetet solve`, read as moments to show.
 class ViewRecording {
   public:
-    /// Throws Error for a file that is no result or holds no frame.
+    /// Throws Error if the file is no result or has no frame.
     ViewRecording(const std::filesystem::path& path, const ViewFiles& files);
 
     const ShownBody& body() const { return body_; }
     const std::vector<double>& times_s() const { return reader_.times_s(); }
-    /// Reads frame k. Throws Error where it is damaged.
+    /// Reads frame k. Throws Error if it is damaged.
     ShownMoment moment(std::size_t k) const;
     bool has_stress() const { return has_stress_; }
-    /// The largest of some frames: what the colours reach to. Metres; Pa (of all but the highest
-    /// hundredth of the nodes). The frame with the deepest press, or, where none was tracked, the
-    /// last.
+    /// Ranges of the colours: the largest displacement, m, and stress, Pa (ignoring the highest
+    /// hundredth of the nodes), of some frames. And the frame with the deepest press or, without
+    /// tracking, the last.
     std::size_t telling_frame() const { return telling_frame_; }
     double largest_displacement() const { return largest_displacement_; }
     double largest_stress() const { return largest_stress_; }
@@ -32,17 +32,17 @@ class ViewRecording {
     ResultReader reader_;
     ShownBody body_;
     bool has_stress_ = false, has_press_ = false;
-    std::vector<double> node_volume_;  ///< a quarter of those of the node's tets, m^3
+    std::vector<double> node_volume_;  ///< a quarter of the volume of its tets, m^3
     double largest_displacement_ = 0, largest_stress_ = 0;
     std::size_t telling_frame_ = 0;
-    /// Of each frame.
+    /// Of a frame.
     struct Traced {
         std::vector<ShownTool> tools;
         std::vector<std::optional<Vector3>> bases, now;
         std::optional<HandPull> pull;
     };
     std::vector<Traced> traced_;
-    std::vector<ShownSensor> sensors_;  ///< with their patches
+    std::vector<ShownSensor> sensors_;  ///< with patches
 };
 
 }  // namespace livetet

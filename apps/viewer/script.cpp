@@ -17,13 +17,14 @@ namespace livetet {
 
 namespace {
 
-/// The arguments of a command: n numbers, w words.
+/// The arguments of a command, and where it prints.
 struct Arguments {
     const std::vector<std::string>& words;
+    const ViewScript::Printer& print;
 
     double number(std::size_t i) const { return *parse_number(words[i]); }
     int whole(std::size_t i) const { return static_cast<int>(number(i)); }
-    /// Three numbers in mm, as metres.
+    /// Three numbers in mm, converted to m.
     Vector3 place(std::size_t i) const {
         return 1e-3 * Vector3(number(i), number(i + 1), number(i + 2));
     }
@@ -47,7 +48,7 @@ struct Command {
 };
 
 void need_recording(bool there) {
-    if (!there) fail("a run that goes on has no frames to go to, expected `play`");
+    if (!there) fail("a run in progress has no frames to go to, expected `play`");
 }
 
 std::array<int, 2> pixel(const Arguments& a, std::size_t i) { return {a.whole(i), a.whole(i + 1)}; }
@@ -64,9 +65,9 @@ const Command commands[] = {
          need_recording(static_cast<bool>(stage.go_to_time));
          stage.go_to_time(a.number(0));
      }},
-    {"play", "n", "S", "goes on for S seconds",
+    {"play", "n", "S", "plays for S seconds",
      [](ViewWindow&, const Stage& stage, const Arguments& a) { (void)stage.play(a.number(0)); }},
-    {"colour", "w", "displacement|stress", "what the surface is coloured by",
+    {"colour", "w", "displacement|stress", "quantity that colours the surface",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.set_colour(a.one_of<ColourBy>(
              0, {{"displacement", ColourBy::displacement}, {"stress", ColourBy::von_mises}}));
@@ -75,17 +76,18 @@ const Command commands[] = {
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.set_deformed(a.one_of<bool>(0, {{"deformed", true}, {"rest", false}}));
      }},
-    {"cross", "nnn", "X Y Z", "puts the cross-hair there, mm RAS",
+    {"cross", "nnn", "X Y Z", "moves the cross-hair there, mm RAS",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.set_cross(a.place(0)); }},
-    {"window", "nn", "WINDOW LEVEL", "grey values that are shown: black to white, and their middle",
+    {"window", "nn", "WINDOW LEVEL",
+     "grey values shown: their width from black to white, and their centre",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.set_window(a.number(0), a.number(1));
      }},
-    {"volume", "w", "on|off", "the image within the organ as a volume",
+    {"volume", "w", "on|off", "shows the image within the organ as a volume",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.set_volume(a.one_of<bool>(0, {{"on", true}, {"off", false}}));
      }},
-    {"look", "w", "front|back|left|right|above|below", "from which side of the patient",
+    {"look", "w", "front|back|left|right|above|below", "views from a side of the patient",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.look_from(a.one_of<Look>(0, {{"front", Look::front},
                                         {"back", Look::back},
@@ -94,29 +96,31 @@ const Command commands[] = {
                                         {"above", Look::above},
                                         {"below", Look::below}}));
      }},
-    {"zoom", "n", "FACTOR", "nearer, or below 1 farther",
+    {"zoom", "n", "FACTOR", "zooms in, or out below 1",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.zoom(a.number(0)); }},
-    {"reset", "", "", "the whole organ, whole slices",
+    {"reset", "", "", "shows the whole organ and whole slices",
      [](ViewWindow& w, const Stage&, const Arguments&) { w.reset(); }},
     {"pull", "nnnnnn", "X Y Z DX DY DZ",
-     "sets a marker there and pulls it so far, mm: of a run that goes on",
+     "sets a marker and pulls it by DX DY DZ, mm; only during a run",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.pull(a.place(0), a.place(0) + a.place(3));
      }},
-    {"release", "", "", "lets the marker go",
+    {"release", "", "", "releases the marker",
      [](ViewWindow& w, const Stage&, const Arguments&) { w.release(); }},
     {"drag", "wnnnn", "left|middle|right X0 Y0 X1 Y1",
-     "the mouse, with a button down, in pixels from the lower left",
+     "drags the mouse with a button down, in pixels from the lower left",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
          w.drag(a.one_of<MouseButton>(0, {{"left", MouseButton::left},
                                           {"middle", MouseButton::middle},
                                           {"right", MouseButton::right}}),
                 false, pixel(a, 1), pixel(a, 3));
      }},
-    {"key", "w", "KEY", "a key of the window: space, Left, c, d ...",
+    {"key", "w", "KEY", "presses a key of the window: space, Left, c, d ...",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.press_key(a.words[0]); }},
     {"tell", "", "", "prints what is shown, as a line of JSON",
-     [](ViewWindow& w, const Stage&, const Arguments&) { fmt::print("{}\n", w.state()); }},
+     [](ViewWindow& w, const Stage&, const Arguments& a) {
+         if (a.print) a.print(w.state());
+     }},
     {"screenshot", "w", "FILE.png", "writes what is shown",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.write_png(a.words[0]); }},
 };
@@ -130,7 +134,8 @@ std::string ViewScript::reference() {
     return text;
 }
 
-ViewScript::ViewScript(const std::string& text, const std::string& source) : source_(source) {
+ViewScript::ViewScript(const std::string& text, const std::string& source, Printer print)
+    : source_(source), print_(std::move(print)) {
     std::istringstream in(text);
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
@@ -159,7 +164,7 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
                  fmt::join(next.words, " "), name, found->arguments);
         if (name == "screenshot")
             expect_ending(fmt::format("{}:{}: screenshot", source, number), next.words[0],
-                          ".png");  // images and results have other names
+                          ".png");  // so that no image or result is overwritten
         next.command = static_cast<std::size_t>(found - std::begin(commands));
         lines_.push_back(std::move(next));
     }
@@ -168,8 +173,9 @@ ViewScript::ViewScript(const std::string& text, const std::string& source) : sou
 
 void ViewScript::run(ViewWindow& window, const Stage& stage) const {
     for (const Line& line : lines_) {
-        with_context(fmt::format("{}:{}", source_, line.number),
-                     [&] { commands[line.command].run(window, stage, {line.words}); });
+        with_context(fmt::format("{}:{}", source_, line.number), [&] {
+            commands[line.command].run(window, stage, {line.words, print_});
+        });
         window.draw();
         (void)window.process_events();
     }

@@ -17,10 +17,10 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_pixels = 320;     // along a side of a slice
-constexpr double near_plane = 0.01;  // m: what lies this near to a slice is drawn in it
+constexpr int max_pixels = 320;      // along a side of a slice
+constexpr double near_plane = 0.01;  // m: points this near to a slice are drawn in it
 
-/// Directions on the screen, in RAS, of slices across x, y and z.
+/// Screen directions, in RAS, of slices across x, y and z.
 struct Axes {
     const char* name;
     char letter;
@@ -30,7 +30,7 @@ const Axes axes_of[3] = {{"sagittal", 'x', -Vector3::UnitY(), Vector3::UnitZ()},
                          {"coronal", 'y', -Vector3::UnitX(), Vector3::UnitZ()},
                          {"axial", 'z', -Vector3::UnitX(), Vector3::UnitY()}};
 
-/// The values below which 1 % and 99 % of an image's voxels lie.
+/// The 1 % and 99 % quantiles of an image's voxels.
 std::pair<double, double> usual_values(const GreyImage& image) {
     std::vector<float> some;
     for (std::size_t i = 0; i < image.values.size();
@@ -56,7 +56,7 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
                  height = std::abs(axes.up.dot(box.sizes()));
     const double finest =
         ImageGrid{body.image->size, body.image->ras_from_voxel}.spacing().minCoeff();
-    spacing_ = std::max(finest, std::max(width, height) / (most_pixels - 1));
+    spacing_ = std::max(finest, std::max(width, height) / (max_pixels - 1));
     plane_.right = spacing_ * axes.right;
     plane_.up = spacing_ * axes.up;
     plane_.width = static_cast<int>(width / spacing_) + 1;

@@ -18,24 +18,24 @@
 
 namespace livetet {
 
-/// One slice through the image, across axis 0 (sagittal), 1 (coronal) or 2 (axial): the patient's
-/// right is on the left, as radiologists and 3D Slicer have it. Over it lie the organ's outline,
-/// that at rest, the cross-hair, sensors, and fiducials.
+/// A slice through the image, across axis 0 (sagittal), 1 (coronal) or 2 (axial), in radiological
+/// orientation (the patient's right is on the left). Overlays: the organ's outline, deformed and at
+/// rest, the cross-hair, sensors and fiducials.
 class SliceView {
   public:
-    /// `body` has to have an image and, as `sampler` and `table`, outlives it.
+    /// `body` must have an image and, like `sampler` and `table`, outlive it.
     SliceView(const ShownBody& body, const ImageSampler& sampler, int axis, vtkLookupTable* table,
               vtkRenderer* renderer);
 
-    /// Draws the image as deformed at this moment, or at rest, through `cross`.
+    /// Draws the image deformed as at this moment, or at rest, through `cross`.
     void show(const ShownMoment& moment, bool deformed, const Vector3& cross);
-    /// The point of the plane that is seen at these pixels of the window.
+    /// The point of the slice at these pixels of the window.
     Vector3 point_at(int x, int y) const;
     vtkRenderer* renderer() const { return renderer_; }
     int axis() const { return axis_; }
-    /// The length of a pixel, m: what a turn of the wheel goes on.
+    /// Size of a pixel, m: the step of the mouse wheel.
     double spacing() const { return spacing_; }
-    /// Makes all of the slice fill its renderer.
+    /// Fits the whole slice into its renderer.
     void fit();
 
   private:
@@ -47,10 +47,10 @@ class SliceView {
     vtkRenderer* renderer_;
     double spacing_ = 0;
     std::vector<Triangle> skin_;
-    std::vector<Vector3> at_rest_;  ///< no displacement
+    std::vector<Vector3> at_rest_;  ///< zero displacement
     SlicePlane plane_;
     BodySlice rest_, now_;
-    std::optional<double> rest_at_;  ///< where rest_ was made
+    std::optional<double> rest_at_;  ///< position of the slice that rest_ was computed for
     std::vector<OutlinePiece> outline_, rest_outline_;
     vtkNew<vtkImageData> pixels_;
     vtkNew<vtkImageSliceMapper> mapper_;
@@ -59,10 +59,10 @@ class SliceView {
     vtkNew<vtkTextActor> title_;
 };
 
-/// The three slices, linked by a cross-hair.
+/// Three slices linked by a cross-hair.
 class SliceViews {
   public:
-    /// `renderers`: of the axial, the coronal and the sagittal slice.
+    /// `renderers`: of the axial, coronal and sagittal slice.
     SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>& renderers);
 
     void show(int view, const ShownMoment& moment);
@@ -73,7 +73,7 @@ class SliceViews {
     double level() const { return level_; }
     void set_deformed(bool deformed) { deformed_ = deformed; }
     bool is_deformed() const { return deformed_; }
-    /// The one that a renderer draws, or nullptr.
+    /// The slice of a renderer, or nullptr.
     SliceView* of(const vtkRenderer* renderer);
     void fit();
 

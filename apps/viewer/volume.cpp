@@ -14,9 +14,9 @@ namespace livetet {
 
 namespace {
 
-constexpr int most_voxels = 96;  // along a side
+constexpr int max_voxels = 96;  // along a side
 constexpr float outside = -1,
-                brightest = 255;  // what a voxel holds: grey from 0 to brightest, or outside
+                brightest = 255;  // a voxel is a grey value from 0 to brightest, or outside
 
 }  // namespace
 
@@ -55,7 +55,7 @@ void VolumeView::show(const ShownMoment& moment) {
         box.extend(body_.mesh.nodes[n] + moment.displacement[n]);
     const double finest =
         ImageGrid{body_.image->size, body_.image->ras_from_voxel}.spacing().minCoeff();
-    const double spacing = std::max(finest, box.sizes().maxCoeff() / most_voxels);
+    const double spacing = std::max(finest, box.sizes().maxCoeff() / max_voxels);
     const Eigen::Vector3i size = (box.sizes() / spacing).array().ceil().cast<int>() + 2;
     voxels_->SetDimensions(size.data());
     voxels_->SetSpacing(1e3 * spacing, 1e3 * spacing, 1e3 * spacing);

@@ -11,12 +11,11 @@
 
 namespace livetet {
 
-/// The image within the deformed organ as a cloud: a ray through each pixel, through voxels of at
-/// most some hundred along a side, which are computed anew for each moment that is drawn. Hidden at
-/// first, and then it costs nothing.
+/// Draws the image within the deformed organ by volume rendering, from about a hundred voxels along
+/// a side that are computed for each drawn moment. Hidden at first, when it costs nothing.
 class VolumeView {
   public:
-    /// `body` has to have an image and outlive it.
+    /// `body` must have an image and outlive it.
     VolumeView(const ShownBody& body, vtkRenderer* renderer);
     void show(const ShownMoment& moment);
     void set_visible(bool visible);
@@ -28,7 +27,7 @@ class VolumeView {
     ImageSampler sampler_;
     bool is_visible_ = false;
     vtkNew<vtkImageData> voxels_;
-    vtkSmartPointer<vtkVolume> volume_;  ///< made when it is first seen
+    vtkSmartPointer<vtkVolume> volume_;  ///< created when first shown
     BodySlice slice_;
 };
 

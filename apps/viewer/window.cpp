@@ -20,8 +20,7 @@ namespace livetet {
 namespace {
 
 constexpr double organ_width = 0.66;
-constexpr int strip_pixels =
-    60;  ///< of two lines of text and the time line, whatever the window's height
+constexpr int strip_pixels = 60;  ///< pixels: two lines of text and the time line
 constexpr double line_height = 0.78;
 
 constexpr const char* help_text =
@@ -42,8 +41,8 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     const bool has_slices = body.image.has_value();
     organ_renderer_->SetBackground(look::paper.data());
     window_->AddRenderer(organ_renderer_);
-    vtkNew<vtkLight> light;  // one, from over the camera's left shoulder: each costs a software
-                             // renderer as much as all the rest
+    vtkNew<vtkLight> light;  // one light, over the camera's left shoulder: in software each costs
+                             // as much as the rest
     light->SetLightTypeToCameraLight();
     light->SetPosition(-0.5, 0.6, 1);
     organ_renderer_->AddLight(light);
@@ -59,7 +58,7 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     add_strip();
 
     organ_renderer_->GetActiveCamera()->SetPosition(-0.35, 1,
-                                                    0.45);  // from the front, the left and above
+                                                    0.45);  // from the front, left and above
     organ_renderer_->GetActiveCamera()->SetViewUp(0, 0, 1);
     moment_.displacement.assign(body.mesh.nodes.size(), Vector3::Zero());
     listen(surface);
@@ -190,7 +189,7 @@ void ViewWindow::zoom(double factor) {
     changed_ = true;
 }
 
-/// The organ at rest fills the view from where it is looked at.
+/// Makes the organ at rest fill the view.
 void ViewWindow::reset() {
     Eigen::AlignedBox3d box;
     for (const Vector3& x : body_.mesh.nodes) box.extend(1e3 * x);
@@ -220,7 +219,7 @@ bool ViewWindow::draw() {
     stale_ = changed_ = false;
     organ_renderer_->ResetCameraClippingRange();
     for (int i = 0; i < 3; ++i)
-        slice_renderers_[i]->SetDraw(is_drawn(i));  // else what is there stays
+        slice_renderers_[i]->SetDraw(is_drawn(i));  // otherwise the old picture stays
     window_->Render();
     for (const auto& renderer : slice_renderers_) renderer->DrawOn();
     return true;

@@ -22,36 +22,36 @@ namespace livetet {
 enum class MouseButton { left, middle, right };
 enum class Surface { on_screen, off_screen };
 
-/// From where the organ is looked at, by the patient's sides.
+/// Side of the patient from which the organ is viewed.
 enum class Look { front, back, left, right, above, below };
 
 /// The window: the organ on the left, three slices of the image on the right, a time line below. It
-/// shows the moments that it is given; what the user wants of time and of the body it hands on.
-/// Needs an X server, off screen too; all calls come from the thread that made it.
+/// shows the moments it is given, and passes requests of the user to its handlers. Needs an X
+/// server, even off screen. All calls must come from the thread that created it.
 class ViewWindow {
   public:
-    /// What is asked for; each may be empty.
+    /// Called for requests of the user; each may be empty.
     struct Handlers {
         std::function<void()> toggle_play;
-        std::function<void(int)> step;     ///< so many frames
-        std::function<void(double)> seek;  ///< share of the time line
+        std::function<void(int)> step;     ///< by this number of frames
+        std::function<void(double)> seek;  ///< to this share of the time line
         std::function<void(const std::optional<HandPull>&)>
-            pull;  ///< a marker is pulled, or let go
+            pull;  ///< a marker is pulled, or released
     };
 
-    /// `body` has to outlive it.
+    /// `body` must outlive it.
     ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size = {1280, 800});
     ~ViewWindow();
     Handlers handlers;
 
     void show(ShownMoment moment);
-    /// Its texts too, where it said that they stay.
+    /// Redraws the texts of a moment with keeps_numbers.
     void renew_texts();
     const ShownMoment& shown() const { return moment_; }
-    /// Where on the time line; none: no line.
+    /// Position on the time line; none: hides the line.
     void set_time(std::optional<double> share);
     void set_range(ColourBy what, double largest);
-    /// Grows the displacement's range, in steps of 5 mm, where this moment reaches beyond it.
+    /// Extends the range of displacements, in steps of 5 mm, to include this moment.
     void grow_range();
     void set_colour(ColourBy what);
     void set_deformed(bool deformed);
@@ -59,41 +59,40 @@ class ViewWindow {
     void set_window(double window, double level);
     void set_volume(bool visible);
     void look_from(Look look);
-    /// Of a new moment one slice is drawn at a time, the three in turns: a third of their work in
-    /// each picture.
+    /// Draws one slice for each new moment, in turns, which saves two thirds of the work.
     void set_slices_in_turns(bool in_turns) { slices_in_turns_ = in_turns; }
     void zoom(double factor);
     void reset();
-    /// Sets a marker as the mouse would: `base` and where it is pulled to.
+    /// Sets a marker as the mouse would: `base`, and where it is pulled to.
     void pull(const Vector3& base, const Vector3& to);
     void release();
 
-    /// What is shown, as JSON: time, displacement at most, cross-hair (mm), window and level, the
+    /// The shown state as JSON: time, largest displacement, cross-hair (mm), window and level,
     /// marker.
     std::string state() const;
-    /// Draws where something has changed. Returns whether it did.
+    /// Draws if something has changed. Returns whether it did.
     bool draw();
     void write_png(const std::filesystem::path& path);
     vtkRenderWindow* window() { return window_; }
 
-    /// Takes what mouse and keys did. False once the window is closed.
+    /// Handles mouse and keys. False once the window is closed.
     bool process_events();
-    /// What mouse and keys do, in pixels from the window's lower left: also for scripts.
+    /// Mouse and key actions, in pixels from the lower left; used by scripts, too.
     void drag(MouseButton button, bool shift, std::array<int, 2> from, std::array<int, 2> to);
     void press_key(const std::string& key);
 
   private:
     class Style;
     static constexpr double line_left = 0.02,
-                            line_right = 0.98;  ///< ends of the time line, shares of the width
+                            line_right = 0.98;  ///< ends of the time line, as shares of the width
     void listen(Surface surface);
-    /// False where the mouse is over the organ, whose camera the style turns.
+    /// False if the mouse is over the organ, whose camera VTK's style rotates.
     bool mouse_down(MouseButton button, bool shift, int x, int y);
     bool mouse_move(int x, int y);
     bool mouse_up();
     bool wheel(int steps, int x, int y);
     void add_strip();
-    /// Gives each part its place, where the window has another size than it had.
+    /// Arranges the parts if the window has a new size.
     void arrange();
 
     const ShownBody& body_;
@@ -109,15 +108,19 @@ class ViewWindow {
     vtkNew<vtkPolyData> time_line_;
     vtkNew<vtkTextActor> text_, help_;
     void renew() { stale_ = changed_ = true; }
-    bool stale_ = true, changed_ = true;  ///< the moment is another; what is shown of it, or how
+    bool stale_ = true, changed_ = true;  ///< the moment has changed; what is shown of it has
     bool slices_in_turns_ = false, closed_ = false;
     int turn_ = 0;
     std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
 
     enum class Doing { nothing, crossing, windowing, pulling, seeking };
-    Doing doing_ = Doing::nothing;
-    SliceView* slice_ = nullptr;  ///< that the mouse went down in
-    std::array<int, 2> last_{0, 0};
+    /// A drag of the mouse.
+    struct Drag {
+        Doing doing = Doing::nothing;
+        SliceView* slice = nullptr;  ///< in which the button went down
+        std::array<int, 2> last{0, 0};
+    };
+    Drag drag_;
     std::optional<HandPull> pull_;
     int pulls_ = 0;
 };

@@ -7,12 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/window.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
 namespace {
 
-/// The first of view_001.png, view_002.png ... that is not there.
+/// The first of view_001.png, view_002.png ... that does not exist.
 std::filesystem::path free_name() {
     for (int k = 1;; ++k)
         if (std::filesystem::path name = fmt::format("view_{:03}.png", k);
@@ -22,7 +23,7 @@ std::filesystem::path free_name() {
 
 }  // namespace
 
-/// Over slices and time line the mouse is the window's; over the organ it turns VTK's camera.
+/// Handles the mouse over slices and time line; over the organ it rotates VTK's camera.
 class ViewWindow::Style : public vtkInteractorStyleTrackballCamera {
   public:
     static Style* New();
@@ -50,7 +51,7 @@ class ViewWindow::Style : public vtkInteractorStyleTrackballCamera {
     void OnMouseWheelForward() override { turn(1); }
     void OnMouseWheelBackward() override { turn(-1); }
     void OnKeyPress() override { window->press_key(Interactor->GetKeySym()); }
-    void OnChar() override {}  // VTK's own keys
+    void OnChar() override {}  // disables VTK's own keys
 
   private:
     void down(MouseButton button) {
@@ -80,7 +81,7 @@ void ViewWindow::listen(Surface surface) {
     style->window = this;
     style->SetDefaultRenderer(organ_renderer_);
     interactor_->SetInteractorStyle(style);
-    interactor_->EnableRenderOff();  // `draw` does
+    interactor_->EnableRenderOff();  // `draw` renders
     vtkNew<vtkCallbackCommand> redraw, close;
     redraw->SetClientData(this);
     redraw->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -125,26 +126,26 @@ bool ViewWindow::process_events() {
 
 bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
     const vtkRenderer* under = interactor_->FindPokedRenderer(x, y);
-    last_ = {x, y};
+    drag_.last = {x, y};
     if (under == strip_) {
-        doing_ = Doing::seeking;
+        drag_.doing = Doing::seeking;
         return mouse_move(x, y);
     }
-    slice_ = slices_ ? slices_->of(under) : nullptr;
-    if (!slice_) return false;
+    drag_.slice = slices_ ? slices_->of(under) : nullptr;
+    if (!drag_.slice) return false;
     if (button == MouseButton::right) {
-        doing_ = Doing::windowing;
+        drag_.doing = Doing::windowing;
     } else if (button == MouseButton::left && !shift) {
-        doing_ = Doing::crossing;
+        drag_.doing = Doing::crossing;
     } else {
-        doing_ = Doing::pulling;
-        pull_ = HandPull{++pulls_, slice_->point_at(x, y), slice_->point_at(x, y)};
+        drag_.doing = Doing::pulling;
+        pull_ = HandPull{++pulls_, drag_.slice->point_at(x, y), drag_.slice->point_at(x, y)};
     }
     return mouse_move(x, y);
 }
 
 bool ViewWindow::mouse_move(int x, int y) {
-    switch (doing_) {
+    switch (drag_.doing) {
         case Doing::nothing:
             return false;
         case Doing::seeking: {
@@ -154,26 +155,27 @@ bool ViewWindow::mouse_move(int x, int y) {
             break;
         }
         case Doing::crossing:
-            set_cross(slice_->point_at(x, y));
+            set_cross(drag_.slice->point_at(x, y));
             break;
-        case Doing::windowing: {  // the window by as much as it is over 200 pixels, as the level
+        case Doing::windowing: {  // scales the window by the motion over 200 pixels, and the level
+                                  // likewise
             const double per_pixel = slices_->window() / 200;
-            set_window(slices_->window() + per_pixel * (x - last_[0]),
-                       slices_->level() + per_pixel * (y - last_[1]));
+            set_window(slices_->window() + per_pixel * (x - drag_.last[0]),
+                       slices_->level() + per_pixel * (y - drag_.last[1]));
             break;
         }
         case Doing::pulling:
-            pull_->to = slice_->point_at(x, y);
+            pull_->to = drag_.slice->point_at(x, y);
             if (handlers.pull) handlers.pull(pull_);
             break;
     }
-    last_ = {x, y};
+    drag_.last = {x, y};
     return true;
 }
 
 bool ViewWindow::mouse_up() {
-    const bool ours = doing_ != Doing::nothing;
-    doing_ = Doing::nothing;
+    const bool ours = drag_.doing != Doing::nothing;
+    drag_.doing = Doing::nothing;
     return ours;
 }
 
@@ -204,7 +206,7 @@ void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from,
                                            vtkCommand::MiddleButtonReleaseEvent,
                                            vtkCommand::RightButtonReleaseEvent};
     constexpr int steps = 8;
-    draw();  // where things are is known once they were drawn
+    draw();  // positions are only known once drawn
     for (int k = 0; k <= steps; ++k) {
         interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps,
                                          from[1] + (to[1] - from[1]) * k / steps, 0, shift);
@@ -229,7 +231,7 @@ void ViewWindow::press_key(const std::string& key) {
     if (key == "s") {
         const auto file = free_name();
         write_png(file);
-        fmt::print(stderr, "view: written {}\n", file.string());
+        log_info("written " + file.string());
     }
 }
 

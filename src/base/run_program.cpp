@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
+#include "base/stop_signals.hpp"
 #include "base/stopwatch.hpp"
 
 extern char** environ;

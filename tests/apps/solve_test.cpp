@@ -142,12 +142,11 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
         const std::size_t count = inside_out(folder / "result.h5");
         EXPECT_GT(count, 0u);
         EXPECT_EQ(nlohmann::json::parse(text_of(folder / "told.json"))["inverted_tets"], count);
-        EXPECT_NE(outcome.out.find("inside out       " + std::to_string(count) + " tets"),
+        EXPECT_NE(outcome.out.find("inverted         " + std::to_string(count) + " tets"),
                   std::string::npos)
             << outcome.out;
         const auto report = livetet(folder, "report result.h5");
-        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inside out"),
-                  std::string::npos)
+        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inverted"), std::string::npos)
             << report.out << report.err;
     }
 }

@@ -157,28 +157,29 @@ TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
     write_text(folder / "pivot.yaml", pivot_script);
     Server server(folder, "pivot.yaml");
     std::vector<std::size_t> saved;
-    ListenOptions options{.tools = {"Stylus"}, .seconds = 2, .save_every_s = 0.2};
+    RecordingOptions options{.tools = {"Stylus"}, .seconds = 2, .save_every_s = 0.2};
     options.save = [&](const Recording& recording) {
         saved.push_back(recording.samples.size());
         if (saved.size() == 2) fail("the disk is full");
         write_sequence(folder / "saved.igs.mha", recording);
     };
-    const Heard heard = listen(server.url(), options);
+    const TrackerRecording received = record_tracker(server.url(), options);
     ASSERT_GT(saved.size(), 3u) << "a save that fails ends nothing";
     EXPECT_TRUE(std::is_sorted(saved.begin(), saved.end()));
-    EXPECT_GT(heard.recording.samples.size(), saved.front());
+    EXPECT_GT(received.recording.samples.size(), saved.front());
     EXPECT_EQ(read_sequence(folder / "saved.igs.mha").samples.size(), saved.back());
 }
 
 TEST(Stream, TwoNamesThatTheWireCannotTellApartEndNoRecording) {
     using namespace igtl::testing_sockets;
     ListeningPeer server;
-    auto heard = std::async(std::launch::async, [&] {
-        return listen(fmt::format("openigtlink://127.0.0.1:{}", server.port()), {.seconds = 1});
+    auto received = std::async(std::launch::async, [&] {
+        return record_tracker(fmt::format("openigtlink://127.0.0.1:{}", server.port()),
+                              {.seconds = 1});
     });
     Peer peer = server.accept();
     const auto came = [&] {
-        return heard.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready;
+        return received.wait_for(std::chrono::milliseconds(20)) == std::future_status::ready;
     };
     try {
         while (!came())
@@ -191,7 +192,7 @@ TEST(Stream, TwoNamesThatTheWireCannotTellApartEndNoRecording) {
             }
     } catch (const std::exception&) {  // it has ended
     }
-    const Heard all = heard.get();
+    const TrackerRecording all = received.get();
     EXPECT_EQ(all.recording.tools, std::vector<std::string>{"DeformationSensorLeft1"});
     EXPECT_EQ(all.left_out, std::vector<std::string>{"DeformationSensorLeft2ToTracker"});
     EXPECT_GT(all.recording.samples.size(), 5u);

@@ -296,19 +296,19 @@ TEST(TrackStream, AServerThatComesLateAndFallsSilentIsFollowedAndLeftGently) {
     const std::vector<double>& times = result.times_s();
     EXPECT_NEAR(times.back() - times.front(), 8, 1) << "one axis of time, of --for";
     std::size_t valid = 0, releasing = 0;
-    double least_gap_s = 1;
+    double min_gap_s = 1;
     for (std::size_t k = 1; k < result.frame_count(); ++k) {
         EXPECT_LT(times[k] - times[k - 1], 1);
         valid += result.values("registration_status", k, 1)[0] == 0;
         if (times[k] <= last_s) continue;
         releasing += result.values("sensors", k, 6)[4] == 1;
-        least_gap_s = std::min(least_gap_s, times[k] - last_s);
+        min_gap_s = std::min(min_gap_s, times[k] - last_s);
         const double step =
             std::abs(largest(result.displacement(k)) - largest(result.displacement(k - 1)));
         EXPECT_LT(step, 0.0025) << "no jump, " << times[k] - last_s << " s after the last sample";
     }
     EXPECT_GT(valid, 30u);
-    EXPECT_LT(least_gap_s, 0.5) << "not only when the connection counts as silent";
+    EXPECT_LT(min_gap_s, 0.5) << "not only when the connection counts as silent";
     EXPECT_GT(releasing, 7u) << "its grip falls little by little";
     EXPECT_NEAR(nlohmann::json::parse(result.text("run"))["interval_ms"].get<double>(),
                 1e3 * step_s, 10);

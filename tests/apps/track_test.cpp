@@ -151,14 +151,14 @@ TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {
     for (TrackerSample& s : t.recording.samples)
         if (s.time_s > lost_s) s.poses[sensor].status = PoseStatus::missing;
     const ResultReader result = t.run();
-    double at_hold = 0, last = 0, most_in_a_frame = 0;
+    double at_hold = 0, last = 0, max_in_a_frame = 0;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k], now = largest(result.displacement(k));
         if (time > lost_s && time < lost_s + 0.45) {
             EXPECT_EQ(result.values("sensors", k, 6)[3], 1) << "holding";
             at_hold = now;
         }
-        if (time > lost_s) most_in_a_frame = std::max(most_in_a_frame, std::abs(now - last));
+        if (time > lost_s) max_in_a_frame = std::max(max_in_a_frame, std::abs(now - last));
         if (time > lost_s + 1.7) {
             EXPECT_EQ(result.values("sensors", k, 6)[5], 1) << "released";
         }
@@ -168,7 +168,7 @@ TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {
         last = now;
     }
     EXPECT_NEAR(at_hold, 0.015, 0.001);
-    EXPECT_LT(most_in_a_frame, 0.25 * 0.015) << "no jump when it is let go";
+    EXPECT_LT(max_in_a_frame, 0.25 * 0.015) << "no jump when it is let go";
 }
 
 TEST(Track, EachSensorMovesItsOwnPatchAndASoftOneLess) {
@@ -287,7 +287,7 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     const auto outcome =
         livetet(t.folder, "track scene.yaml --every-sample", "trap '' XFSZ && ulimit -f 12288 &&");
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking goes on"),
+    EXPECT_NE(outcome.err.find("nothing is recorded from here on; tracking continues"),
               std::string::npos)
         << outcome.err;
     const ResultReader result(t.folder / "result.h5");

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "house/source_tree.hpp"
 
 namespace livetet::house {
@@ -14,58 +12,27 @@ namespace {
 constexpr int max_lines = 80;
 constexpr int max_members = 25;
 
-/// `file: head` of what is to be cut yet; an entry that is no longer needed fails the test.
-const std::set<std::string> allowed_functions{
-    "apps/bench/convergence_bench.cpp: int bench_convergence(const ConvergenceArguments& a)",
-    "apps/bench/latency_bench.cpp: int bench_latency(const LatencyArguments& arguments)",
-    "apps/bench/realtime_phantom.cpp: WorkPrecisionChart measure_methods(const PhantomSize& size, "
-    "const MeshHierarchy& hierarchy, int threads, ProgressLine& progress)",
-    "apps/bench/scaling_bench.cpp: int bench_scaling(const ScalingArguments& a)",
-    "apps/commands/bench.cpp: void add_bench_command(CLI::App& app, ExitStatus& status)",
-    "apps/commands/main.cpp: int main(int argc, char** argv)",
-    "apps/commands/mesh.cpp: void add_mesh_command(CLI::App& app)",
-    "apps/commands/solve.cpp: int solve(const SolveArguments& arguments, const std::vector<>& "
-    "petsc)",
-    "apps/commands/track.cpp: int run_track(const TrackArguments& arguments, const std::vector<>& "
-    "petsc, const GuestMaker& make_guest)",
-    "apps/commands/warp.cpp: void run(const WarpArguments& a)",
-    "apps/scene/scene.cpp: void finish_scene(Scene& scene, const std::string& file, const "
-    "std::filesystem::path& folder)",
-    "apps/simulation/scene_run.cpp: RunHistory run_dynamic(const Scene& scene, SceneBody& "
-    "scene_body, SceneConstraints& constraints, const RunHooks& hooks)",
-    "apps/study/study_store.cpp: void write_study(const Study& study, const StudyStore& store, "
-    "const ProgressCallback& progress)",
-};
-const std::set<std::string> allowed_classes{
-    "apps/bench/realtime_result.hpp: struct RealtimeResult",
-    "apps/viewer/window.hpp: class ViewWindow",
-};
-
-std::vector<std::string> too_large(std::vector<Size> Sizes::*kind, int limit, const char* unit,
-                                   std::set<std::string> allowed) {
+std::vector<std::string> too_large(std::vector<Size> Sizes::*kind, int limit, const char* unit) {
     std::vector<std::string> found;
     for (const auto& [file, text] : read_sources(tree_root())) {
         const auto sizes = measure(text);
         for (const auto& [head, line, size] : sizes.*kind) {
-            if (size > limit && !allowed.erase(fmt::format("{}: {}", file, head))) {
+            if (size > limit) {
                 found.push_back(fmt::format("{}:{}: {} ({} {}, at most {})", file, line, head, size,
                                             unit, limit));
             }
         }
     }
-    for (const auto& entry : allowed) {
-        found.push_back("allowed without need: " + entry);
-    }
     return found;
 }
 
 TEST(Sizes, FunctionsOfTheTreeFitAScreenOrTwo) {
-    const auto found = too_large(&Sizes::functions, max_lines, "lines", allowed_functions);
+    const auto found = too_large(&Sizes::functions, max_lines, "lines");
     EXPECT_TRUE(found.empty()) << lines(found);
 }
 
 TEST(Sizes, ClassesOfTheTreeHaveFewMembers) {
-    const auto found = too_large(&Sizes::classes, max_members, "data members", allowed_classes);
+    const auto found = too_large(&Sizes::classes, max_members, "data members");
     EXPECT_TRUE(found.empty()) << lines(found);
 }
 

@@ -74,10 +74,10 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
 /// `stability_mesh` itself refuses an inverted tet.
 TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
     for (const StabilityCase& c : stability_cases()) {
-        if (c.least_dihedral_deg == 0 && c.edge_ratio == 1) continue;
+        if (c.min_dihedral_deg == 0 && c.edge_ratio == 1) continue;
         const MeshQuality q = measure_quality(stability_mesh(c, 4).levels.front());
-        if (c.least_dihedral_deg > 0) {
-            EXPECT_NEAR(q.min_dihedral_deg, c.least_dihedral_deg, 0.011 * c.least_dihedral_deg)
+        if (c.min_dihedral_deg > 0) {
+            EXPECT_NEAR(q.min_dihedral_deg, c.min_dihedral_deg, 0.011 * c.min_dihedral_deg)
                 << c.value;
         } else {
             EXPECT_NEAR(q.min_edge_m, 0.025 / c.edge_ratio, 1e-6 * q.min_edge_m) << c.value;

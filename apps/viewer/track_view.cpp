@@ -1,4 +1,4 @@
-#include "apps/viewer/live.hpp"
+#include "apps/viewer/track_view.hpp"
 
 #include <pthread.h>
 #include <sched.h>
@@ -8,20 +8,19 @@
 #include <cstdlib>
 
 #include "base/error.hpp"
-#include "base/interruptible.hpp"
+#include "base/log.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
 
 namespace {
 
-constexpr double shortest_picture_s =
-    1.0 / 30;                             // in the mean: more would only take from the simulation
-constexpr double longest_behind_s = 0.1;  // of late pictures that quick ones make up for
-constexpr double shortest_text_s = 0.25;  // and drawing letters takes a tenth of a picture's time
+constexpr double shortest_picture_s = 1.0 / 30;  // mean: more would only slow the simulation
+constexpr double longest_behind_s = 0.1;         // delay that later pictures may make up for
+constexpr double shortest_text_s = 0.25;         // drawing text takes a tenth of a picture's time
 
-/// This thread, and so those that a software renderer starts from it, runs where nobody else wants
-/// a core: pictures, unlike frames, may come late.
+/// Lets this thread, and those that a software renderer starts from it, run only on idle cores:
+/// pictures, unlike frames, may be late.
 void give_way() {
     const sched_param none{};
     (void)::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
@@ -29,37 +28,37 @@ void give_way() {
 
 }  // namespace
 
-LiveView::LiveView(ShownBody body, Options options)
-    : body_(std::move(body)), options_(std::move(options)) {
+TrackView::TrackView(ShownBody body, const StopSource& stop, Options options)
+    : body_(std::move(body)), stop_(stop), options_(std::move(options)) {
     thread_ = std::thread([this] { run(); });
 }
 
-LiveView::~LiveView() {
+TrackView::~TrackView() {
     abandoned_ = true;
     if (thread_.joinable()) thread_.join();
 }
 
-std::optional<HandPull> LiveView::pull() {
+std::optional<HandPull> TrackView::pull() {
     if (pulls_.take()) pull_ = pulls_.incoming();
     return pull_;
 }
 
-void LiveView::tell(const Frame& frame, const LiveModel& model, const StreamSample&) {
+void TrackView::on_frame(const Frame& frame, const TrackedBody& tracked, const StreamSample&) {
     Seen& seen = frames_.outgoing();
     seen.frame = frame;
     seen.displacement = frame.displacement;
-    seen.tools = model.tools();
-    seen.driven = model.driven();
+    seen.tools = tracked.tools();
+    seen.driven = tracked.driven();
     frames_.post();
 }
 
-void LiveView::finish() {
+void TrackView::finish() {
     run_over_ = true;
     thread_.join();
     if (!failure_.empty()) fail("{}", failure_);
 }
 
-void LiveView::run() {
+void TrackView::run() {
     give_way();
     try {
         ViewWindow window(body_, options_.surface, options_.size);
@@ -68,12 +67,12 @@ void LiveView::run() {
         if (!options_.screenshot.empty() && !abandoned_) window.write_png(options_.screenshot);
     } catch (const std::exception& error) {
         failure_ = error.what();
-        Announcer::note(failure_);
+        log_warning(failure_);
     }
-    if (!run_over_) stop_asked = true;
+    if (!run_over_) (void)stop_.request_stop();
 }
 
-void LiveView::lead(ViewWindow& window) {
+void TrackView::lead(ViewWindow& window) {
     window.handlers.pull = [this](const std::optional<HandPull>& pull) {
         pulls_.outgoing() = pull;
         pulls_.post();
@@ -89,10 +88,11 @@ void LiveView::lead(ViewWindow& window) {
         return;
     }
     const bool has_user = options_.surface == Surface::on_screen;
-    while (advance(window) && !stop_asked && (has_user || !run_over_)) continue;
+    const StopToken stop = stop_.token();
+    while (advance(window) && !stop.stop_requested() && (has_user || !run_over_)) continue;
 }
 
-bool LiveView::advance(ViewWindow& window) {
+bool TrackView::advance(ViewWindow& window) {
     const double start_s = steady_seconds();
     const bool is_open = window.process_events();
     if (frames_.take()) {
@@ -122,7 +122,7 @@ bool LiveView::advance(ViewWindow& window) {
     return is_open && !abandoned_;
 }
 
-ShownMoment LiveView::moment_of(const Seen& seen) const {
+ShownMoment TrackView::moment_of(const Seen& seen) const {
     ShownMoment moment;
     moment.time_s = seen.frame.time_s;
     moment.displacement = seen.displacement;
@@ -140,7 +140,7 @@ ShownMoment LiveView::moment_of(const Seen& seen) const {
         if (const auto& base = seen.frame.sensors[i - 1].base) sensor.base = base->translation;
         if (is_usable(pose)) sensor.now = pose.translation;
     }
-    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches that are held
+    moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches
     moment.text = fmt::format(
         "live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
         1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "apps/live/tracker_recorder.hpp"
+#include "base/stop_signals.hpp"
+
+namespace livetet {
+
+/// `read_source`, where Ctrl-C ends the reading instead of the program.
+inline Recording read_until_signal(const std::string& source, RecordingOptions options) {
+    const StopSignals signals;
+    options.stop = signals.token();
+    return read_source(source, options);
+}
+
+}  // namespace livetet
