@@ -26,8 +26,8 @@ const double length = 0.1, width = 0.02, stretch = 1e-3;  // m
 /// The force that stretches a bar of this material, N. Solved on one rank, without the others.
 double end_force(const MeshHierarchy& hierarchy, const Material& material) {
     const TetMesh& mesh = hierarchy.levels.front();
-    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {{&material, 1}, StrainModel::linear},
-                        TimeOptions{}, SolverOptions{});
+    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {{&material, 1}, "linear"}, TimeOptions{},
+                        SolverOptions{});
     const auto end = nodes_in_half_space(mesh, {length, 0, 0}, {-1, 0, 0});
     Constraints constraints(mesh.nodes.size());
     // x = 0 may not move along x; the edges at y = 0 and z = 0 keep it from sliding and turning.

@@ -36,8 +36,8 @@ int main(int argc, char** argv) try {
     // each rank takes a part of the tets.
     const std::vector<Material> cork{{.young_Pa = 2e7, .poisson = 0, .density_kg_per_m3 = 200}};
     const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, Partitioner::metis);
-    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, StrainModel::linear},
-                        TimeOptions{}, SolverOptions{});
+    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"}, TimeOptions{},
+                        SolverOptions{});
 
     // 4. Clamped at x = 0; gravity along -z.
     const double g = 9.81;

@@ -26,7 +26,7 @@ int main(int argc, char** argv) try {
         make_hierarchy({shapes::box(size, {12, 12, 9}), shapes::box(size, {4, 4, 3})}, "block");
     const TetMesh& mesh = hierarchy.levels.front();
     const Material soft{.young_Pa = 3000, .poisson = 0.45};
-    const ElasticModel model{{&soft, 1}, StrainModel::corotated};
+    const ElasticModel model{{&soft, 1}, "corotated"};
     const auto patch = surface_patch(mesh, top, 0.01).nodes;
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_in_half_space(mesh, {0, 0, 0}, {0, 0, 1}), Vector3::Zero());

@@ -39,7 +39,7 @@ class NewtonSolverTest : public testing::Test {
     Outcome solve(const SolveControls& controls,
                   std::vector<std::pair<std::string, std::string>> options = {}) const {
         const PetscOptions set(std::move(options));
-        DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, StrainModel::neohookean}, {},
+        DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, "neohookean"}, {},
                             {.kind = SolverKind::direct});
         const TetMesh& mesh = hierarchy.levels.front();
         Constraints constraints(mesh.nodes.size());
