@@ -38,6 +38,7 @@ struct SinglePrecisionBatches {
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
+///
 ///     ElementRotations rotations = level.make_rotations();    // once
 ///     update_ghosts(u);
 ///     level.update_rotations(u, rotations);

@@ -64,10 +64,14 @@ struct DistributedHierarchy {
 
 /// The tangent operator A = s K + m M of a body on its finest mesh, and a preconditioned Krylov
 /// solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver, LiveSolver,
-/// and SaddlePointSolver, which has one of the first two inside. In order:
-///     solver.set_constrained(...); solver.set_springs(...); solver.find_mass();   // when they
-///     change solver.update_rotations(u, rotations); solver.assemble({u, p, &rotations}, s, m,
-///     tangent); solver.solve(b, ...), as often as wanted.
+/// and SaddlePointSolver, which has one of the first two inside. To use it:
+///
+///     solver.set_constrained(...);                            // these three when they change
+///     solver.set_springs(...);
+///     solver.find_mass();
+///     solver.update_rotations(u, rotations);
+///     solver.assemble({u, p, &rotations}, s, m, tangent);
+///     solver.solve(b, ...);                                   // as often as wanted
 class LinearSolver {
   public:
     virtual ~LinearSolver() = default;

@@ -8,14 +8,19 @@ namespace livetet {
 
 /// The equations that a step solves for the displacement u at its end, and in the mixed form for
 /// the pressure p,
+///
 ///     r(u, p) = f_ext - f_int(u, p) - f_springs(u) - C v1(u) - M a1(u) = 0,
 ///     g(u, p) = integral N_i (theta(u) - p / lambda) = 0,
-/// with v1 and a1 as the time scheme has them; r is zero at constrained components. In order,
-/// within a step that the TimeIntegrator has begun:
-///     begin_step(); update_rotations();
-///     evaluate();                  // residual() and volume_residual() at u
-///     assemble(tangent);           // -dr/du at u, and what belongs to p, into the linear solver
-/// and after each change of u: update_rotations(), evaluate().
+///
+/// with v1 and a1 as the time scheme has them; r is zero at constrained components. Within a step
+/// that the TimeIntegrator has begun:
+///
+///     begin_step();
+///     update_rotations();
+///     evaluate();          // residual() and volume_residual() at u
+///     assemble(tangent);   // -dr/du at u, and what belongs to p, into the linear solver
+///
+/// and after each change of u update_rotations() and evaluate() again.
 class ForceBalance {
   public:
     /// All must outlive this.

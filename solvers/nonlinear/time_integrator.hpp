@@ -20,13 +20,14 @@ void over_components(ThreadTeam& team, const LevelAssembler& level, Work&& work)
 /// largest = max(largest, value), from any thread; NaN stays.
 void raise_to(std::atomic<double>& largest, double value);
 
-/// What a time scheme adds to the balance of forces within one step, and how it ends the step. With
-/// u0, v0, a0 at the step's start and u at its end, acceleration and velocity at its end are affine
-/// in u:
-///     a1 = a_u (u - u0) - a_v v0 - a_a a0,  v1 = v_u (u - u0) + v_v v0 + v_a a0
-/// (TimeCoefficients: Newmark, generalized-alpha, implicit Euler). Damping is C = alpha M + beta K.
-/// The static scheme has no mass and adds nothing. In order: begin_step; anything else, as often as
-/// wanted, while u changes; finish_step or return_to_start.
+/// What a time scheme adds to the balance of forces within one step, and how it ends the step.
+/// With u0, v0, a0 at the step's start and u at its end, acceleration and velocity at its end are
+/// affine in u (TimeCoefficients: Newmark, generalized-alpha, implicit Euler):
+///
+///     a1 = a_u (u - u0) - a_v v0 - a_a a0,    v1 = v_u (u - u0) + v_v v0 + v_a a0
+///
+/// Damping is C = alpha M + beta K. The static scheme has no mass and adds nothing. In order:
+/// begin_step; anything else, as often as wanted, while u changes; finish_step or return_to_start.
 class TimeIntegrator {
   public:
     /// Makes the state's vectors. Level, state and team must outlive this; a dynamic scheme's level
