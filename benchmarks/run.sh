@@ -1,30 +1,54 @@
 #!/usr/bin/env bash
-# Measures what the README's figures show, and writes down on what machine.
-#     benchmarks/run.sh [--quick] [PART ...]
-# Parts: verification convergence stability savings workprecision realtime latency accuracy scaling kernels; all where none is
-# named. Results go to benchmarks/out. --quick: the same commands at a size that says only that they work.
+# Measures, and writes a report: machine, compiler, commit, what each command printed, figures.
+#     benchmarks/run.sh [--quick | --report] [PART ...]
+# Parts: verification convergence stability savings workprecision realtime latency view warp accuracy scaling kernels; all
+# where none is named. Results and report.md go to benchmarks/out.
+#     --report   the report and its figures are put into docs/reports/DATE, too
+#     --quick    the same commands at a size that shows only that they work
+all=(verification convergence stability savings workprecision realtime latency view warp accuracy scaling kernels)
 quick=false
+report=false
 parts=()
 for word in "$@"; do
+    case " ${all[*]} " in *" $word "*) parts+=("$word"); continue ;; esac
     case $word in
     --quick) quick=true ;;
-    verification | convergence | stability | savings | workprecision | realtime | latency | accuracy | scaling | kernels) parts+=("$word") ;;
-    *) echo "benchmarks/run.sh: found $word, expected --quick or a part: $(sed -n 's/^# Parts: //p' "$0")" >&2; exit 2 ;;
+    --report) report=true ;;
+    *) echo "benchmarks/run.sh: found $word, expected --quick, --report or a part: ${all[*]}" >&2; exit 2 ;;
     esac
 done
+if $quick && $report; then echo "benchmarks/run.sh: found --quick and --report, expected one of them" >&2; exit 2; fi
+today=$(date -u +%F)
+if $report && [ -e "$(dirname "$0")/../docs/reports/$today" ]; then
+    echo "benchmarks/run.sh: docs/reports/$today is there already, expected none of today" >&2
+    exit 2
+fi
 source "$(dirname "$0")/../apps/setup.sh" -DLIVETET_BENCHMARKS=ON
-((${#parts[@]})) || parts=(verification convergence stability savings workprecision realtime latency accuracy scaling kernels)
+((${#parts[@]})) || parts=("${all[@]}")
 out=${LIVETET_OUT:-$root/benchmarks/out}
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
 cp -r "$root/benchmarks/scenes" "$out/"
+figures=()  # of all parts, in report.md
 
 full() { if $quick; then printf '%s' "$2"; else printf '%s' "$1"; fi; }
 missed=()
-# measure NAME ARGUMENTS...: prints and keeps what `livetet bench` says; 1 is a target missed, told at the end.
+# describe NAME COMMAND FIGURE...: a section of the report, of what a command printed and drew.
+describe() {
+    local name=$1 command=$2 text figure
+    shift 2
+    text=$(<"$out/$name.txt")
+    {
+        printf '\n## %s\n\n`%s`\n\n```text\n%s\n```\n' "$name" "${command//$out\//}" "${text//$out\//}"
+        for figure in "$@"; do printf '\n![%s](%s)\n' "$(basename "$figure" .png)" "$(basename "$figure")"; done
+    } >>"$out/report.md"
+    figures+=("$@")
+}
+# measure NAME ARGUMENTS...: prints, keeps and describes what `livetet bench` says; 1 is a target missed, told at the end.
 measure() {
-    local name=$1 status=0
+    local name=$1 status=0 argument drawn=()
     shift
+    for argument in "$@"; do [[ $argument == *.png ]] && drawn+=("$argument"); done
     say "$name: livetet bench $*"
     "$livetet" bench "$@" | tee "$out/$name.txt" || status=$?
     if ((status == 1)); then
@@ -33,6 +57,7 @@ measure() {
         echo "benchmarks/run.sh: $name ended with status $status" >&2
         exit "$status"
     fi
+    describe "$name" "livetet bench $*" ${drawn[@]+"${drawn[@]}"}
 }
 
 {
@@ -44,6 +69,7 @@ measure() {
     grep -v '^#' "$root/apps/packages.txt" | xargs dpkg-query -W -f 'package   ${Package} ${Version}\n' 2>/dev/null
 } >"$out/machine.txt"
 head -n 5 "$out/machine.txt"
+printf '# Measurements, %s\n\n```text\n%s\n```\n' "$today" "$(<"$out/machine.txt")" >"$out/report.md"
 
 verification() { measure verification verification $(full '' '--only patch') --csv "$out/verification.csv" $(full "--figure $out/verification.png" ''); }
 convergence() { measure convergence convergence $(full '' '--most-nodes 1100 --only nodes') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
@@ -61,13 +87,15 @@ workprecision() {
     local name repeats
     for name in "${names[@]}"; do
         repeats=1
-        if [ "$name" = phantom_static ]; then repeats=3; fi  # whose figure the README shows; more would take the hour
+        if [ "$name" = phantom_static ]; then repeats=3; fi  # all of them would take an hour
         measure "workprecision_$name" workprecision "$out/scenes/$name.yaml" --repeats $repeats $(full '' '--only level') --csv "$out/workprecision_$name.csv" \
             --figure "$out/workprecision_$name.png" --memory-figure "$out/memory_$name.png"
     done
 }
 realtime() { measure realtime realtime $(full '--frames 150' '--size P60 --frames 20') --json "$out/realtime.json"; }
 latency() { measure latency latency $(full '' '--for 3 --tets 3000') --json "$out/latency.json"; }
+view() { measure view view $(full '' '--for 1 --stretches 1 --tets 3000') --json "$out/view.json"; }
+warp() { measure warp warp $(full '' '--size 64 --tets 3000 --repeats 1') --json "$out/warp.json"; }
 accuracy() { measure accuracy accuracy $(full '--seeds 4' '--seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" --figure "$out/accuracy.png"; }
 scaling() { measure scaling scaling $(full '--ranks 1,2 --compare gamg' '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"; }
 kernels() {
@@ -75,6 +103,7 @@ kernels() {
     for name in kernels batch_kernels; do
         say "$name"
         "$build/benchmarks/bench_$name" --benchmark_min_time=$(full 0.2 0.01) --benchmark_repetitions=$(full 3 1) | tee "$out/$name.txt"
+        describe "$name" "build/benchmarks/bench_$name"
     done
 }
 
@@ -85,4 +114,13 @@ for part in "${parts[@]}"; do
     echo "$part took $((SECONDS - began)) s"
 done
 say "$((SECONDS - start)) s in all; results are in $out"
-if ((${#missed[@]})); then echo "targets were missed in: ${missed[*]}"; fi
+if ((${#missed[@]})); then
+    echo "targets were missed in: ${missed[*]}"
+    printf '\nTargets were missed in: %s.\n' "${missed[*]}" >>"$out/report.md"
+fi
+if $report; then
+    place=$root/docs/reports/$today
+    mkdir -p "$place"
+    cp "$out/report.md" ${figures[@]+"${figures[@]}"} "$place/"
+    say "the report is in $place; add it to docs/reports/README.md"
+fi

@@ -52,7 +52,7 @@ std::string name_of(const StabilityColumn& c) {
 
 std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
 
-/// Why a cell is known to fail; empty where it should not. The README's limits say the same.
+/// Why a cell is known to fail; empty where it should not.
 std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
     const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||

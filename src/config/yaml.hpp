@@ -297,17 +297,24 @@ std::string to_yaml(S value) {
     return std::string(out.c_str()) + "\n";
 }
 
+/// A key's value as a scene file states it; numbers with the fewest digits that say them.
+template <class T>
+std::string yaml_text(std::string_view key, const T& value) {
+    YAML::Emitter out;
+    out.SetDoublePrecision(std::numeric_limits<double>::digits10);
+    YamlWriter(out << YAML::BeginMap).field(key, value, "", "");
+    out << YAML::EndMap;
+    const std::string pair = out.c_str();
+    return pair.substr(std::min(pair.find(':') + 2, pair.size()));
+}
+
 /// Visitor that prints the reference of a table: key, default, unit, meaning.
 class ReferencePrinter {
   public:
     template <class T>
     void field(std::string_view key, const T& value, std::string_view unit, std::string_view text,
                Check<T> check = {}) {
-        YAML::Emitter out;
-        YamlWriter(out << YAML::BeginMap).field(key, value, unit, text);
-        out << YAML::EndMap;
-        const std::string pair = out.c_str();
-        row(key, pair.substr(std::min(pair.find(':') + 2, pair.size())), unit, text, check.text);
+        row(key, yaml_text(key, value), unit, text, check.text);
     }
     template <class T>
     void field(std::string_view key, const std::optional<T>&, std::string_view unit,
