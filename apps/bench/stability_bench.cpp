@@ -46,8 +46,8 @@ std::vector<StabilityColumn> columns() {
 }
 
 std::string name_of(const StabilityColumn& c) {
-    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)], c.strain.name(),
-                       scheme_names[static_cast<int>(c.scheme)]);
+    return fmt::format("{}, {}, {}", way_names[static_cast<int>(c.way)],
+                       std::string(c.strain.name()), scheme_names[static_cast<int>(c.scheme)]);
 }
 
 std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
@@ -198,7 +198,7 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
           const std::vector<StabilityColumn>& all) {
     MatrixPicture picture{"Stability: what passes, what is refused, what fails", {}, {}, {}};
     for (const StabilityColumn& c : all)
-        picture.columns.push_back({way_names[static_cast<int>(c.way)], c.strain.name(),
+        picture.columns.push_back({way_names[static_cast<int>(c.way)], std::string(c.strain.name()),
                                    scheme_names[static_cast<int>(c.scheme)]});
     for (const Row& row : rows) {
         picture.rows.push_back(name_of(row.trial));

@@ -180,7 +180,7 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
     std::vector<Eigen::Vector3d> points = collect_surface_points(a, read_until_signal);
     for (Eigen::Vector3d& p : points) p = t * p;
     const SurfaceFit fit = with_context(a.surface.string(), [&] {
-        return fit_to_surface(points, surface, {.left_out = a.surface_left_out});
+        return fit_to_surface(points, surface, {.trimmed_share = a.surface_left_out});
     });
     if (fit.free_motions == fit.motions.size())
         fail(
