@@ -1,7 +1,7 @@
 #include "io/itk_volume.hpp"
 
-#define ITK_USE_SYSTEM_EIGEN  // else ITK's headers bring an Eigen of their own, and a program may
-                              // have one
+// Else ITK's headers bring an Eigen of their own, and a program may have one.
+#define ITK_USE_SYSTEM_EIGEN
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <zlib.h>

@@ -42,7 +42,7 @@ void expect_meshed(const LabelImage& image, int tets, int usual = 21) {
         EXPECT_TRUE(check_topology(boundary).closed());
         EXPECT_EQ(find_self_intersections(largest_part(boundary)).pairs, 0);
     }
-    const BodyMask body = largest_body(image, {});
+    const BodyMask body = largest_component(image, {});
     const double voxel_m3 = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
     const double voxels_m3 = voxel_m3 * static_cast<double>(body.body_voxels);
     EXPECT_NEAR(volume(hierarchy.levels.front()), voxels_m3, 0.01 * voxels_m3);

@@ -84,7 +84,7 @@ TEST_F(Accuracy, WithNoiseDeformingBeatsRigidOnlyAndLessNoiseIsBetter) {
 }
 
 TEST_F(Accuracy, SensorsRestOnTheFreeSurfaceAndRideOnIt) {
-    ASSERT_EQ(organ_->sensors.size(), static_cast<std::size_t>(most_true_sensors));
+    ASSERT_EQ(organ_->sensors.size(), static_cast<std::size_t>(max_true_sensors));
     for (const TrueSensor& sensor : organ_->sensors) {
         const Vector3& place = sensor.at_rest.translation;
         EXPECT_NEAR(phantom::organ_distance(place), 0, 1e-4);

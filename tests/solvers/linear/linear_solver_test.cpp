@@ -139,6 +139,8 @@ TEST(MakeLinearSolver, SaysWhatAKindCannotSolve) {
                                   {.kind = kind});
     };
     EXPECT_THROW(make(SolverKind::multigrid, Formulation::displacement, "corotated"), Error);
+    EXPECT_THROW(make(SolverKind::live, Formulation::displacement, "corotated"),
+                 Error);  // one level
     EXPECT_THROW(make(SolverKind::live, Formulation::mixed, "corotated"), Error);
     EXPECT_THROW(make(SolverKind::live, Formulation::displacement, "green"), Error);
     EXPECT_EQ(make(SolverKind::gamg, Formulation::displacement, "green")->kind(), SolverKind::gamg);

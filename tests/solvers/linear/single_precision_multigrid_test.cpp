@@ -6,7 +6,6 @@
 
 #include <cmath>
 
-#include "base/error.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -130,10 +129,6 @@ TEST_F(SinglePrecisionMultigridTest, TwoHalfRenewalsMakeAWholeOne) {
     EXPECT_GT((half - old).norm(), 1e-3 * old.norm());
     EXPECT_GT((whole - half).norm(), 1e-3 * old.norm());
     EXPECT_LT((whole - both).norm(), 1e-6 * old.norm());
-}
-
-TEST_F(SinglePrecisionMultigridTest, OneLevelIsRefused) {
-    EXPECT_THROW(SinglePrecisionMultigrid({levels[0].get()}, {}, 1, ThreadTeam::alone()), Error);
 }
 
 }  // namespace
