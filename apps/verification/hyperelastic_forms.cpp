@@ -8,7 +8,7 @@ namespace {
 
 /// The root of a growing function, by bisection.
 double root(const std::function<double(double)>& f) {
-    double low = 0.3, high = 3;
+    double low = 0.1, high = 3;
     for (int halving = 0; halving < 100; ++halving) {
         const double middle = (low + high) / 2;
         (f(middle) < 0 ? low : high) = middle;
