@@ -56,7 +56,7 @@ TEST(FiducialFile, MalformedMarkupsAreErrors) {
     refuses("[]", {"\"markups\""});
     refuses(R"({"markups":[3]})", {"\"controlPoints\""});
     refuses(markups(""), {"no placed point"});
-    refuses(markups("7"), {"control point 1", "no object"});
+    refuses(markups("7"), {"control point 1", "not an object"});
     refuses(markups(R"({"label":"F","position":[1,2]})"), {"control point 1 ('F')", "three"});
     refuses(markups(R"({"label":"F","position":[1,2,null]})"), {"control point 1 ('F')", "null"});
     refuses(markups(R"({"label":8,"position":[1,2,3]})"), {"control point 1", "\"label\" is 8"});

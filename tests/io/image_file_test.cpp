@@ -125,8 +125,8 @@ TEST(ImageFile, HostileHeadersAreRefused) {
         patch(path, offset, value);
         EXPECT_TRUE(says(error_of([&] { read_label_image(path); }), words)) << "at " << offset;
     };
-    refuses(0, std::int32_t{7}, {"no NIfTI"});
-    refuses(344, 'x', {"no NIfTI"});
+    refuses(0, std::int32_t{7}, {"NIfTI image"});
+    refuses(344, 'x', {"NIfTI image"});
     refuses(42, std::int16_t{-4}, {"-4 x 3 x 5"});
     refuses(42, std::int16_t{0}, {"0 x 3 x 5"});
     refuses(40, std::int16_t{2}, {"2 dimensions"});
