@@ -209,7 +209,7 @@ TEST(Inputs, TetsOfOthersGetLevelsBelowThem) {
     write_text(folder / "two.vtu", two_tets);
     const auto two = livetet(folder, "mesh two.vtu --levels 2 -o two.h5");
     ASSERT_EQ(two.status, 0) << two.err;
-    EXPECT_NE(two.out.find("no level below"), std::string::npos) << two.out;
+    EXPECT_NE(two.err.find("no level below"), std::string::npos) << two.err;
     EXPECT_EQ(read_hierarchy(folder / "two.h5").levels.size(), 1u);
 }
 

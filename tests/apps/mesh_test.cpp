@@ -319,7 +319,7 @@ TEST(Mesh, OnTheSpotHasTheSameNotesAndSurfaceForALook) {
     write_text_file(folder / "scene.yaml", "mesh: {file: labels.nii.gz, tets: 1000}\n" + rest);
     const auto solved = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(solved.status, 0) << solved.err;
-    EXPECT_NE(solved.out.find("label 7"), std::string::npos) << solved.out;
+    EXPECT_NE(solved.err.find("label 7"), std::string::npos) << solved.err;
     write_surface(folder / "ball.stl", shapes::sphere(0.02, 4), Space::ras);
     write_text_file(folder / "scene.yaml",
                     "mesh: {file: ball.stl, edge_lengths_mm: [5000]}\n" + rest);
