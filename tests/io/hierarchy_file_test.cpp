@@ -110,8 +110,8 @@ TEST(HierarchyFile, OtherFilesAreErrors) {
     EXPECT_TRUE(
         says(error_of([&] { read_hierarchy(folder / "none.h5"); }), {"none.h5", "no such file"}));
     write_bytes(folder / "text.h5", "not HDF5 at all");
-    EXPECT_TRUE(
-        says(error_of([&] { read_hierarchy(folder / "text.h5"); }), {"text.h5", "not an HDF5 file"}));
+    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "text.h5"); }),
+                     {"text.h5", "not an HDF5 file"}));
     hdf5::File::create(folder / "empty.h5", "empty.h5");
     EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "empty.h5"); }),
                      {"empty.h5", "another program"}));
