@@ -12,7 +12,7 @@ namespace livetet {
 /// Carries constraints and springs of the finest mesh down to the coarser levels of a hierarchy.
 class CoarseConstraints {
   public:
-    /// The hierarchy must outlive this.
+    /// The hierarchy's transfers must outlive this; the hierarchy itself may be moved.
     explicit CoarseConstraints(const MeshHierarchy& hierarchy);
 
     /// Tells every level which components are constrained, given those of the finest whole mesh
@@ -28,7 +28,7 @@ class CoarseConstraints {
                      std::span<const double> stiffness) const;
 
   private:
-    const MeshHierarchy& hierarchy_;
+    std::vector<const BarycentricMap*> maps_;            ///< by level, from the second
     std::vector<CoarseBody> bodies_;                     ///< by level, from the second
     std::vector<std::vector<std::uint8_t>> components_;  ///< by level
 };
