@@ -173,7 +173,11 @@ TEST(Umeyama, SaysWhereNoRotationIsTheBest) {
         {0.05, 0.05, 0.05}, {0.05, -0.05, -0.05}, {-0.05, 0.05, -0.05}, {-0.05, -0.05, 0.05}};
     Points mirrored = p;
     for (Vector3d& point : mirrored) point = -point;
-    const auto text = message_of([&] { fit_points_cross_checked(p, mirrored, Scaling::rigid); });
+    // Which of them a method takes is up to its rounding: two that differ are told.
+    PointFit one = fit_points(p, mirrored, Scaling::rigid), other = one;
+    one.rotation = Vector3d(1, -1, -1).asDiagonal();
+    other.rotation = Vector3d(-1, 1, -1).asDiagonal();
+    const auto text = message_of([&] { check_agreement(one, other, p, mirrored); });
     EXPECT_NE(text.find("two rotations fit equally well"), std::string::npos) << text;
 }
 
