@@ -95,8 +95,7 @@ void BlockMatrix::set_rigid_motions(const PartitionedMesh& share,
 }
 
 void BlockMatrix::check_pattern() const {
-    // PETSc must hold the very rows that were counted here, else its arrays are not what Filling
-    // takes them for.
+    // Filling writes into PETSc's arrays by this pattern: PETSc must have exactly these rows.
     const Arrays arrays(matrix_.get(), layout_);
     for (int p = 0; p < 2; ++p) {
         if (!arrays.part(p)) continue;

@@ -10,8 +10,7 @@ namespace livetet {
 
 namespace {
 
-/// Room for forces at all local nodes; what lands on ghosts is their owners' to compute, and stays
-/// unread.
+/// Forces at all local nodes. Those on ghosts are not read: their owners compute them.
 class LocalForces {
   public:
     explicit LocalForces(Vec f) : vec_(f) {
@@ -124,7 +123,7 @@ void LevelAssembler::make_batches(bool in_double) {
         single_ = std::make_unique<SinglePrecisionBatches>(
             TetBatches<float>(elements(), share_.tets, parts_), zeros, zeros);
     }
-    if (in_double && parts_.parts.size() == 1) {  // tet after tet: no table is needed
+    if (in_double && parts_.parts.size() == 1) {  // lanes in the order of the tets need no table
         std::vector<std::int32_t>().swap(parts_.tet_of_lane);
         return;
     }

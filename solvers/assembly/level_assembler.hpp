@@ -71,7 +71,7 @@ class LevelAssembler {
     void set_rigid_motions() { matrix_->set_rigid_motions(share_, rest_); }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
-    /// Lumped mass of each owned node, kg; empty until it was asked for by `find_mass`.
+    /// Lumped mass of each owned node, kg; empty before `find_mass`.
     std::span<const double> node_mass() const { return node_mass_; }
     void find_mass();
     /// Memory of the matrix, bytes.
@@ -117,8 +117,8 @@ class LevelAssembler {
     /// of shear, the pressures being unknowns); collective.
     double force_at_unit_strain() const;
 
-    /// What forces can be relied on to, as a part of force_at_unit_strain: sixteen last digits of a
-    /// double, or the last one of a float on a level in single precision.
+    /// Error of forces by round-off, relative to force_at_unit_strain: 16 epsilons of double, or
+    /// one epsilon of float on a level in single precision.
     double force_epsilon() const;
 
     /// Strain energy, J; collective.
@@ -129,7 +129,7 @@ class LevelAssembler {
     template <class Visit>
     void visit_fields(const Configuration& at, Visit&& visit) const;
 
-    /// `visit(local tet, det F)`, the mean over its quadrature points, whatever the strain model.
+    /// `visit(local tet, det F)`, the mean over its quadrature points, whatever the model.
     template <class Visit>
     void visit_volume_ratio(const Configuration& at, Visit&& visit) const;
 

@@ -33,8 +33,9 @@ inline PetscLogEvent log_event(const char* name) {
     return event;
 }
 
-/// Counts one computation of a part and its time until the timer is gone, in PETSc's log too. PETSc's
-/// events alone do not do: they know no memory, and a frame does not run under -log_view.
+/// Adds one computation of a part, and its time until the timer is destroyed, to the part's cost
+/// and to PETSc's log. PETSc's events alone would not suffice: they know no memory and record only
+/// under -log_view.
 class PhaseTimer {
   public:
     PhaseTimer(PhaseCost& part, PetscLogEvent event) : part_(part), event_(event) {

@@ -26,8 +26,7 @@ PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns,
 PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) {
     const PressureSpace& space = *level.pressure_space();
     const PartitionedMesh& share = level.share();
-    // Stiffness of a displacement against the compliance of a pressure, in the mean: N/m and
-    // m^3/Pa.
+    // Mean stiffness of a displacement, N/m, and mean compliance of a pressure, m^3/Pa.
     double sums[4] = {0, 0, 0, 0};
     for (std::size_t t = 0; t < share.tets.size(); ++t) {
         const TetElement e = level.element(t);

@@ -6,8 +6,8 @@ namespace livetet {
 
 /// The rows and columns that pressures add to a level's operator,
 ///     [ K   B^T ]
-///     [ B  -C   ],   B = d/du of integral N_i theta,   C = integral N_i N_j / lambda (+ the
-///     stabilisation of P1),
+///     [ B  -C   ],   B = d/du of integral N_i theta,   C = integral N_i N_j / lambda
+/// (with P1, C + stabilisation),
 /// and the residual of the constraint theta = p / lambda. P2 with P1 pressures is stable by itself
 /// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
 /// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
@@ -22,8 +22,7 @@ class PressureCoupling {
     /// The pressure that a unit of the scaled unknown stands for, Pa/m.
     double scale() const { return scale_; }
 
-    /// Renews B at `at`; columns of constrained components
-    /// are zero.
+    /// Renews B at `at`; columns of constrained components are zero.
     void assemble(const Configuration& at);
 
     /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; at.p in Pa.

@@ -101,8 +101,7 @@ bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
     if (!rest_)
         for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]})
             *v = make_vector(fine().share());
-    // Fischer 1998, with images by the operator as it is now: the minimum of |x - sum c_i g_i| in
-    // energy.
+    // Fischer 1998: c minimises |x - sum c_i g_i| in the energy norm of the present operator.
     const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
     for (std::size_t i = 0; i < count; ++i)
         LIVETET_PETSC(MatMult(matrix(), guesses[i], images_[i].get()));

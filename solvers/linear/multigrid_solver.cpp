@@ -28,7 +28,7 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
     }
     LIVETET_PETSC(MatCreateVecs(A, x.out(), b.out()));
     {
-        // A fixed rough vector, the same on any number of runs.
+        // A fixed rough vector, the same in every run.
         WriteArray values(b.get());
         std::uint32_t state = 12345;
         for (double& v : values.span())
@@ -152,7 +152,7 @@ bool MultigridSolver::renew(const Configuration& at, double s, double m, Tangent
         assemble_levels(at, s, 0, tangent);
         if (set_bounds()) {
             if (m == 0) return false;
-        } else {  // an exact tangent far from rest is not positive, and says little
+        } else {  // an exact tangent far from rest need not be positive, and then gives no bound
             assemble_levels(at, s, 0, Tangent::held_rotation);
             (void)set_bounds();
         }
@@ -211,15 +211,14 @@ bool MultigridSolver::set_bounds() {
         Mat A = nullptr;
         LIVETET_PETSC(KSPGetOperators(chebyshev, &A, nullptr));
         double high = 1.1 * largest_eigenvalue(A, by);
-        if (!(high > 0.1 &&
-              high < 1e4)) {  // one of at least 1 and some tens at most, as it should be
+        if (!(high > 0.1 && high < 1e4)) {  // expected: from 1 to some tens
             good = false;
             high = 4;
         }
         LIVETET_PETSC(KSPChebyshevSetEigenvalues(chebyshev, high, low * high));
     };
     for (KSP smoother : smoothers_) bound(smoother, nullptr, 0.05);
-    for (std::size_t l = coarse_solves_.size() - 1; l-- > 0;) {  // each cycles by the ones below it
+    for (std::size_t l = coarse_solves_.size() - 1; l-- > 0;) {  // needs the bounds below it
         PC below = nullptr;
         LIVETET_PETSC(KSPGetPC(coarse_solves_[l], &below));
         bound(coarse_solves_[l], below, 0.2);

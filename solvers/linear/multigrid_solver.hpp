@@ -9,9 +9,9 @@ namespace livetet {
 /// coarse operators that are either assembled on each coarse mesh or Galerkin products P^T A P.
 ///
 /// A cycle smooths by Chebyshev steps on 3x3 block Jacobi. Its coarse equation is solved by
-/// `cycles_below` cycles of the next level, accelerated by Chebyshev's polynomial: a coarse mesh
-/// that is too soft or too stiff somewhere would have a plain W-cycle diverge. The polynomial is
-/// fixed, so that conjugate gradients stay exact.
+/// `cycles_below` cycles of the next level, accelerated by Chebyshev's polynomial: a plain W-cycle
+/// would diverge where a coarse mesh is too soft or too stiff. The polynomial is fixed, so that
+/// conjugate gradients stay exact.
 class MultigridSolver : public DisplacementSolver {
   public:
     MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
@@ -46,8 +46,8 @@ class MultigridSolver : public DisplacementSolver {
     void assemble_levels(const Configuration& at, double s, double m, Tangent tangent);
     void form_galerkin_product(std::size_t l);
     void set_level_operators();
-    /// Chebyshev's intervals from the largest eigenvalues; false where one could not be had and
-    /// stands at a usual value.
+    /// Chebyshev's intervals from the largest eigenvalues; false if one was out of range and a
+    /// usual value replaces it.
     bool set_bounds();
 
     CoarseOperator coarse_;

@@ -5,11 +5,12 @@
 namespace livetet {
 
 /// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
-/// block triangle of its inner solver's preconditioner for K, which then holds no volumetric
-/// stiffness and stays as easy as a Poisson's ratio of zero, and the lumped pressure mass for the
-/// Schur complement:
+/// block triangle
 ///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p).
-/// The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
+/// S^-1 is the inverse of the lumped pressure mass, K^-1 one application of the inner solver's
+/// preconditioner. K holds no volumetric stiffness, so that it is as well conditioned as at a
+/// Poisson's ratio of zero. The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen
+/// 2014, chapter 4).
 class SaddlePointSolver : public LinearSolver {
   public:
     /// `inner`: of role `preconditioner`.

@@ -27,8 +27,8 @@ void store(Four v, float* p) {
     p[2] = v[2];
 }
 
-/// A map from coarse to fine nodes the other way: coarse node n lends `weights[k]` to fine node
-/// `nodes[k]`, k from start[n] to start[n + 1].
+/// The transpose of a BarycentricMap: coarse node n has the weight `weights[k]` in fine node
+/// `nodes[k]`, for k from start[n] to start[n + 1].
 struct Lent {
     std::vector<std::int32_t> start, nodes;
     std::vector<float> weights;
@@ -54,7 +54,7 @@ struct Lent {
             sum += weights[k] * load(fine + 3 * nodes[k]);
         return sum;
     }
-    /// Their mean, which has no use for negative weights.
+    /// Their weighted mean; negative weights count as 0.
     Four mean(std::size_t n, const float* fine) const {
         Four sum{};
         float total = 1e-6F;
@@ -67,7 +67,7 @@ struct Lent {
     }
 };
 
-/// Nodes a thread should have at least to be worth waking.
+/// Minimum number of nodes for which a further thread is woken.
 constexpr std::size_t grain = 150;
 
 }  // namespace
@@ -118,8 +118,8 @@ struct SinglePrecisionMultigrid::Level {
             }
     }
 
-    /// A of all components, where the rotations are: what is constrained is kept out of the
-    /// vectors, not of A.
+    /// A of all components at the given rotations. Constrained components are zero in the vectors,
+    /// not in A.
     void assemble(std::span<const RotationBatch<float>> rotations, double m_over_s, double s,
                   Renewal renewal) {
         const BatchRange shared = level.parts().shared;
@@ -142,8 +142,8 @@ struct SinglePrecisionMultigrid::Level {
         });
     }
 
-    /// Makes `diagonal_shift` what inertia and springs add to the diagonal now; `renewed`: the rest
-    /// of the block is new, too.
+    /// Sets `diagonal_shift` to what inertia and springs add to the diagonal; `renewed`: the rest
+    /// of the block is new too.
     void shift_diagonal(std::size_t i, double m_over_s, double s, bool renewed) {
         const auto mass = level.node_mass(), springs = level.springs();
         const auto now = static_cast<float>(
@@ -157,8 +157,8 @@ struct SinglePrecisionMultigrid::Level {
         invert(block.data(), inverse_scale.data() + 3 * i, inverse.data() + 9 * i);
     }
 
-    /// The inverse of what of a symmetric block is not constrained (`free` is not zero); zero in
-    /// the other rows and columns.
+    /// The inverse of the unconstrained part of a symmetric block (where `free` is not zero); zero
+    /// in the other rows and columns.
     static void invert(const float* block, const float* free, float* to) {
         Eigen::Map<Eigen::Matrix3f> result(to);
         const Eigen::Map<const Eigen::Matrix3f> D(block);
@@ -293,7 +293,7 @@ void SinglePrecisionMultigrid::find_bounds(Level& level) {
             });
         });
         for (const float v : level.next) after += v * v;
-        if (!(before > 0 && after > 0)) return;  // nothing of the level is free
+        if (!(before > 0 && after > 0)) return;  // the level has no free component
         level.bound = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];

@@ -23,9 +23,8 @@ class SinglePrecisionMultigrid {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
     static constexpr std::size_t max_coarsest_nodes = 2000;
-    /// Of Young's moduli: at a contrast of 1e6 its last digits, which the soft part lives in, let
-    /// bodies run away
-    /// (`livetet bench stability`).
+    /// Largest ratio of Young's moduli. At 1e6 the stiffness of the soft part is lost in round-off,
+    /// and bodies run away (`livetet bench stability`).
     static constexpr double max_contrast = 1e5;
 
     /// `levels` (without matrices), finest first, the maps between them and the team must outlive
@@ -40,9 +39,9 @@ class SinglePrecisionMultigrid {
     /// Takes up the levels' constrained components and springs.
     void set_constrained();
 
-    /// The operators s K(R) + m M, where the finest level's rotations were taken last. `by_halves`:
-    /// of the finest level only the half that was not renewed last, unless constraints are new, or
-    /// s or m by more than a twentieth.
+    /// Renews the operators s K(R) + m M with the rotations of the finest level. `by_halves`: of
+    /// the finest level only the half that was not renewed last, unless constraints are new or s or
+    /// m has changed by more than 5 %.
     void update(const ElementRotations& finest, double s, double m, bool by_halves = false);
     /// Whether the last update renewed a half only.
     bool renewed_half() const { return half_ != Renewal::whole; }

@@ -4,10 +4,10 @@
 
 namespace livetet {
 
-/// Decides after each iteration of a Krylov solver whether to go on: PETSc's own test knows neither
-/// a deadline nor a tolerance relative to a right-hand side that guesses have been taken off. Where
-/// nobody called `begin` (SNES solves by itself), the tolerances of the KSP decide, as PETSc's own
-/// test would.
+/// Decides after each iteration of a Krylov solver whether to go on. PETSc's own test knows no
+/// deadline, and no tolerance relative to the right-hand side before guesses were subtracted from
+/// it. If `begin` was not called (SNES runs the KSP), the tolerances of the KSP hold, as in PETSc's
+/// own test.
 class StoppingTest {
   public:
     /// `estimates_error`: the iterations' steps are measured. `team` must outlive this.

@@ -44,9 +44,9 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
                                             std::span<const std::uint8_t> fine,
                                             const CoarseBody& coarse) {
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
-    std::vector<HeldMotions> free, of_fine,
-        of_whole;  // of each piece: nothing, what the fine nodes in it hold, in all that it is a
-                   // part of
+    // Of each piece, the rigid motions that are held: none; by the fine nodes in it; by those in
+    // the whole that it is a part of.
+    std::vector<HeldMotions> free, of_fine, of_whole;
     for (const CoarseBody::Piece& piece : coarse.pieces)
         free.emplace_back(piece.centre, piece.extent);
     of_fine = of_whole = free;
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
             place += fine_in_coarse.weights[i][k] * coarse.places[n];
             for (int c = 0; c < 3; ++c)
                 if (fine[i] >> c & 1)
-                    held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides by itself
+                    held[n][c] += w > 0.999 ? total_of_one : w;  // the same node decides alone
         }
         if (!fine[i]) continue;
         const std::int32_t p = coarse.piece_of[fine_in_coarse.nodes[i][0]];
@@ -70,8 +70,8 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
         of_whole[coarse.pieces[p].whole].hold(place, fine[i]);
     }
     std::vector<std::uint8_t> components(coarse_nodes, 0);
-    std::vector<bool> is_held(coarse.pieces.size(), false),
-        done = is_held;  // done: no lesser share would do more
+    // done: a smaller share would change nothing.
+    std::vector<bool> is_held(coarse.pieces.size(), false), done = is_held;
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
         std::vector<HeldMotions> of_coarse = free;
         for (std::size_t n = 0; n < coarse_nodes; ++n) {
@@ -132,9 +132,9 @@ std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double>
 
 namespace {
 
-/// Rows and columns of single numbers, owned as the shares' nodes are; `columns_of(row, visit)`
-/// visits the PETSc numbers of the nodes that owned row number `row` has entries for, each once; it
-/// is called once for every row, in order. `width` numbers a node.
+/// An empty matrix with `width` numbers for each node, its rows and columns owned as the nodes are.
+/// `columns_of(row, visit)` calls visit(PETSc's number of a node) once for each node in which the
+/// owned row has entries; it is called once for each row, in order.
 template <class ColumnsOf>
 PetscHandle<Mat> make_matrix(const PartitionedMesh& rows, const PartitionedMesh& columns,
                              PetscInt width, ColumnsOf&& columns_of) {

@@ -25,15 +25,15 @@ struct CoarseBody {
     std::vector<Piece> pieces;           ///< each connected in the coarse mesh
 };
 
-/// Which components of the coarse nodes are constrained when `fine` are (bits 0 to 2; whole
-/// meshes): a coarse component is, where at least 0.3 of the weight that it lends to fine nodes
-/// goes to constrained ones (of 0.05 to 0.95 the value with the fewest iterations on an organ
-/// pressed at a patch), where it is itself a fine node that is, or where it lends none. Where that
-/// would leave a connected piece free to move as a rigid body which the fine one is not, whose
-/// patch is small on the coarse mesh, a lesser share will do there: static, the matrix would be
-/// singular. Where the fine one hangs together by what the coarse mesh has not, and no share will
-/// do, a tet of it is. One rule for masks, groups, patches and node lists, and no coarse level has
-/// an unknown without an equation.
+/// Which components of the coarse nodes are constrained if `fine` are (bits 0 to 2; whole meshes).
+/// A coarse component is constrained
+/// - if at least 0.3 of its weight in fine nodes is in constrained ones (of 0.05 to 0.95 the value
+///   with the fewest iterations on an organ pressed at a patch);
+/// - if it has the place of a constrained fine node;
+/// - if it has no weight in any fine node: it would be an unknown without an equation.
+/// If a connected piece of the coarse mesh could then move as a rigid body, but the fine nodes in
+/// it are held, a smaller share suffices in that piece: a static matrix would be singular. If only
+/// the rest of the fine mesh holds a piece, one of its tets is constrained.
 std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse,
                                             std::span<const std::uint8_t> fine,
                                             const CoarseBody& coarse);
@@ -41,9 +41,9 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
 /// Of each tet, m^3.
 std::vector<double> tet_volumes(const TetMesh& mesh);
 
-/// What each coarse tet carries of the fine tets' volumes, m^3: its own, scaled by what its nodes
-/// are lent against what they have. Stiffness of fine material that lies outside of the coarse
-/// mesh, in thin rims, is not lost that way.
+/// The volume of fine tets that each coarse tet stands for, m^3: its own, scaled by the ratio of
+/// the fine volume that is restricted to its nodes to their own. The stiffness of thin rims outside
+/// of the coarse mesh is not lost that way.
 std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double> fine_volumes,
                                     const BarycentricMap& fine_in_coarse, const TetMesh& coarse);
 

@@ -9,8 +9,8 @@ namespace livetet {
 
 namespace {
 
-/// Threads beyond the caller's serve the live solver alone: the others have ranks. On a small mesh
-/// they would wait for each other longer than they work, and on a busy machine for their turns.
+/// Only the live solver uses threads; the others use ranks. On a small mesh, threads would wait for
+/// each other longer than they work.
 int team_size(const SolverOptions& options, std::size_t nodes) {
     constexpr std::size_t nodes_a_thread = 500;
     if (options.kind != SolverKind::live) return 1;
@@ -85,7 +85,7 @@ double DeformableBody::begin_step(double dt) {
 void DeformableBody::end_step(double dt, StepReport& report) {
     linear_solves_.seconds += report.solve_s;
     linear_solves_.times += report.iterations;
-    if (report.kept_old) {  // velocity and acceleration stay too: the body waits
+    if (report.kept_old) {  // velocity and acceleration are unchanged too
         time_.return_to_start();
         balance_.update_rotations();
         return;

@@ -80,8 +80,8 @@ class DeformableBody {
     std::vector<TetFields> tet_fields();
     /// The largest mean von Mises stress of a tet, Pa; collective.
     double largest_von_mises();
-    /// How many tets are flat or inside out, their mean det F <= 0: what is read off them, stress
-    /// above all, means nothing. (A P2 tet can have a corner inside out without.) Collective.
+    /// Number of flat or inverted tets, of mean det F <= 0: their stresses are meaningless. (A P2
+    /// tet with an inverted corner can have a positive mean.) Collective.
     std::size_t inverted_tets();
     /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its
     /// quadrature points, where it is most accurate, and averaged over the tets at a node by their

@@ -1,4 +1,4 @@
-// What is read off a body where it is: forces, stresses, energies.
+// Results of a body in its present state: stresses, volume ratios, energies.
 
 #include <Eigen/Geometry>
 
@@ -42,8 +42,8 @@ std::size_t DeformableBody::inverted_tets() {
     const PartitionedMesh& share = mesh();
     std::uint64_t count = 0;
     level().visit_volume_ratio(configuration(), [&](std::size_t e, double ratio) {
-        count +=
-            share.tets[e][0] < share.owned && ratio <= 0;  // of one rank: its first corner's owner
+        // Each tet is counted by the rank that owns its first corner.
+        count += share.tets[e][0] < share.owned && ratio <= 0;
     });
     MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_UINT64_T, MPI_SUM, share.comm);
     return count;
@@ -75,8 +75,8 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     const LevelAssembler& fine = level();
     const PartitionedMesh& share = mesh();
     const bool quadratic = !share.edge_nodes.empty();
-    // The linear function through the values at the four points takes at corner i: own * value_i +
-    // other * the rest.
+    // The linear function through the values v_q at the four points has at corner i the value
+    // own * v_i + other * (sum of the other three).
     const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1,
                  other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
     std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());

@@ -38,7 +38,7 @@ ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, Prescribe
     if (fine.has_frozen_force()) at_ = make_vector(fine.share());
     if (fine.pressure_space()) volume_ = make_vector(*fine.pressure_space());
     farthest_ = lost_at(fine);
-    // Stresses are made of F = I + grad u: no force is better than the moduli's last digit.
+    // The rounding of F = I + grad u limits forces to the last digit of the moduli.
     round_off_ = fine.force_epsilon() * fine.force_at_unit_strain();
 }
 

@@ -48,7 +48,7 @@ class ForceBalance {
     double residual_norm() const;
     Vec residual() const { return residual_.get(); }
     Vec volume_residual() const { return volume_.get(); }  ///< null in the displacement form
-    /// r . du, with the pressures' part: what the energy falls by along (du, dp), to first order,
+    /// r . du, with the pressures' part: the decrease of the energy along (du, dp), to first order,
     /// J.
     double slope(Vec du, Vec dp) const;
     /// force() = f_int, less the springs' pull, with damping by beta K v at the state's v: what an
@@ -63,8 +63,8 @@ class ForceBalance {
     /// Size of the forces at work, N: now, or after keep_scale() if that was more.
     double scale() const { return scale_; }
     void keep_scale() { start_scale_ = scale_; }
-    /// Norm of forces, N, far below round-off: nothing comes of these, however far apart moduli
-    /// are.
+    /// Norm of forces, N, far below round-off: smaller forces are taken for zero, whatever the
+    /// contrast of moduli.
     double negligible() const { return 1e-12 * round_off_; }
     /// Largest residual that `tolerance`, relative to scale(), allows, N; round-off where that is
     /// more.

@@ -14,17 +14,16 @@ namespace {
 /// The weight of the newest value in running means.
 constexpr double newest = 0.2;
 
-/// The time of a whole renewal over that of a half, which includes the coarse levels and the shared
-/// tets.
+/// Time of a whole renewal divided by that of a half; both include coarse levels and shared tets.
 constexpr double whole_over_half = 1.6;
 
-/// Prescribed nodes that go this many times as far as they usually do have jumped. So many steps
-/// after it renew operators whole: halves would let a large change of the rotations ring.
+/// The prescribed nodes have jumped if they move this many times as far as their running mean. The
+/// steps_to_settle steps after a jump renew whole operators: after a large change of the rotations,
+/// renewal by halves would oscillate.
 constexpr double jump = 4;
 constexpr int steps_to_settle = 10;
 
-/// A solve by half an operator is rejected where a node would go this many times as far as the
-/// prescribed ones.
+/// Reject a partial-update step if any node moves more than this many times the prescribed motion.
 constexpr double max_reach = 8;
 
 void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
@@ -68,7 +67,7 @@ void FrameStepper::advance(double prescribed_size, const FrameControls& controls
         controls.deadline || controls.iterations > 0 || controls.as_done != nullptr;
     const bool single = controls.newton_iterations == 1;
     for (int k = 0; k < controls.newton_iterations; ++k) {
-        // A released body comes ever closer to rest, down to denormal numbers.
+        // A released body approaches rest: end before its forces become denormal numbers.
         if (imbalance <= balance_.negligible() && !(k == 0 && moves)) break;
         const LinearReport linear = solve_linear(controls, report);
         watch.lap();
@@ -94,7 +93,7 @@ double FrameStepper::apply(bool first, double imbalance, bool last) {
     if (!first) return line_search(imbalance);
     move(1);
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
-    if (last) return imbalance;  // nobody asks for the residual after a frame of one iteration
+    if (last) return imbalance;  // a frame of one iteration does not need the residual after it
     balance_.update_rotations();
     return balance_.evaluate();
 }
@@ -121,7 +120,7 @@ LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepRepor
         report.half_renewed = false;
         solved = solve_once(controls, done, tangent, false, report);
     }
-    // Where an exact tangent is not positive, its direction may go uphill.
+    // If an exact tangent is not positive, the energy may rise along its direction.
     if (exact && !(solved.linear.converged && balance_.slope(du_.get(), dp_.get()) > 0))
         solved = solve_once(controls, done, Tangent::positive, false, report);
     return solved.linear;
@@ -140,7 +139,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     report.half_renewed |= half;
     report.operator_s += assembly_s;
     const double whole_s = half ? whole_over_half * assembly_s : assembly_s;
-    // New constraints and time steps take more, once.
+    // A renewal after new constraints or a new time step takes longer, once.
     renew_mean(renewal_s_, renewal_s_ > 0 ? std::min(whole_s, 2 * renewal_s_) : whole_s);
     solver_.set_up_preconditioner();
     report.preconditioner_s += watch.lap();
@@ -162,7 +161,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
 }
 
 bool FrameStepper::leads_astray(const LinearReport& linear) const {
-    // Not by VecNorm: the first time it allocates what it remembers, and a frame allocates nothing.
+    // VecNorm would allocate its cache at the first call; a frame allocates nothing.
     const ReadArray du(du_.get());
     std::atomic<double> largest{0};
     over_components(team_, solver_.fine(), [&](std::size_t begin, std::size_t end) {

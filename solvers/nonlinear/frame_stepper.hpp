@@ -22,10 +22,11 @@ struct FrameControls {
     const SolveRecords* as_done = nullptr;
 };
 
-/// Advances a body by frames that must end in time: a fixed number of Newton iterations, the first
-/// of which applies the prescribed increment without a line search; linear solves that a deadline
-/// cuts short; and, when time is short, an operator of which only one half is renewed. Which half,
-/// and whether the last step's direction is trusted, is decided by running means of past frames.
+/// Advances a body by frames that must end in time. A frame makes a fixed number of Newton
+/// iterations; the first applies the prescribed increment, without a line search. A deadline cuts
+/// linear solves short. When time is short, only one half of the operator is renewed. Running means
+/// of past frames decide whether it is, and whether the direction that such an operator gives is
+/// used.
 class FrameStepper {
   public:
     /// All must outlive this.
@@ -50,8 +51,8 @@ class FrameStepper {
                       bool by_halves, StepReport& report);
     /// Whether a whole operator, one iteration and what follows would miss the deadline.
     bool is_late(const FrameControls& controls) const;
-    /// Whether the solve by an operator of which one half is a step old went where no whole one
-    /// would: where tets have flipped since, the halves may not fit together.
+    /// Whether the result of an operator whose one half is a step old must be rejected: if tets
+    /// have flipped since, the halves may not fit together.
     bool leads_astray(const LinearReport& linear) const;
     /// Applies the solved increment, and in the first iteration the prescribed one; the residual's
     /// norm where a further iteration asks for it.

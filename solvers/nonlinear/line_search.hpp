@@ -9,11 +9,11 @@ namespace livetet {
 /// A line search tries at most this many lengths and takes the last as it is.
 constexpr int max_line_search_trials = 7;
 
-/// The backtracking rule of Newton's line search. Along a direction d the energy's slope is -r . d:
-/// a step is long enough, and not too long, where the slope has come near zero. `slope` is r . d,
-/// `norm` that of r, before the step and after one of `length` times d. Where the slope before says
-/// nothing (it is not positive), the norm decides. Empty where the length is good, else the next
-/// one to try.
+/// The backtracking rule of Newton's line search. `slope` is r . d, minus the slope of the energy
+/// along the direction d; `norm` is |r|; both before the step and after one of `length` times d. A
+/// length is good if the energy does not rise at its end more than 0.9 times as steeply as it fell
+/// before, or if |r| has halved. If the slope before is not positive, |r| alone decides. Returns
+/// nothing if the length is good, else the next length to try.
 inline std::optional<double> next_length(double slope_before, double slope_after,
                                          double norm_before, double norm_after, double length) {
     const bool is_good =

@@ -108,7 +108,7 @@ void NewtonSolver::make_snes(MPI_Comm comm) {
         });
     };
     LIVETET_PETSC(SNESSetConvergenceTest(snes, test, this, nullptr));
-    // What the options do not name is not asked of SNESConvergedDefault.
+    // Zero, so that SNESConvergedDefault tests only the tolerances that the options set.
     LIVETET_PETSC(SNESSetTolerances(snes, 0, 0, 0, PETSC_DEFAULT, PETSC_MAX_INT));
     LIVETET_PETSC(SNESSetMaxLinearSolveFailures(snes, PETSC_MAX_INT));  // see mend_direction
     make_line_search();
@@ -147,7 +147,7 @@ void NewtonSolver::solve(const SolveControls& controls, bool moves, StepReport& 
     balance_.keep_scale();
     report.forces_s += watch.lap();
     const bool is_linear = solver_.fine().is_linear();
-    if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may go another way
+    if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may differ in direction
     const bool predicts =
         moves || ((time_.is_dynamic() || is_linear) && imbalance > balance_.negligible());
     if (!predicts || predict(moves, report)) solve_by_snes(report);
@@ -261,7 +261,7 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
 
 void NewtonSolver::assemble(Vec x) {
     Stopwatch watch;
-    copy_to_state(x);  // a line search of PETSc's may have looked elsewhere last
+    copy_to_state(x);  // PETSc's line searches may have evaluated another state last
     tangent_ = next_tangent();
     balance_.assemble(tangent_);
     report_->operator_s += watch.lap();

@@ -9,8 +9,9 @@
 namespace livetet {
 
 /// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
-/// after `max_newton` iterations; each linear solve at `linear_tolerance`. -snes_max_it,
-/// -snes_rtol, -snes_atol and -ksp_rtol of PETSc's options go before these.
+/// after `max_newton` iterations; each linear solve at `linear_tolerance`. Of PETSc's options
+/// -snes_max_it and -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a
+/// solve before `tolerance` is met.
 struct SolveControls {
     int max_newton = 50;
     double tolerance = 1e-8;
@@ -22,19 +23,17 @@ struct SolveControls {
 /// displacement, in the mixed form a nest of displacement and scaled pressure; its function is (-r,
 /// g).
 ///
-/// Before SNES, where constrained nodes are to move, where the body is dynamic or its strain
-/// linear, comes a first Newton iteration of our own, without a line search: it applies the
-/// prescribed increment to first order, with forces at the old displacement, and starts from the
-/// last steps' increments.
+/// If constrained nodes are to move, if the body is dynamic, or if all its models are of small
+/// strain, a first Newton iteration of our own comes before SNES, without a line search. It applies
+/// the prescribed increment to first order, with forces at the old displacement, and its linear
+/// solve starts from the last steps' increments.
 ///
-/// What else is ours, unless the options say otherwise:
-/// - The tangent is the exact one. Where its linear system does not converge or gives a direction
-/// that
-///   goes uphill, it is not positive: this iteration and the next two take its positive part.
-/// - The line search is by the slope of the energy, -r . d, and evaluates forces once where the
-/// full
+/// Also ours, unless the options say otherwise:
+/// - The tangent is the exact one. If its linear solve does not converge, or gives a direction of
+///   rising energy, it is not positive: this iteration and the next two take its positive part.
+/// - The line search uses the slope of the energy, -r . d, and evaluates forces once if the full
 ///   step is good; PETSc's `cp` seeks the same point with at least two evaluations. In the mixed
-///   form the same holds for the monotone operator (dL/du, -dL/dp): the slope takes in the
+///   form the same holds for the monotone operator (dL/du, -dL/dp): the slope includes the
 ///   pressures.
 class NewtonSolver {
   public:

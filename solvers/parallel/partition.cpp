@@ -67,8 +67,8 @@ std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts) {
 
 namespace {
 
-/// Of tets [begin, end) those that share three nodes with each, row by row, in arrays that PETSc
-/// can free.
+/// The neighbours of each tet of [begin, end), which share three nodes with it, row by row, in
+/// arrays that PETSc can free.
 std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::size_t begin,
                                               std::size_t end) {
     std::int32_t nodes = 0;
@@ -156,7 +156,7 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
                 parts[l].push_back(parts[l + 1][parent]);
         } else if (partitioner == Partitioner::ptscotch) {
             parts[l] = partition_tets_in_parallel(comm, hierarchy.levels[l].tets, worthwhile(l));
-        } else {  // by one rank: what METIS needs is a multiple of the mesh
+        } else {  // on one rank: METIS needs several times the memory of the mesh
             if (rank == 0) parts[l] = partition_tets(hierarchy.levels[l].tets, worthwhile(l));
             parts[l].resize(hierarchy.levels[l].tets.size());
             MPI_Bcast(parts[l].data(), static_cast<int>(parts[l].size()), MPI_INT32_T, 0, comm);

@@ -23,8 +23,8 @@ std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts);
 std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
                                                      int parts);
 
-/// A level is shared by no more ranks than have as many of its tets: a coarse one is not worth
-/// every rank's messages.
+/// Minimum number of tets of a level for each rank that shares it: a coarse level on all ranks
+/// would cost more in messages than it saves in work.
 constexpr std::size_t least_tets_a_rank = 200;
 
 /// A part of every tet of every level. A level that was cut from the next coarser one takes its

@@ -59,7 +59,8 @@ void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values);
 /// Fills the owned part of `v` from values in the whole mesh's numbering.
 void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v);
 
-/// Owned and ghost values of a vector from make_vector, read only; given back when the guard dies.
+/// Read access to the owned and ghost values of a vector from make_vector, until the guard is
+/// destroyed.
 class LocalValues {
   public:
     explicit LocalValues(Vec v) : vec_(v) {

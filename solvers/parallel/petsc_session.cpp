@@ -32,7 +32,7 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     pointers.push_back(nullptr);
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
-    // PETSc would take what ends a program for an error in it.
+    // PETSc would report these signals, which end a program, as errors of the program.
     constexpr int ends[] = {SIGHUP, SIGTERM, SIGPIPE};
     struct sigaction before[std::size(ends)] = {};
     for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], nullptr, &before[i]);
@@ -61,7 +61,7 @@ void PetscSession::tell_unused_options() const {
     given.insert(std::istream_iterator<std::string>(words), {});
     for (PetscInt k = 0; k < count; ++k) {
         const std::string name = std::string("-") + names[k];
-        // Others are set by our own code, or asked for when PETSc ends.
+        // Not reported: options that our own code sets, and those that PETSc reads at its end.
         const bool of_the_end =
             std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end),
                         [&](const char* begin) { return name.starts_with(begin); });

@@ -22,8 +22,8 @@ class PetscSession {
     /// cannot read them, or would pass over a word.
     void add_options(const std::string& options);
 
-    /// Whether any session of this program was given options: what PETSc refuses then is mostly one
-    /// of them.
+    /// Whether any session of this program was given options: an error of PETSc is then probably
+    /// caused by one of them.
     static bool any_options();
     /// At a run's end: a line on stderr for each option, of the command line's and the scene's,
     /// that no object of PETSc looked up.
