@@ -40,7 +40,9 @@ Outcome recovery(const Discretisation& d, Start start) {
     problem.body().set_displacement(start_of(problem.mesh(), start));
     int linearisations = 0, steps = 0;
     double largest = 1;
-    const bool claimed = d.strain->recovers_from_inversion(d.quadratic);
+    // Not claimed of finite strain since 0.2.0: the neo-Hookean starts run away (CHANGELOG).
+    const bool claimed = d.strain->recovers_from_inversion(d.quadratic) &&
+                         d.strain->kinematics() != Kinematics::finite_strain;
     for (; steps < (claimed ? 400 : 60) && largest > 1e-8; ++steps) {
         linearisations +=
             problem.body()
