@@ -148,8 +148,7 @@ void NewtonSolver::solve(const SolveControls& controls, bool moves, StepReport& 
     report.forces_s += watch.lap();
     const bool is_linear = solver_.fine().is_linear();
     if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may differ in direction
-    const bool predicts =
-        moves || ((time_.is_dynamic() || is_linear) && imbalance > balance_.negligible());
+    const bool predicts = moves || (is_linear && imbalance > balance_.negligible());
     if (!predicts || predict(moves, report)) solve_by_snes(report);
     report_ = nullptr;
 }

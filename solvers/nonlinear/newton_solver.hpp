@@ -23,10 +23,10 @@ struct SolveControls {
 /// displacement, in the mixed form a nest of displacement and scaled pressure; its function is (-r,
 /// g).
 ///
-/// If constrained nodes are to move, if the body is dynamic, or if all its models are of small
-/// strain, a first Newton iteration of our own comes before SNES, without a line search. It applies
-/// the prescribed increment to first order, with forces at the old displacement, and its linear
-/// solve starts from the last steps' increments.
+/// If constrained nodes are to move, or if all the body's models are of small strain, a first Newton
+/// iteration of our own comes before SNES, without a line search. It applies the prescribed
+/// increment to first order, with forces at the old displacement, and its linear solve starts from
+/// the last steps' increments. Any other step needs the line search from its first iteration on.
 ///
 /// Also ours, unless the options say otherwise:
 /// - The tangent is the exact one. If its linear solve does not converge, or gives a direction of
