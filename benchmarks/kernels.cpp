@@ -48,7 +48,7 @@ struct Level {
         fill(level.share(), bend, u.get());
         update_ghosts(u.get());
         level.update_rotations(u.get(), rotations);
-        level.assemble(1, 0, Tangent::held_rotation, {.u = u.get(), .rotations = &rotations});
+        level.assemble(1, 0, Tangent::frozen_rotation, {.u = u.get(), .rotations = &rotations});
     }
 };
 
@@ -63,7 +63,7 @@ void elastic_force(benchmark::State& state) {
         l.level.elastic_force({.u = l.u.get(), .rotations = &l.rotations}, l.f.get());
 }
 
-template <MatrixLayout layout, Tangent tangent = Tangent::held_rotation>
+template <MatrixLayout layout, Tangent tangent = Tangent::frozen_rotation>
 void assemble(benchmark::State& state) {
     Level l(layout);
     for (auto _ : state)

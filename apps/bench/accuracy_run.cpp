@@ -142,7 +142,7 @@ Scene accuracy_scene() {
 
 AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const PressedOrgan& organ)
     : scene_(std::move(scene)),
-      body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
+      body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), Use::track)),
       organ_(organ),
       judged_(judged_targets(organ.truth)),
       targets_(body_.mesh(), places_of(organ.truth, judged_)) {}

@@ -25,7 +25,7 @@ constexpr std::array<std::pair<TimeScheme, const char*>, 3> schemes{
 bool is_dynamic(const Scene& scene) { return scene.time.scheme != TimeScheme::static_equilibrium; }
 
 /// The linear tolerance that goes with a Newton tolerance: a linear solve need not outdo the last
-/// linearisation.
+/// Newton iteration.
 void solve_to(Scene& scene, double tolerance) {
     scene.solver.newton_tolerance = tolerance;
     scene.solver.relative_tolerance = std::max(1e-3, std::min(0.1, tolerance));
@@ -99,7 +99,7 @@ std::vector<SceneChoice> Choices::all() const {
         });
     Scene live = scene_;
     live.formulation = Formulation::displacement;
-    if (why_not_live(elastic_model(live, true), hierarchy_).empty())
+    if (why_not_live(elastic_model(live, Use::track), hierarchy_).empty())
         with("solver", "live kernels", [](Scene& s) {
             s.solver.kind = SolverKind::live;
             s.formulation = Formulation::displacement;
@@ -110,7 +110,7 @@ std::vector<SceneChoice> Choices::all() const {
     with("solver", "ICC", [](Scene& s) {
         s.solver.kind = SolverKind::petsc;
         s.solver.max_iterations = 2000;
-        const bool mixed = resolved_formulation(elastic_model(s, false)) == Formulation::mixed;
+        const bool mixed = resolved_formulation(elastic_model(s, Use::solve)) == Formulation::mixed;
         s.solver.petsc_options = mixed ? "-displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
     });
     if (is_dynamic(scene_))

@@ -217,7 +217,7 @@ int bench_latency(const LatencyArguments& arguments) {
     SimulatedTrackerOptions tracker = phantom_tracker({.rate_Hz = arguments.rate_Hz});
     tracker.presses = 1 + static_cast<int>(arguments.seconds / 3);
     Scene scene = published_scene(arguments.budget_ms);
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
     LatencyRun run;
     run_published(arguments, body, scene, tracker, run);
     return report_latency(arguments, body.mesh().tets.size(), run) ? 0 : 1;

@@ -83,7 +83,7 @@ class Follower {
     Follower(const Scene& scene, const MeshHierarchy& hierarchy,
              const SimulatedTrackerOptions& tracker)
         : scene_(scene),
-          body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), true)),
+          body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), Use::track)),
           model_(scene_, body_, tool_finder({"Reference", "Sensor"}),
                  tracker.image_from_reference) {}
 
@@ -108,8 +108,8 @@ class Follower {
             SolverOptions converged = scene_.solver;
             converged.kind = SolverKind::live;
             reference_ = std::make_unique<DeformableBody>(
-                DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy}, elastic_model(scene_, true),
-                scene_.time, converged);
+                DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy},
+                elastic_model(scene_, Use::track), scene_.time, converged);
         }
         const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;
         if (!is_static) reference_->copy_state(*body_.body);
@@ -273,7 +273,7 @@ WorkPrecisionChart measure_methods(const PhantomSize& size, const MeshHierarchy&
         Scene scene = phantom_scene(0.45, TimeScheme::static_equilibrium, rate, threads);
         scene.solver = solver;
         scene.solver.relative_tolerance = 1e-9;
-        scene.solver.tangent = TangentChoice::held_rotation;
+        scene.solver.tangent = TangentChoice::frozen_rotation;
         scene.track->base_window_s = 0.08;
         return scene;
     };

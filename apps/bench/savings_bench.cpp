@@ -50,7 +50,7 @@ std::vector<Variant> variants_of(const Scene& scene) {
                                             [](const Material& m) { return m.poisson > 0; });
     force("pressures",
           could_be_mixed &&
-              resolved_formulation(elastic_model(scene, false)) == Formulation::displacement,
+              resolved_formulation(elastic_model(scene, Use::solve)) == Formulation::displacement,
           [](Scene& s) { s.formulation = Formulation::mixed; });
     force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium,
           [&](Scene& s) {

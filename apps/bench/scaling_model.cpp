@@ -22,7 +22,7 @@ ScalingPoint point_at(const ScalingModel& m, double ranks) {
     p.levels = 1 + std::max(0.0, std::floor(std::log(nodes / coarsest_nodes) / std::log(8.0)));
     double here = nodes, visits = 1;
     for (int l = 0; l < static_cast<int>(p.levels); ++l, here /= 8, visits *= 2) {
-        const double active = std::clamp(tets_a_node * here / least_tets_a_rank, 1.0, ranks);
+        const double active = std::clamp(tets_a_node * here / min_tets_per_rank, 1.0, ranks);
         const double each = here / active;
         const double surface = 6 * std::pow(each, 2.0 / 3);
         const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s +
@@ -86,7 +86,7 @@ void print(const ScalingModel& m) {
             "a rank from {:.0e} unknowns on, and METIS runs "
             "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as "
             "that ({} tets each), visited ever more often.\n",
-            m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, least_tets_a_rank);
+            m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, min_tets_per_rank);
 }
 
 nlohmann::json json_of(const ScalingModel& m) {

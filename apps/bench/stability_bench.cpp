@@ -64,31 +64,31 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     if (!column.strain->resists_collapse() && (moves || squeezed || thin || pressed_by_euler))
         return "its energy falls in compression (Green's: below 1/sqrt 3 of the length), "
                "which the press does to tets of the patch's size, and does not "
-               "bring a tet back that is inside out; corotated and neohookean are for that";
+               "bring an inverted tet back; corotated and neohookean are for that";
     if (moves && column.strain->kinematics() != Kinematics::small_strain)
-        return "a start flat, inside out or at random: Newton's 50 linearisations a step, or one a "
+        return "a start flat, inverted or at random: 50 Newton iterations a step, or one a "
                "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
     if (!tracked && column.scheme != TimeScheme::static_equilibrium &&
         !column.strain->is_isotropic())
         return "fibres pull but do not push: the tangent jumps where one slackens, and 50 "
-               "linearisations of a dynamic step are not always enough";
+               "Newton iterations of a dynamic step are not always enough";
     if (tracked && c.poisson > 0.499)
         return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
                "iterations do not converge in its budget";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
         column.strain->kinematics() == Kinematics::corotated)
-        return "a patch that jumps by the body's length or presses through its far wall turns tets "
-               "inside out, where the nearest rotation switches: 50 "
-               "linearisations are not always enough";
+        return "a patch that jumps by the body's length or presses through its far wall inverts "
+               "tets, "
+               "and the nearest rotation switches: 50 Newton iterations are not always enough";
     if (c.edge_ratio >= 100 && !tracked && column.strain->kinematics() == Kinematics::corotated)
         return "tets a hundred times thinner than wide bend with what lies under them, and their "
-               "rotations far more than that: 50 linearisations are not "
+               "rotations far more than that: 50 Newton iterations are not "
                "always enough";
     if ((c.motion == PatchMotion::turn || c.motion == PatchMotion::jump) &&
         column.strain->kinematics() == Kinematics::finite_strain)
         return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
-               "which one linearisation a frame does not always undo, "
+               "which one Newton iteration a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
     return {};
 }
@@ -168,7 +168,7 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityCo
                 all[k].strain.name(), scheme_names[static_cast<int>(all[k].scheme)],
                 verdict_names[static_cast<int>(c.verdict)], c.reason,
                 c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps,
-                c.linearisations, c.energy_growth, c.left, c.late, c.seconds);
+                c.newton_iterations, c.energy_growth, c.left, c.late, c.seconds);
         }
     return text;
 }
@@ -188,7 +188,7 @@ json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& a
                  {"reason", c.reason},
                  {"known_limit", c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : ""},
                  {"steps", c.steps},
-                 {"linearisations", c.linearisations},
+                 {"linearisations", c.newton_iterations},
                  {"energy_growth", c.energy_growth},
                  {"left", c.left},
                  {"late", c.late},

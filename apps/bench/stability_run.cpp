@@ -47,7 +47,8 @@ class Trial {
         check_held(scene_, hierarchy.levels.front(), held_);
         turns_ =
             !free_rigid_motions(hierarchy.levels.front(), held_.constraints().components).empty();
-        body_ = make_body(PETSC_COMM_SELF, scene_, hierarchy, is_tracked());
+        body_ =
+            make_body(PETSC_COMM_SELF, scene_, hierarchy, is_tracked() ? Use::track : Use::solve);
     }
 
     void run() {
@@ -147,7 +148,7 @@ class Trial {
         const double reached =
             step_in_parts(*body_.body, dt, solve_controls(scene_), move,
                           [&](double share, double, const StepReport& report) {
-                              cell_.linearisations += report.newton_iterations;
+                              cell_.newton_iterations += report.newton_iterations;
                               last = report;
                               if (seconds_since(start) > longest_step_s)
                                   broken(
@@ -158,7 +159,7 @@ class Trial {
         if (reached < 1)
             broken(
                 "solved: not beyond {:.3g} of step {}, where forces are out of balance by {:.1e} "
-                "after {} linearisations",
+                "after {} Newton iterations",
                 reached, cell_.steps, last.imbalance, last.newton_iterations);
     }
 
@@ -177,7 +178,7 @@ class Trial {
         late_ += seconds_since(start) > limits_.budget_s;
         ++cell_.steps;
         cell_.late = static_cast<double>(late_) / cell_.steps;
-        cell_.linearisations += report.newton_iterations;
+        cell_.newton_iterations += report.newton_iterations;
         if (report.kept_old) broken("finite: step {} came to no finite state", cell_.steps);
     }
 

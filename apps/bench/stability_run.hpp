@@ -6,7 +6,7 @@
 
 namespace livetet {
 
-/// As `solve` steps a scene, each step to its tolerance; or as `track` does, one linearisation a
+/// As `solve` steps a scene, each step to its tolerance; or as `track` does, one Newton iteration a
 /// frame until its deadline.
 enum class SteppedAs { solve, track };
 
@@ -22,7 +22,7 @@ enum class Verdict { pass, fail, refused };
 struct StabilityCell {
     Verdict verdict = Verdict::pass;
     std::string reason;  ///< one line where it did not pass
-    int steps = 0, linearisations = 0;
+    int steps = 0, newton_iterations = 0;
     double energy_growth =
         0;            ///< the greatest energy after the driving, to the greatest until then
     double left = 0;  ///< of the greatest displacement (of a body that can turn: energy) when it

@@ -100,7 +100,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     const double whole_s = opening_s + 2 * arguments.stretches * arguments.seconds + 2;
     tracker.presses = 1 + static_cast<int>(whole_s / 3);
     Scene scene = phantom_scene(TimeScheme::newmark);
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
 
     ShownBody shown;
     shown.mesh = body.mesh();

@@ -41,8 +41,8 @@ void explain(const std::filesystem::path& path) {
     ProgressLine progress("mesh");
     MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
-    const SolverKind kind = resolved_kind(
-        solver_options(scene, hierarchy, scene.track.has_value()).kind, hierarchy.levels.size());
+    const SolverKind kind = resolved_kind(solver_options(scene, hierarchy, use_of(scene)).kind,
+                                          hierarchy.levels.size());
     const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 
@@ -54,7 +54,8 @@ void explain(const std::filesystem::path& path) {
     explain_levels(hierarchy, multigrid);
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(
-        "\nEach linearisation, with about {} iterations to {:.0e}: {:.0f} ms (measured on one core "
+        "\nEach Newton iteration, with about {} Krylov iterations to {:.0e}: {:.0f} ms (measured "
+        "on one core "
         "of a 2.4 GHz EPYC; "
         "yours will differ)\n",
         multigrid ? fmt::format("{}", iterations) : "an unknown number of",

@@ -328,8 +328,8 @@ void print_figures(const SceneBody& body, const RunHistory& history, const Solve
     fmt::print("ranks            {}\n", figures.ranks);
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * figures.largest_displacement_m);
     fmt::print("solver           {}\n", body.body->linear_solver().name());
-    fmt::print("steps            {}, {} linearisations, {} iterations, {}\n", history.steps.size(),
-               figures.sum.newton_iterations, figures.sum.iterations,
+    fmt::print("steps            {}, {} Newton iterations, {} Krylov iterations, {}\n",
+               history.steps.size(), figures.sum.newton_iterations, figures.sum.iterations,
                history.converged ? "converged" : "NOT converged");
     fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
     if (figures.inverted_tets > 0)
@@ -370,7 +370,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     const auto start = std::chrono::steady_clock::now();
     MeshHierarchy hierarchy = load_mesh(scene.mesh, callback());
     figures.mesh_s = seconds_since(start);
-    SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy));
+    SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
     SceneConstraints constraints(scene, body.mesh());
     check_held(scene, body.mesh(), constraints);
     figures.setup_s = seconds_since(start) - figures.mesh_s;

@@ -209,7 +209,7 @@ void print_summary(const StudyTable& table, const Study& study) {
         });
     if (inside_out > 0)
         fmt::print(
-            "\n{} solve(s) end with tets inside out ({}): their largest stress may be one that no "
+            "\n{} solve(s) end with inverted tets ({}): their largest stress may be one that no "
             "tissue has; a finer mesh or a gentler load may help\n",
             inside_out, inverted_tets_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);

@@ -149,7 +149,7 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
       scene(load_track_scene(arguments)),
       every_sample(scene.track->pace == Pace::every_sample),
       budget_s(seconds_of(scene.track->budget)) {
-    if (budget_s && resolved_formulation(elastic_model(scene, true)) == Formulation::mixed)
+    if (budget_s && resolved_formulation(elastic_model(scene, Use::track)) == Formulation::mixed)
         fail(
             "track.budget = {}: solves of the mixed form cannot be cut short, expected "
             "formulation: displacement ({})",
@@ -214,7 +214,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), true);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
     std::optional<ResultWriter> writer;
     std::optional<Recorder> recorder;
     if (scene.output.has_file()) {

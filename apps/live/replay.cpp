@@ -76,7 +76,7 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
 
     ProgressLine progress("replay");
     SceneBody body = make_body(PETSC_COMM_SELF, origin.scene,
-                               load_mesh(origin.scene.mesh, progress.callback()), true);
+                               load_mesh(origin.scene.mesh, progress.callback()), Use::track);
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());

@@ -180,12 +180,12 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             iterations += s.iterations;
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
-        sentences.push_back(
-            fmt::format("{} in {} step(s), {} linearisations, {} iterations and {:.2f} s; final "
-                        "imbalance {:.1e}.",
-                        r.run->converged ? "Converged" : "NOT converged",
-                        r.run->kept_steps().size(), newton_iterations, iterations, r.run->solve_s,
-                        r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
+        sentences.push_back(fmt::format(
+            "{} in {} step(s), {} Newton iterations, {} Krylov iterations and {:.2f} s; final "
+            "imbalance {:.1e}.",
+            r.run->converged ? "Converged" : "NOT converged", r.run->kept_steps().size(),
+            newton_iterations, iterations, r.run->solve_s,
+            r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
             sentences.push_back(fmt::format(
                 "It was restarted at {:.4g} s: steps, iterations and seconds count from there.",
@@ -222,12 +222,12 @@ std::string report_text(const SolveReport& r) {
                 report_line(key, fmt::format("{:>12.5g}{:>12.5g}{:>12.5g}", f.x(), f.y(), f.z()));
     }
     if (r.run && !r.run->steps.empty()) {
-        out += fmt::format("\nSTEPS\n  {:>14}{:>10}{:>16}{:>12}{:>12}{:>17}{:>10}\n",
-                           end_of_step(*r.run), length_of_step(*r.run), "linearisations",
-                           "iterations", "imbalance", "time error [mm]", "took [s]");
+        out += fmt::format("\nSTEPS\n  {:>14}{:>10}{:>14}{:>14}{:>12}{:>17}{:>10}\n",
+                           end_of_step(*r.run), length_of_step(*r.run), "Newton iters",
+                           "Krylov iters", "imbalance", "time error [mm]", "took [s]");
         for (const SolvedStep* s : shown_steps(*r.run))
             out +=
-                fmt::format("  {:>14.4g}{:>10.4g}{:>16}{:>12}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
+                fmt::format("  {:>14.4g}{:>10.4g}{:>14}{:>14}{:>12.1e}{:>17.3g}{:>10.3f}{}\n",
                             s->time_s, s->step_s, s->newton_iterations, s->iterations, s->imbalance,
                             s->time_error_mm, s->seconds, s->converged ? "" : "  NOT");
         out += "  " + wrapped(steps_note(*r.run));
@@ -294,8 +294,8 @@ std::string report_page(const SolveReport& r, std::span<const PagePicture> pictu
     }
     if (r.run && !r.run->steps.empty()) {
         HtmlSection s("Steps");
-        s.heads({end_of_step(*r.run), length_of_step(*r.run), "linearisations", "iterations",
-                 "imbalance", "time error [mm]", "took [s]"});
+        s.heads({end_of_step(*r.run), length_of_step(*r.run), "Newton iterations",
+                 "Krylov iterations", "imbalance", "time error [mm]", "took [s]"});
         for (const SolvedStep* step : shown_steps(*r.run))
             s.row({fmt::format("{:.4g}{}", step->time_s, step->converged ? "" : " NOT converged"),
                    fmt::format("{:.4g}", step->step_s), fmt::format("{}", step->newton_iterations),

@@ -290,17 +290,17 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     return force;
 }
 
-ElasticModel elastic_model(const Scene& scene, bool live) {
+ElasticModel elastic_model(const Scene& scene, Use use) {
     ElasticModel model{scene.materials, scene.strain, scene.formulation};
-    if (live && model.formulation == Formulation::automatic)
+    if (use == Use::track && model.formulation == Formulation::automatic)
         model.formulation = Formulation::displacement;
     return model;
 }
 
-SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live) {
+SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use) {
     SolverOptions options = scene.solver;
-    if (live && options.kind == SolverKind::automatic &&
-        why_not_live(elastic_model(scene, live), hierarchy).empty())
+    if (use == Use::track && options.kind == SolverKind::automatic &&
+        why_not_live(elastic_model(scene, use), hierarchy).empty())
         options.kind = SolverKind::live;
     return options;
 }
@@ -328,7 +328,7 @@ SolveControls solve_controls(const Scene& scene) {
             .linear_tolerance = scene.solver.relative_tolerance};
 }
 
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live) {
+SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use) {
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const int region = scene.materials[i].region;
         for (std::size_t j = 0; j < i; ++j)
@@ -349,7 +349,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     SceneBody scene_body{std::move(hierarchy), nullptr};
     if (scene.elements == Elements::p2)
         scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
-    const SolverOptions options = solver_options(scene, scene_body.hierarchy, live);
+    const SolverOptions options = solver_options(scene, scene_body.hierarchy, use);
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     const auto start = std::chrono::steady_clock::now();
@@ -366,7 +366,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     scene_body.body =
         std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
-                                         elastic_model(scene, live), scene.time, options);
+                                         elastic_model(scene, use), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)

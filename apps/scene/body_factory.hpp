@@ -60,12 +60,18 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
 /// Controls of the solves of `solve` and `study`: Newton to its tolerance.
 SolveControls solve_controls(const Scene& scene);
 
-/// The elastic model of a scene. `live`: `automatic` means the displacement formulation.
-ElasticModel elastic_model(const Scene& scene, bool live);
+/// What a body is made for: solves to a tolerance (`solve`, `study`), or frames in real time.
+enum class Use { solve, track };
 
-/// The solver options of a scene. `live`: `automatic` means the live solver if it can be used on
-/// this mesh.
-SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, bool live);
+/// What the scene is for: `track` if it has a section of that name.
+inline Use use_of(const Scene& scene) { return scene.track ? Use::track : Use::solve; }
+
+/// The elastic model of a scene. For `track`, the formulation `automatic` means displacements.
+ElasticModel elastic_model(const Scene& scene, Use use);
+
+/// The solver options of a scene. For `track`, the kind `automatic` means the live solver if it can
+/// be used on this mesh.
+SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use);
 
 /// Throws Error if a static scene leaves rigid motions of the body free: which, and how many.
 void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
@@ -80,6 +86,6 @@ struct SceneBody {
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
 
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, bool live = false);
+SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use);
 
 }  // namespace livetet

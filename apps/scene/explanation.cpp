@@ -36,7 +36,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
                fmt::format("{}: {}, {} Pa, Poisson's ratio {}",
                            m.region == 0 ? "all other regions" : fmt::format("region {}", m.region),
                            model_of(m, scene.strain).names().title, m.young_Pa, m.poisson));
-    if (resolved_formulation(elastic_model(scene, scene.track.has_value())) == Formulation::mixed)
+    if (resolved_formulation(elastic_model(scene, use_of(scene))) == Formulation::mixed)
         e.uses("pressures",
                "one at each corner, FGMRES around the preconditioner of the displacements");
     else
@@ -46,7 +46,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
         e.leaves_out("rotations", "no material is corotated");
     else
         e.uses("rotations",
-               fmt::format("one for each quadrature point, each linearisation: about {:.0f} ms",
+               fmt::format("one for each quadrature point, each Newton iteration: about {:.0f} ms",
                            (scene.elements == Elements::p2 ? 1e-3 : 2.5e-5) * tets));
     if (is_small_strain(scene.materials, scene.strain))
         e.uses("one operator",
@@ -73,7 +73,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
                           CoarseOperator::galerkin;
     if (multigrid)
         e.uses("coarse levels", fmt::format("{} of them, {}", levels - 1,
-                                            galerkin ? "P^T A P each linearisation"
+                                            galerkin ? "P^T A P each Newton iteration"
                                                      : "assembled with their own rotations"));
     else
         e.leaves_out("coarse levels",
@@ -107,7 +107,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
 ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy) {
     if (scene.solver.kind != SolverKind::automatic && scene.solver.kind != SolverKind::live)
         return {false, "live solver", "solver.kind names another"};
-    const std::string reason = why_not_live(elastic_model(scene, true), hierarchy);
+    const std::string reason = why_not_live(elastic_model(scene, Use::track), hierarchy);
     return {reason.empty(), "live solver",
             reason.empty() ? "conjugate gradients around multigrid in single precision" : reason};
 }

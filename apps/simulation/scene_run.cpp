@@ -7,9 +7,9 @@ namespace livetet {
 namespace {
 
 std::string progress_text(const StepRecord& step, std::size_t count) {
-    return fmt::format("step {} at {:.4g}: {} linearisations, {} iterations, imbalance {:.1e}",
-                       count, step.time_s, step.report.newton_iterations, step.report.iterations,
-                       step.report.imbalance);
+    return fmt::format(
+        "step {} at {:.4g}: {} Newton iterations, {} Krylov iterations, imbalance {:.1e}", count,
+        step.time_s, step.report.newton_iterations, step.report.iterations, step.report.imbalance);
 }
 
 constexpr double min_part = 1.0 / 32;
@@ -54,7 +54,7 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             history.converged = false;
             history.failure = fmt::format(
                 "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of "
-                "forces is {:.1e} after {} linearisations (tolerance {:.0e}); {}",
+                "forces is {:.1e} after {} Newton iterations (tolerance {:.0e}); {}",
                 history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
                 scene.solver.newton_tolerance,
                 history.share > 0
@@ -73,12 +73,12 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
 /// Chooses the lengths of adaptive steps so that the error of each, in m, is near `tolerance`.
 struct StepLengthControl {
     double tolerance;
-    double order;        ///< order of a step's error in its length
-    double least, most;  ///< limits of the length, s
+    double order;                   ///< order of a step's error in its length
+    double min_step_s, max_step_s;  ///< limits of the length
 
     /// Whether a step of this length must be repeated with a shorter one.
     bool rejects(const StepReport& report, double step) const {
-        return (!report.converged || report.time_error > 1.5 * tolerance) && step > least;
+        return (!report.converged || report.time_error > 1.5 * tolerance) && step > min_step_s;
     }
     /// The length of the next step or, after a rejected one, of the repetition.
     double next(const StepReport& report, double step) const {
@@ -86,8 +86,8 @@ struct StepLengthControl {
             report.converged
                 ? 0.9 * std::pow(tolerance / std::max(report.time_error, 1e-30), 1 / order)
                 : 0.25;
-        if (rejects(report, step)) return std::max(least, step * std::clamp(factor, 0.1, 0.7));
-        return std::clamp(step * std::clamp(factor, 0.3, 2.0), least, most);
+        if (rejects(report, step)) return std::max(min_step_s, step * std::clamp(factor, 0.1, 0.7));
+        return std::clamp(step * std::clamp(factor, 0.3, 2.0), min_step_s, max_step_s);
     }
 };
 
@@ -111,7 +111,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         // Fixed steps keep their length; the last two adaptive ones share what is left.
         const double left = end - time;
         const double step = dt >= left * (1 - 1e-9) ? left
-                            : tolerance > 0 ? std::min(dt, std::max(left / 2, control.least))
+                            : tolerance > 0 ? std::min(dt, std::max(left / 2, control.min_step_s))
                                             : dt;
         const auto move = [&](double share) {
             constraints.move_to_time(time + share * step);

@@ -44,7 +44,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.mesh_s = seconds_since(start);
     std::vector<NamedPoint> probes;
     if (scene.probes) probes = read_points_csv(scene.probes->points);
-    SceneBody body = make_body(group_, scene, hierarchy_);
+    SceneBody body = make_body(group_, scene, hierarchy_, Use::solve);
     const TetMesh& mesh = body.mesh();
     SceneConstraints constraints(scene, mesh);
     check_held(scene, mesh, constraints);

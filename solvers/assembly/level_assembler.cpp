@@ -203,7 +203,7 @@ void LevelAssembler::update_single_rotations(ElementRotations& rotations) const 
 void LevelAssembler::assemble(double s, double m, Tangent tangent, const Configuration& at) {
     BlockMatrix::Filling matrix(*matrix_);
     const BlockPattern& pattern = matrix_->pattern();
-    const bool held = is_linear_ || tangent == Tangent::held_rotation;
+    const bool held = is_linear_ || tangent == Tangent::frozen_rotation;
     if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
         const LocalValues u(at.u);
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)

@@ -16,8 +16,9 @@ Formulation resolved_formulation(const ElasticModel& model) {
         return std::any_of(model.materials.begin(), model.materials.end(), is);
     };
     const bool locks = any([](const Material& m) { return m.poisson >= 0.49; });
-    const bool cork = any([](const Material& m) { return m.poisson <= 0; });  // has no pressure
-    return locks && !cork ? Formulation::mixed : Formulation::displacement;
+    // lambda <= 0: no pressure can stand for it.
+    const bool has_no_pressure = any([](const Material& m) { return m.poisson <= 0; });
+    return locks && !has_no_pressure ? Formulation::mixed : Formulation::displacement;
 }
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {

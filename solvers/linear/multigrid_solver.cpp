@@ -153,7 +153,7 @@ bool MultigridSolver::renew(const Configuration& at, double s, double m, Tangent
         if (set_bounds()) {
             if (m == 0) return false;
         } else {  // an exact tangent far from rest need not be positive, and then gives no bound
-            assemble_levels(at, s, 0, Tangent::held_rotation);
+            assemble_levels(at, s, 0, Tangent::frozen_rotation);
             (void)set_bounds();
         }
     }
@@ -174,7 +174,7 @@ void MultigridSolver::assemble_levels(const Configuration& at, double s, double 
         coarse.transfer->restrict_displacement(l == 0 ? at.u : coarse_levels_[l - 1].u.get(), u);
         update_ghosts(u);
         levels_[l + 1]->update_rotations(u, coarse.rotations);
-        levels_[l + 1]->assemble(s, m, Tangent::held_rotation,
+        levels_[l + 1]->assemble(s, m, Tangent::frozen_rotation,
                                  {.u = u, .rotations = &coarse.rotations});
     }
     set_level_operators();

@@ -7,7 +7,7 @@ namespace livetet {
 
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
 enum class CoarseOperator { automatic, galerkin, rediscretised };
-enum class TangentChoice { automatic, held_rotation, exact };
+enum class TangentChoice { automatic, frozen_rotation, exact };
 
 /// What `automatic` means for a mesh of so many levels.
 inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
@@ -54,7 +54,7 @@ void visit_fields(Visitor& v, SolverOptions& s) {
           "displacements; what `track` takes where it can"},
          {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
          {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
-         {SolverKind::direct, "direct", "sparse Cholesky (MUMPS)"},
+         {SolverKind::direct, "direct", "sparse L D L^T factorisation (MUMPS)"},
          {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
     v.choice("coarse", s.coarse, "multigrid's coarse operators",
              {{CoarseOperator::automatic, "automatic",
@@ -76,14 +76,15 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.field("newton_tolerance", s.newton_tolerance, "",
             "of `solve`: force out of balance relative to the forces at work",
             Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
-    v.field("max_newton", s.max_newton, "", "linearisations a step of `solve` may take",
+    v.field("max_newton", s.max_newton, "", "Newton iterations that a step of `solve` may take",
             at_least<1, int>());
     v.choice(
-        "tangent", s.tangent, "which derivative of the forces a linearisation takes",
+        "tangent", s.tangent, "which derivative of the forces a Newton iteration takes",
         {{TangentChoice::automatic, "automatic",
-          "exact where `solve` goes to a tolerance, held-rotation live"},
-         {TangentChoice::held_rotation, "held-rotation",
-          "R K R^T: cheap, always positive; the other models take their positive part"},
+          "exact where `solve` goes to a tolerance, the one with frozen rotations live"},
+         {TangentChoice::frozen_rotation, "held-rotation",
+          "R K R^T with R frozen: cheap, always positive; the other models take their positive "
+          "part"},
          {TangentChoice::exact, "exact",
           "with the rotation's derivative; its positive part wherever the whole is not positive"}});
     v.choice("partitioner", s.partitioner, "what gives each rank its part of the mesh",

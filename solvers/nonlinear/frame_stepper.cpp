@@ -114,7 +114,7 @@ LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepRepor
     const bool half = done ? done->half_renewed
                            : settling_steps_ == 0 && (controls.by_halves || is_late(controls));
     const bool exact = options_.tangent == TangentChoice::exact;
-    const Tangent tangent = exact ? Tangent::exact : Tangent::held_rotation;
+    const Tangent tangent = exact ? Tangent::exact : Tangent::frozen_rotation;
     Solved solved = solve_once(controls, done, tangent, half, report);
     if (solved.by_half && !done && leads_astray(solved.linear)) {
         report.half_renewed = false;

@@ -223,7 +223,7 @@ void NewtonSolver::solve_by_snes(StepReport& report) {
 }
 
 Tangent NewtonSolver::next_tangent() {
-    if (options_.tangent == TangentChoice::held_rotation) return Tangent::held_rotation;
+    if (options_.tangent == TangentChoice::frozen_rotation) return Tangent::frozen_rotation;
     if (positive_steps_ == 0) return Tangent::exact;
     --positive_steps_;
     return Tangent::positive;

@@ -147,7 +147,7 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
     std::vector<std::vector<std::int32_t>> parts(hierarchy.levels.size());
     const auto worthwhile = [&](std::size_t l) {
         return static_cast<int>(
-            std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / least_tets_a_rank, 1, ranks));
+            std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / min_tets_per_rank, 1, ranks));
     };
     for (std::size_t l = hierarchy.levels.size(); l-- > 0;) {
         if (hierarchy.is_cut(l) && worthwhile(l) == worthwhile(l + 1)) {

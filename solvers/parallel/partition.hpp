@@ -25,7 +25,7 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
 
 /// Minimum number of tets of a level for each rank that shares it: a coarse level on all ranks
 /// would cost more in messages than it saves in work.
-constexpr std::size_t least_tets_a_rank = 200;
+constexpr std::size_t min_tets_per_rank = 200;
 
 /// A part of every tet of every level. A level that was cut from the next coarser one takes its
 /// parts, if they are as many. Collective.

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "base/petsc.hpp"
 
 namespace livetet {
@@ -66,10 +67,10 @@ void PetscSession::tell_unused_options() const {
             std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end),
                         [&](const char* begin) { return name.starts_with(begin); });
         if (given.contains(name) && !of_the_end)
-            std::fprintf(stderr,
-                         "livetet: nothing asked PETSc for its option %s: is it spelt right, and "
-                         "of a solver that the scene has?\n",
-                         name.c_str());
+            log_warning(fmt::format(
+                "PETSc option {} was not used: expected the name of an option of a solver that the "
+                "scene has",
+                name));
     }
     PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }

@@ -63,14 +63,14 @@ inline bool is_small_strain(std::span<const Material> materials, const ModelChoi
     });
 }
 
-/// The largest of Young's moduli to the least.
+/// Ratio of the largest Young's modulus to the smallest.
 inline double contrast_of(std::span<const Material> materials) {
-    double least = materials.front().young_Pa, most = least;
+    double smallest = materials.front().young_Pa, largest = smallest;
     for (const Material& m : materials) {
-        least = std::min(least, m.young_Pa);
-        most = std::max(most, m.young_Pa);
+        smallest = std::min(smallest, m.young_Pa);
+        largest = std::max(largest, m.young_Pa);
     }
-    return most / least;
+    return largest / smallest;
 }
 
 template <class Visitor>

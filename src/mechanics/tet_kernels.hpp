@@ -55,7 +55,7 @@ struct TetShape<10> {
     static constexpr double force_share(int node) { return node < 4 ? -0.05 : 0.2; }
 };
 
-/// One 3x3 block of the `held_rotation` tangent of an isotropic tet, from rotated gradients h_i = R
+/// One 3x3 block of the `frozen_rotation` tangent of an isotropic tet, from rotated gradients h_i = R
 /// g_i, without the volume strain's part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
 inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
                                    const Eigen::Vector3d& h_j) {
@@ -73,7 +73,7 @@ void visit_stiffness(const ConstitutiveModel& model, Tangent tangent, double wei
                      const Gradients& g, Visit&& visit) {
     constexpr int nodes = Gradients::ColsAtCompileTime;
     const Gradients n = model.volume_strain_gradient(H, R) * g;
-    if (model.is_hooke_by_rotation() && tangent == Tangent::held_rotation) {
+    if (model.is_hooke_by_rotation() && tangent == Tangent::frozen_rotation) {
         for (int i = 0; i < nodes; ++i)
             for (int j = 0; j < nodes; ++j)
                 visit(i, j,

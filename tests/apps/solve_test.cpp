@@ -595,7 +595,7 @@ TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
         nlohmann::json::parse(text_of(folder / "steel.json"))["reactions_N"]["fix[0]"];
     EXPECT_NEAR(forces[0].get<double>(), -10, 1e-3);
 
-    int linearisations[2] = {0, 0};
+    int newton_iterations[2] = {0, 0};
     for (const bool mixed : {false, true}) {
         write_text(
             folder / "bend.yaml",
@@ -604,10 +604,10 @@ TEST(Solve, StiffMaterialsConvergeToRoundOffAndPressuresDoNotSlowNewton) {
                 "\nloads: [{box_mm: [199, -1, -1, 201, 101, 101], traction_Pa: [0, 0, -200]}]\n");
         const auto bend = livetet(folder, "solve bend.yaml --json bend.json");
         ASSERT_EQ(bend.status, 0) << bend.err;
-        linearisations[mixed] =
+        newton_iterations[mixed] =
             nlohmann::json::parse(text_of(folder / "bend.json"))["linearisations"];
     }
-    EXPECT_LE(linearisations[1], 2 * linearisations[0] + 4);
+    EXPECT_LE(newton_iterations[1], 2 * newton_iterations[0] + 4);
 }
 
 TEST(Solve, EachSetIsToldItsOwnForce) {
@@ -688,7 +688,7 @@ TEST(Solve, AProfileSaysWhatEachPartTookAndWhatWasLeftOut) {
     EXPECT_GT(moving.at("operators").at("times"), 2);
 }
 
-/// A step that Newton's linearisations do not suffice for is taken in parts, and the run goes on
+/// A step that Newton's iterations do not suffice for is taken in parts, and the run goes on
 /// from there.
 TEST(Solve, ADynamicStepThatDoesNotConvergeIsTakenInParts) {
     const Folder folder;

@@ -11,11 +11,11 @@ namespace livetet {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-/// Which derivative of the stress an operator is made of. `held_rotation`: R K R^T, always positive
+/// Which derivative of the stress an operator is made of. `frozen_rotation`: R K R^T, always positive
 /// semi-definite (small strain and corotated; the other models have none and take `positive`).
 /// `exact`: the second derivative of the energy. `positive`: the exact one with its negative
 /// eigenvalues, of each quadrature point, set to zero.
-enum class Tangent { held_rotation, exact, positive };
+enum class Tangent { frozen_rotation, exact, positive };
 
 /// What the rotation R is that a model's functions are given. `small_strain`: the identity, and the
 /// stress is linear in F. `corotated`: rotation_of(F), and the stress is linear in F while R is
@@ -56,7 +56,7 @@ class ConstitutiveModel {
     virtual Kinematics kinematics() const { return Kinematics::finite_strain; }
 
     /// Whether psi is Hooke's law of the strain sym(R^T F) - I at any F, which is what the kernels
-    /// over batches of tets compute (batch_kernels.hpp), and the blocks of Tangent::held_rotation.
+    /// over batches of tets compute (batch_kernels.hpp), and the blocks of Tangent::frozen_rotation.
     virtual bool is_hooke_by_rotation() const { return false; }
 
     /// Whether it is Hooke's law of lambda and mu at small strain.
@@ -65,7 +65,7 @@ class ConstitutiveModel {
     /// Whether its energy is convex in uniaxial compression down to flat tets and grows beyond.
     virtual bool resists_collapse() const { return true; }
 
-    /// Whether a body that starts flat, turned inside out or at random is claimed to come back to
+    /// Whether a body that starts flat, inverted or at random is claimed to come back to
     /// rest, of tets with four or with ten nodes (`quadratic`).
     virtual bool recovers_from_inversion([[maybe_unused]] bool quadratic) const { return true; }
 

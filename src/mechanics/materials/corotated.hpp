@@ -19,7 +19,7 @@ class Corotated final : public ConstitutiveModel {
     }
     bool is_hooke_by_rotation() const override { return true; }
     Kinematics kinematics() const override { return Kinematics::corotated; }
-    /// A tet of ten nodes can rest with a corner inside out.
+    /// A tet of ten nodes can be in equilibrium with an inverted corner.
     bool recovers_from_inversion(bool quadratic) const override { return !quadratic; }
 
     double shear_energy(double mu, const Matrix3& H, const Matrix3& R) const override;

@@ -18,7 +18,7 @@ struct PrincipalModes {
     Eigen::Vector3d flip, twist;
 };
 
-/// d^2 psi / dF^2 as a matrix on vec F (columns stacked); `positive` and `held_rotation` set
+/// d^2 psi / dF^2 as a matrix on vec F (columns stacked); `positive` and `frozen_rotation` set
 /// negative eigenvalues to zero.
 Matrix9 isotropic_tangent(const SignedSvd& svd, PrincipalModes modes, Tangent tangent);
 

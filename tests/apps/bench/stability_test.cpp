@@ -57,7 +57,7 @@ TEST(Stability, ABodyThatNothingHoldsInARotationIsRefusedWhereItIsStatic) {
     }
 }
 
-/// The rules can be broken: Green's strain does not come back from inside out, and the cell says
+/// The rules can be broken: Green's strain does not bring inverted tets back, and the cell says
 /// which rule, and why.
 TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
     const Folder folder;

@@ -277,7 +277,7 @@ TEST(SolveReport, LeavesOutStepsThatWereDoneAgainAndSaysWhereARunWasTakenUp) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::string page = text_of(folder / "page.html");
     for (const char* words :
-         {"Converged in 1 step(s), 5 linearisations, 50 iterations",
+         {"Converged in 1 step(s), 5 Newton iterations, 50 Krylov iterations",
           "Estimated error of a time step: at most 0.5 mm", "restarted at 0.3 s",
           "1 more were tried, and repeated with other lengths."})
         EXPECT_NE(page.find(words), std::string::npos) << words << "\n" << page;

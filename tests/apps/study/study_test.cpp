@@ -240,7 +240,7 @@ TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
     const std::size_t inverted = column_of(table, "inverted_tets");
     EXPECT_EQ(table.results[0][inverted], 0);
     EXPECT_GT(table.results[1][inverted], 0);
-    EXPECT_NE(outcome.out.find("1 solve(s) end with tets inside out (inverted_tets)"),
+    EXPECT_NE(outcome.out.find("1 solve(s) end with inverted tets (inverted_tets)"),
               std::string::npos)
         << outcome.out;
 }

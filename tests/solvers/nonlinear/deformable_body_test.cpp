@@ -180,7 +180,7 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                 update_ghosts(u.get());
                 level.update_rotations(u.get(), rotations);
                 if (std::string_view(strain) != "corotated") continue;
-                level.assemble(2, 0, Tangent::held_rotation,
+                level.assemble(2, 0, Tangent::frozen_rotation,
                                {.u = u.get(), .rotations = &rotations});
                 LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
                 LIVETET_PETSC(VecSet(force.get(), 0));

@@ -73,7 +73,7 @@ TEST(VisitStiffness, HeldRotationBlocksAreTheDerivativeOfTheStressWithTheRotatio
         Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
     const Matrix3d R = rotation_of(F), H = F - Matrix3d::Identity();
     const auto g = element.gradients;
-    visit_stiffness(corotated, Tangent::held_rotation, element.volume, element.mu, element.lambda,
+    visit_stiffness(corotated, Tangent::frozen_rotation, element.volume, element.mu, element.lambda,
                     0, H, R, g, [&](int i, int j, const Matrix3d& K) {
                         for (int c = 0; c < 3; ++c) {
                             const Matrix3d dF = Vector3d::Unit(c) * g.col(j).transpose();
