@@ -48,7 +48,7 @@ struct Level {
         fill(level.share(), bend, u.get());
         update_ghosts(u.get());
         level.update_rotations(u.get(), rotations);
-        level.assemble(1, 0, Tangent::frozen_rotation, {.u = u.get(), .rotations = &rotations});
+        level.assemble({.u = u.get(), .rotations = &rotations}, {});
     }
 };
 
@@ -67,7 +67,7 @@ template <MatrixLayout layout, Tangent tangent = Tangent::frozen_rotation>
 void assemble(benchmark::State& state) {
     Level l(layout);
     for (auto _ : state)
-        l.level.assemble(1, 0, tangent, {.u = l.u.get(), .rotations = &l.rotations});
+        l.level.assemble({.u = l.u.get(), .rotations = &l.rotations}, {.tangent = tangent});
 }
 
 /// The alternative: the same blocks through PETSc's own call.

@@ -69,10 +69,6 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "a start flat, inverted or at random: 50 Newton iterations a step, or one a "
                "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
-    if (!tracked && column.scheme != TimeScheme::static_equilibrium &&
-        !column.strain->is_isotropic())
-        return "fibres pull but do not push: the tangent jumps where one slackens, and 50 "
-               "Newton iterations of a dynamic step are not always enough";
     if (tracked && c.poisson > 0.499)
         return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
                "iterations do not converge in its budget";

@@ -12,6 +12,7 @@
 #include "mechanics/material.hpp"
 #include "solvers/assembly/block_matrix.hpp"
 #include "solvers/assembly/configuration.hpp"
+#include "solvers/assembly/operator_terms.hpp"
 #include "solvers/assembly/pressure_space.hpp"
 
 namespace livetet {
@@ -31,8 +32,8 @@ struct SinglePrecisionBatches {
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
 };
 
-/// The elements and the operator of one mesh level, of P1 or P2 tets: A = s K + m M, where K is a
-/// tangent stiffness and M the lumped mass; rows and columns of constrained components are those of
+/// The elements and the operator of one mesh level, of P1 or P2 tets: the sum of a tangent
+/// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained components are those of
 /// the identity. In the mixed form K is that of the displacements alone, psi_mu + p theta at a
 /// given p.
 ///
@@ -97,8 +98,8 @@ class LevelAssembler {
     const SinglePrecisionBatches* single() const { return single_.get(); }
     const BatchParts& parts() const { return parts_; }
 
-    /// Writes s K + m M and the springs into the matrix; `at`: where K is taken. m: 0 without mass.
-    void assemble(double s, double m, Tangent tangent, const Configuration& at);
+    /// Writes the sum of `terms` and the springs into the matrix; `at`: where K is taken.
+    void assemble(const Configuration& at, const OperatorTerms& terms);
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
     /// reaction).
@@ -177,6 +178,17 @@ class LevelAssembler {
         return {values.data(), 3 * share.nodes.size()};
     }
     bool is_mixed() const { return pressure_.has_value(); }
+    /// Adds factor K at `at`.
+    void add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
+                       Tangent tangent);
+    /// Adds factor K_d at `at` (see OperatorTerms): what add_stiffness_times multiplies by, unless
+    /// `tangent` asks for positive parts.
+    void add_damping(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
+                     Tangent tangent);
+    /// Adds what of_model(constitutive model) says of each tet's tangent.
+    template <class OfModel>
+    void add_by_points(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
+                       OfModel&& of_model);
     /// visit(TetShape<n>{}) for the nodes a tet of this level has.
     template <class Visitor>
     decltype(auto) with_shape(Visitor&& visitor) const {

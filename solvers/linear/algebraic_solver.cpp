@@ -43,9 +43,9 @@ void AlgebraicSolver::configure(PC pc) {
     }
 }
 
-bool AlgebraicSolver::renew(const Configuration& at, double s, double m, Tangent tangent,
+bool AlgebraicSolver::renew(const Configuration& at, const OperatorTerms& terms,
                             bool /*by_halves*/) {
-    fine().assemble(s, m, tangent, at);
+    fine().assemble(at, terms);
     return false;
 }
 

@@ -17,8 +17,7 @@ class AlgebraicSolver : public DisplacementSolver {
     void set_springs(std::span<const double> stiffness) override;
 
   private:
-    bool renew(const Configuration& at, double s, double m, Tangent tangent,
-               bool by_halves) override;
+    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
     void configure(PC pc) override;
 
     SolverKind kind_;

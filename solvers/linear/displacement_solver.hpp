@@ -29,8 +29,8 @@ class DisplacementSolver : public LinearSolver {
 
     /// For SaddlePointSolver, role `preconditioner`: renews the operators; x = the preconditioner
     /// applied to b; how it preconditions; the Krylov solver that does.
-    void renew_operators(const Configuration& at, double s, double m, Tangent tangent) {
-        (void)renew(at, s, m, tangent, false);
+    void renew_operators(const Configuration& at, const OperatorTerms& terms) {
+        (void)renew(at, terms, false);
     }
     void precondition(Vec b, Vec x) { LIVETET_PETSC(KSPSolve(krylov_.get(), b, x)); }
     virtual std::string preconditioner_name() const;

@@ -28,24 +28,24 @@ void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
     fine().update_rotations(u, rotations);
 }
 
-void LinearSolver::assemble(const Configuration& at, double s, double m, Tangent tangent) {
-    (void)assemble(at, s, m, tangent, false);
+void LinearSolver::assemble(const Configuration& at, const OperatorTerms& terms) {
+    (void)assemble(at, terms, false);
 }
 
-bool LinearSolver::assemble_half(const Configuration& at, double s, double m, Tangent tangent) {
-    return assemble(at, s, m, tangent, true);
+bool LinearSolver::assemble_half(const Configuration& at, const OperatorTerms& terms) {
+    return assemble(at, terms, true);
 }
 
-bool LinearSolver::assemble(const Configuration& at, double s, double m, Tangent tangent,
-                            bool by_halves) {
+bool LinearSolver::assemble(const Configuration& at, const OperatorTerms& terms, bool by_halves) {
     const bool is_linear = fine().is_linear();
-    if (is_linear && kept_ == std::pair(s, m)) return false;
+    const std::pair factors(terms.whole_stiffness(), terms.mass);
+    if (is_linear && kept_ == factors) return false;
     static const PetscLogEvent event = log_event("LivetetAssembly");
     const PhaseTimer timer(costs_.matrix, event);
     kept_.reset();
-    if (is_linear) kept_.emplace(s, m);
+    if (is_linear) kept_ = factors;
     is_new_ = true;
-    return renew(at, s, m, tangent, by_halves && !is_linear);
+    return renew(at, terms, by_halves && !is_linear);
 }
 
 void LinearSolver::set_up_preconditioner() {

@@ -62,7 +62,7 @@ struct DistributedHierarchy {
     std::span<const std::vector<std::int32_t>> parts{};
 };
 
-/// The tangent operator A = s K + m M of a body on its finest mesh, and a preconditioned Krylov
+/// The tangent operator A of a body on its finest mesh (see OperatorTerms), and a preconditioned Krylov
 /// solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver, LiveSolver,
 /// and SaddlePointSolver, which has one of the first two inside. To use it:
 ///
@@ -70,7 +70,7 @@ struct DistributedHierarchy {
 ///     solver.set_springs(...);
 ///     solver.find_mass();
 ///     solver.update_rotations(u, rotations);
-///     solver.assemble({u, p, &rotations}, s, m, tangent);
+///     solver.assemble({u, p, &rotations}, terms);
 ///     solver.solve(b, ...);                                   // as often as wanted
 class LinearSolver {
   public:
@@ -97,13 +97,13 @@ class LinearSolver {
     /// Takes the finest level's rotations from `u` (ghosts up to date).
     void update_rotations(Vec u, ElementRotations& rotations);
 
-    /// Assembles s K + m M on all levels that need it, K at `at`; coarse levels at its restriction.
-    /// Small strain's K is the same at any `at`: it is kept while s, m, constraints and springs
-    /// are, and with it what the preconditioner was computed to.
-    void assemble(const Configuration& at, double s, double m, Tangent tangent);
+    /// Assembles A on all levels that need it, K at `at`; coarse levels at its restriction, with K_d
+    /// taken to be K. Small strain's K is the same at any `at`: it is kept while the factors,
+    /// constraints and springs are, and with it what the preconditioner was computed to.
+    void assemble(const Configuration& at, const OperatorTerms& terms);
     /// The same with leave to renew one half of the finest level now and the other half next time.
     /// Returns whether it did so; LiveSolver only.
-    bool assemble_half(const Configuration& at, double s, double m, Tangent tangent);
+    bool assemble_half(const Configuration& at, const OperatorTerms& terms);
 
     /// What the preconditioner computes from the operators before it can be applied; nothing where
     /// it has done so already.
@@ -138,8 +138,7 @@ class LinearSolver {
     explicit LinearSolver(std::size_t tet_count) : tet_count_(tet_count) {}
 
     /// Renews the operators; returns whether only half of the finest level was renewed.
-    virtual bool renew(const Configuration& at, double s, double m, Tangent tangent,
-                       bool by_halves) = 0;
+    virtual bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) = 0;
     virtual KSP outer_krylov() const = 0;
     /// The Krylov solver whose preconditioner has something to set up.
     virtual KSP preconditioned_krylov() const { return outer_krylov(); }
@@ -156,10 +155,11 @@ class LinearSolver {
     double asked_residual_ = 1e-50;  ///< N
 
   private:
-    bool assemble(const Configuration& at, double s, double m, Tangent tangent, bool by_halves);
+    bool assemble(const Configuration& at, const OperatorTerms& terms, bool by_halves);
 
     std::size_t tet_count_;
-    std::optional<std::pair<double, double>> kept_;  ///< s and m of a kept small-strain operator
+    /// Factors of K and M in a small-strain operator that is kept.
+    std::optional<std::pair<double, double>> kept_;
     bool is_new_ = false;  ///< assembled since the preconditioner was set up last
     std::optional<double> asked_tolerance_;
     std::optional<int> asked_iterations_;

@@ -89,9 +89,8 @@ void LiveSolver::find_mass() {
     });
 }
 
-bool LiveSolver::renew(const Configuration& at, double s, double m, Tangent /*tangent*/,
-                       bool by_halves) {
-    multigrid_->update(*at.rotations, s, m, by_halves);
+bool LiveSolver::renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) {
+    multigrid_->update(*at.rotations, terms.whole_stiffness(), terms.mass, by_halves);
     return multigrid_->renewed_half();
 }
 

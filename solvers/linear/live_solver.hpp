@@ -26,8 +26,7 @@ class LiveSolver : public DisplacementSolver {
     }
 
   private:
-    bool renew(const Configuration& at, double s, double m, Tangent tangent,
-               bool by_halves) override;
+    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
     void configure(PC pc) override;
     Mat matrix() const override { return shell_.get(); }
     void make_shell(MPI_Comm comm);

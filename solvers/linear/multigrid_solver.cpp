@@ -144,26 +144,28 @@ void MultigridSolver::find_mass() {
     });
 }
 
-bool MultigridSolver::renew(const Configuration& at, double s, double m, Tangent tangent,
+bool MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
                             bool /*by_halves*/) {
     if (!bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for
         // any time step.
-        assemble_levels(at, s, 0, tangent);
+        OperatorTerms massless = terms;
+        massless.mass = 0;
+        assemble_levels(at, massless);
         if (set_bounds()) {
-            if (m == 0) return false;
+            if (terms.mass == 0) return false;
         } else {  // an exact tangent far from rest need not be positive, and then gives no bound
-            assemble_levels(at, s, 0, Tangent::frozen_rotation);
+            massless.tangent = Tangent::frozen_rotation;
+            assemble_levels(at, massless);
             (void)set_bounds();
         }
     }
-    assemble_levels(at, s, m, tangent);
+    assemble_levels(at, terms);
     return false;
 }
 
-void MultigridSolver::assemble_levels(const Configuration& at, double s, double m,
-                                      Tangent tangent) {
-    fine().assemble(s, m, tangent, at);
+void MultigridSolver::assemble_levels(const Configuration& at, const OperatorTerms& terms) {
+    fine().assemble(at, terms);
     for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
         if (coarse_ == CoarseOperator::galerkin) {
             form_galerkin_product(l);
@@ -174,8 +176,8 @@ void MultigridSolver::assemble_levels(const Configuration& at, double s, double 
         coarse.transfer->restrict_displacement(l == 0 ? at.u : coarse_levels_[l - 1].u.get(), u);
         update_ghosts(u);
         levels_[l + 1]->update_rotations(u, coarse.rotations);
-        levels_[l + 1]->assemble(s, m, Tangent::frozen_rotation,
-                                 {.u = u, .rotations = &coarse.rotations});
+        levels_[l + 1]->assemble({.u = u, .rotations = &coarse.rotations},
+                                 {.stiffness = terms.whole_stiffness(), .mass = terms.mass});
     }
     set_level_operators();
 }

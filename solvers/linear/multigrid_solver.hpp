@@ -35,15 +35,14 @@ class MultigridSolver : public DisplacementSolver {
         PetscHandle<Mat> galerkin;  ///< P^T A P, where that is its operator
     };
 
-    bool renew(const Configuration& at, double s, double m, Tangent tangent,
-               bool by_halves) override;
+    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
     void configure(PC pc) override { configure_cycle(pc, 0); }
     /// Level l and those below it.
     void configure_cycle(PC pc, std::size_t l);
     void configure_coarsest(KSP coarse, PC pc);
     void set_prefix(KSP ksp, const std::string& name) const;
     Mat level_matrix(std::size_t l) const;
-    void assemble_levels(const Configuration& at, double s, double m, Tangent tangent);
+    void assemble_levels(const Configuration& at, const OperatorTerms& terms);
     void form_galerkin_product(std::size_t l);
     void set_level_operators();
     /// Chebyshev's intervals from the largest eigenvalues; false if one was out of range and a

@@ -63,9 +63,9 @@ void SaddlePointSolver::set_springs(std::span<const double> stiffness) {
     invalidate();
 }
 
-bool SaddlePointSolver::renew(const Configuration& at, double s, double m, Tangent tangent,
+bool SaddlePointSolver::renew(const Configuration& at, const OperatorTerms& terms,
                               bool /*by_halves*/) {
-    inner_->renew_operators(at, s, m, tangent);
+    inner_->renew_operators(at, terms);
     coupling_->assemble(at);
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));

@@ -30,8 +30,7 @@ class SaddlePointSolver : public LinearSolver {
     SolverCosts costs() const override;
 
   private:
-    bool renew(const Configuration& at, double s, double m, Tangent tangent,
-               bool by_halves) override;
+    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
     KSP outer_krylov() const override { return krylov_.get(); }
     KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
     void make_krylov(MPI_Comm comm);

@@ -74,10 +74,9 @@ void DeformableBody::keep_state() {
     kept_.copy_from(state_);
 }
 
-double DeformableBody::begin_step(double dt) {
+double DeformableBody::begin_step(double dt, ForceBalance::DampingAt damping) {
     time_.begin_step(dt);
-    balance_.begin_step();
-    balance_.update_rotations();
+    balance_.begin_step(damping);
     if (time_.is_dynamic() && !state_.started) balance_.start_acceleration();
     return prescribed_.find_increment(state_.u.get());
 }
@@ -98,7 +97,7 @@ void DeformableBody::end_step(double dt, StepReport& report) {
 StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
     StepReport report;
     Stopwatch watch;
-    const bool moves = begin_step(dt) != 0;
+    const bool moves = begin_step(dt, ForceBalance::DampingAt::start) != 0;
     report.forces_s += watch.lap();
     newton_.solve(controls, moves, report);
     if (!balance_.is_finite()) {
@@ -114,7 +113,7 @@ StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
 StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
     StepReport report;
     Stopwatch watch;
-    const double prescribed_size = begin_step(dt);
+    const double prescribed_size = begin_step(dt, ForceBalance::DampingAt::present);
     report.forces_s += watch.lap();
     stepper_.advance(prescribed_size, controls, report);
     end_step(dt, report);

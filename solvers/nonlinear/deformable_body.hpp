@@ -101,7 +101,7 @@ class DeformableBody {
     Configuration configuration();
     std::vector<TetFields> local_tet_fields();
     /// Begins a step; the largest component of the prescribed increment, m.
-    double begin_step(double dt);
+    double begin_step(double dt, ForceBalance::DampingAt damping);
     void end_step(double dt, StepReport& report);
 
     const SolverOptions options_;

@@ -63,6 +63,34 @@ void ForceBalance::update_rotations() {
     solver_.update_rotations(state_.u.get(), rotations_);
 }
 
+bool ForceBalance::damps_from_start() const {
+    return damping_at_ == DampingAt::start && time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
+           !level().is_linear();
+}
+
+void ForceBalance::begin_step(DampingAt damping) {
+    start_scale_ = 0;
+    damping_at_ = damping;
+    update_rotations();
+    if (!damps_from_start()) return;
+    if (!start_u_) {
+        start_u_ = make_vector(level().share());
+        if (state_.p) start_p_ = make_vector(*level().pressure_space());
+    }
+    LIVETET_PETSC(VecCopy(state_.u.get(), start_u_.get()));
+    update_ghosts(start_u_.get());
+    if (state_.p) {
+        LIVETET_PETSC(VecCopy(state_.p.get(), start_p_.get()));
+        update_ghosts(start_p_.get());
+    }
+    start_rotations_ = rotations_;
+}
+
+Configuration ForceBalance::damped_configuration() const {
+    return damps_from_start() ? Configuration{start_u_.get(), start_p_.get(), &start_rotations_}
+                              : configuration();
+}
+
 double ForceBalance::residual_norm() const {
     return volume_ ? std::hypot(norm_of(residual_.get()), norm_of(volume_.get()))
                    : norm_of(residual_.get());
@@ -73,12 +101,13 @@ void ForceBalance::evaluate_frozen(bool with_prescribed) {
     // at one displacement, u + (1 + beta v_u) w + beta v1.
     const double beta = time_.rayleigh_beta();
     Vec at = state_.u.get();
-    if (with_prescribed || (time_.is_dynamic() && beta > 0)) {
+    const bool adds_velocity = time_.is_dynamic() && beta > 0 && !damps_from_start();
+    if (with_prescribed || adds_velocity) {
         at = at_.get();
         const double of_w = with_prescribed ? time_.stiffness_factor() : 0;
         const ReadArray u(state_.u.get()), w(prescribed_.increment()),
-            v1(time_.is_dynamic() ? time_.velocity() : state_.u.get());
-        const double of_v = time_.is_dynamic() ? beta : 0;
+            v1(adds_velocity ? time_.velocity() : state_.u.get());
+        const double of_v = adds_velocity ? beta : 0;
         WriteArray y(at);
         over_components(team_, level(), [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) y[i] = u[i] + of_w * w[i] + of_v * v1[i];
@@ -93,15 +122,15 @@ double ForceBalance::evaluate(bool with_prescribed) {
     const PhaseTimer timer(cost_, event);
     const LevelAssembler& fine = level();
     if (time_.is_dynamic()) time_.find_velocity();
-    if (fine.has_frozen_force()) {
+    if (fine.has_frozen_force())
         evaluate_frozen(with_prescribed);
-    } else {
+    else
         fine.elastic_force(configuration(), force_.get());
-        if (time_.is_dynamic() && time_.rayleigh_beta() > 0) {
-            update_ghosts(time_.velocity());
-            fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), time_.velocity(),
-                                     force_.get());
-        }
+    if (time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
+        (damps_from_start() || !fine.has_frozen_force())) {
+        update_ghosts(time_.velocity());
+        fine.add_stiffness_times(time_.rayleigh_beta(), damped_configuration(), time_.velocity(),
+                                 force_.get());
     }
     subtract_spring_pull();
     scale_ = std::max(start_scale_, norm_of(force_.get()) + external_size_);
@@ -170,13 +199,21 @@ void ForceBalance::start_acceleration() {
     time_.start_acceleration(force_.get(), external_.get());
 }
 
-void ForceBalance::assemble(Tangent tangent) {
-    solver_.assemble(configuration(), time_.stiffness_factor(), time_.mass_factor(), tangent);
+OperatorTerms ForceBalance::terms(Tangent tangent) const {
+    OperatorTerms terms{
+        .stiffness = time_.stiffness_factor(), .mass = time_.mass_factor(), .tangent = tangent};
+    if (damps_from_start()) {
+        terms.damping = terms.stiffness - 1;
+        terms.stiffness = 1;
+        terms.damped_at = damped_configuration();
+    }
+    return terms;
 }
 
+void ForceBalance::assemble(Tangent tangent) { solver_.assemble(configuration(), terms(tangent)); }
+
 bool ForceBalance::assemble_half(Tangent tangent) {
-    return solver_.assemble_half(configuration(), time_.stiffness_factor(), time_.mass_factor(),
-                                 tangent);
+    return solver_.assemble_half(configuration(), terms(tangent));
 }
 
 bool ForceBalance::is_finite() const {

@@ -12,11 +12,12 @@ namespace livetet {
 ///     r(u, p) = f_ext - f_int(u, p) - f_springs(u) - C v1(u) - M a1(u) = 0,
 ///     g(u, p) = integral N_i (theta(u) - p / lambda) = 0,
 ///
-/// with v1 and a1 as the time scheme has them; r is zero at constrained components. Within a step
-/// that the TimeIntegrator has begun:
+/// with v1 and a1 as the time scheme has them; r is zero at constrained components. Damping is
+/// C = alpha M + beta K_d. K_d is the stiffness at the step's start, so that r has an exact and
+/// continuous derivative; or, for frames, at the present u. Within a step that the TimeIntegrator
+/// has begun:
 ///
-///     begin_step();
-///     update_rotations();
+///     begin_step(damping);   // the rotations are those of the step's start, too
 ///     evaluate();          // residual() and volume_residual() at u
 ///     assemble(tangent);   // -dr/du at u, and what belongs to p, into the linear solver
 ///
@@ -32,7 +33,10 @@ class ForceBalance {
     void set_external_force(std::span<const Vector3> force, double share);
     Vec external() const { return external_.get(); }
 
-    void begin_step() { start_scale_ = 0; }
+    /// Where K_d is taken.
+    enum class DampingAt { start, present };
+    /// The state is that of the step's start. Ends with update_rotations().
+    void begin_step(DampingAt damping);
     /// Ghosts of the state, and the rotations at its displacement.
     void update_rotations();
     /// Where the body is; update_rotations() was called at this u.
@@ -84,6 +88,10 @@ class ForceBalance {
 
   private:
     void evaluate_frozen(bool with_prescribed);
+    /// Whether a damping matrix other than that of the present u is to be added.
+    bool damps_from_start() const;
+    Configuration damped_configuration() const;
+    OperatorTerms terms(Tangent tangent) const;
     void subtract_spring_pull();
     void zero_constrained(Vec v) const;
 
@@ -95,6 +103,9 @@ class ForceBalance {
     Springs springs_;
     ElementRotations rotations_;
     PetscHandle<Vec> residual_, force_, external_;
+    DampingAt damping_at_ = DampingAt::present;
+    PetscHandle<Vec> start_u_, start_p_;  ///< at the step's start, with ghosts
+    ElementRotations start_rotations_;
     PetscHandle<Vec> at_;      ///< where forces are taken with frozen rotations, m
     PetscHandle<Vec> volume_;  ///< mixed form: g
     double scale_ = 0, start_scale_ = 0;

@@ -61,7 +61,7 @@ class LinearSolverTest : public testing::TestWithParam<Kind> {
     }
     LinearReport assemble_and_solve(const LinearControls& controls,
                                     std::span<const Vec> guesses = {}) {
-        solver->assemble({u.get(), p.get(), &rotations}, 1, 0, Tangent::frozen_rotation);
+        solver->assemble({u.get(), p.get(), &rotations}, {});
         solver->set_up_preconditioner();
         return solver->solve(b.get(), b_p.get(), x.get(), x_p.get(), controls, guesses);
     }

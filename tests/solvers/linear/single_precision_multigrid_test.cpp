@@ -82,7 +82,7 @@ TEST_F(SinglePrecisionMultigridTest, ItsOperatorIsTheOneInDoublePrecision) {
     ElementRotations in_double = plain->make_rotations();
     update_ghosts(u.get());
     plain->update_rotations(u.get(), in_double);
-    plain->assemble(1, 0, Tangent::frozen_rotation, {.u = u.get(), .rotations = &in_double});
+    plain->assemble({.u = u.get(), .rotations = &in_double}, {});
     const Eigen::VectorXd x = wave(0.7), got = times(x);
     const PetscHandle<Vec> in = make_vector(plain->share()), out = make_vector(plain->share());
     {

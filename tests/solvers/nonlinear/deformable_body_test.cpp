@@ -152,8 +152,9 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                 ElementRotations rotations = level.make_rotations();
                 level.update_rotations(u.get(), rotations);
                 for (int renewed = 0; renewed < 2; ++renewed) {
-                    level.assemble(0.5 + renewed, 3.0, Tangent::exact,
-                                   {.u = u.get(), .rotations = &rotations});
+                    level.assemble(
+                        {.u = u.get(), .rotations = &rotations},
+                        {.stiffness = 0.5 + renewed, .mass = 3, .tangent = Tangent::exact});
                     LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
                 }
                 const double h = 1e-6;
@@ -180,8 +181,7 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                 update_ghosts(u.get());
                 level.update_rotations(u.get(), rotations);
                 if (std::string_view(strain) != "corotated") continue;
-                level.assemble(2, 0, Tangent::frozen_rotation,
-                               {.u = u.get(), .rotations = &rotations});
+                level.assemble({.u = u.get(), .rotations = &rotations}, {.stiffness = 2});
                 LIVETET_PETSC(MatMult(level.matrix(), v.get(), product.get()));
                 LIVETET_PETSC(VecSet(force.get(), 0));
                 level.add_stiffness_times(2, {.u = u.get(), .rotations = &rotations}, v.get(),
