@@ -111,7 +111,8 @@ std::vector<SceneChoice> Choices::all() const {
         s.solver.kind = SolverKind::petsc;
         s.solver.max_iterations = 2000;
         const bool mixed = resolved_formulation(elastic_model(s, Use::solve)) == Formulation::mixed;
-        s.solver.petsc_options = mixed ? "-displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
+        s.solver.petsc_options =
+            mixed ? "-fieldsplit_displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
     });
     if (is_dynamic(scene_))
         for (const auto& [scheme, name] : schemes)

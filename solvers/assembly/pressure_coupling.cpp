@@ -129,8 +129,16 @@ void PressureCoupling::add_residual_increment(const Configuration& at, Vec v, Ve
     });
 }
 
-void PressureCoupling::apply_schur_inverse(Vec x, Vec y) const {
-    LIVETET_PETSC(VecPointwiseDivide(y, x, schur_.get()));
+PetscHandle<Mat> PressureCoupling::minus_schur() const {
+    PetscInt rows = 0, all_rows = 0;
+    LIVETET_PETSC(VecGetLocalSize(schur_.get(), &rows));
+    LIVETET_PETSC(VecGetSize(schur_.get(), &all_rows));
+    PetscHandle<Mat> S;
+    LIVETET_PETSC(MatCreateAIJ(level_.share().comm, rows, rows, all_rows, all_rows, 1, nullptr, 0,
+                               nullptr, S.out()));
+    LIVETET_PETSC(MatDiagonalSet(S.get(), schur_.get(), INSERT_VALUES));
+    LIVETET_PETSC(MatScale(S.get(), -1));
+    return S;
 }
 
 }  // namespace livetet

@@ -31,9 +31,9 @@ class PressureCoupling {
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
 
-    /// y = S^-1 x for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda +
+    /// -S, diagonal, for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda +
     /// lumped mass / (2 mu).
-    void apply_schur_inverse(Vec x, Vec y) const;
+    PetscHandle<Mat> minus_schur() const;
 
   private:
     void make_c();
@@ -41,7 +41,7 @@ class PressureCoupling {
     const LevelAssembler& level_;
     double scale_ = 1;
     PetscHandle<Mat> b_, minus_c_;
-    PetscHandle<Vec> schur_;
+    PetscHandle<Vec> schur_;  ///< the diagonal of S
     std::vector<PetscScalar> values_;
 };
 

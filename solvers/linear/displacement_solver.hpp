@@ -27,12 +27,11 @@ class DisplacementSolver : public LinearSolver {
         timed_mass([&] { fine().find_mass(); });
     }
 
-    /// For SaddlePointSolver, role `preconditioner`: renews the operators; x = the preconditioner
-    /// applied to b; how it preconditions; the Krylov solver that does.
+    /// For SaddlePointSolver, role `preconditioner`: renews the operators; how it preconditions; the
+    /// Krylov solver whose preconditioner that is.
     void renew_operators(const Configuration& at, const OperatorTerms& terms) {
         (void)renew(at, terms, false);
     }
-    void precondition(Vec b, Vec x) { LIVETET_PETSC(KSPSolve(krylov_.get(), b, x)); }
     virtual std::string preconditioner_name() const;
     KSP inner_krylov() const { return krylov_.get(); }
 
@@ -56,7 +55,7 @@ class DisplacementSolver : public LinearSolver {
     KSP outer_krylov() const override { return krylov_.get(); }
     Role role() const { return role_; }
     /// PETSc's prefix of options for what is below krylov_.
-    std::string prefix() const { return role_ == Role::solver ? "" : "displacement_"; }
+    std::string prefix() const { return role_ == Role::solver ? "" : "fieldsplit_displacement_"; }
 
     template <class Work>
     void timed_mass(Work&& work) {

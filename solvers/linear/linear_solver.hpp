@@ -62,6 +62,11 @@ struct DistributedHierarchy {
     std::span<const std::vector<std::int32_t>> parts{};
 };
 
+/// Rows of a matrix in the mixed form; null in the displacement form.
+struct UnknownFields {
+    IS displacement = nullptr, pressure = nullptr;
+};
+
 /// The tangent operator A of a body on its finest mesh (see OperatorTerms), and a preconditioned Krylov
 /// solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver, LiveSolver,
 /// and SaddlePointSolver, which has one of the first two inside. To use it:
@@ -119,9 +124,10 @@ class LinearSolver {
 
     /// The outermost Krylov solver, for SNES, set to stop as `controls` say (without a deadline).
     KSP krylov(const LinearControls& controls);
-    /// A, as the Krylov solver applies it: of displacements, or in the mixed form a nest of
-    /// displacements and scaled pressures (see PressureCoupling::scale).
+    /// A, as the Krylov solver applies it: of displacements, or in the mixed form of each rank's
+    /// displacements and then its scaled pressures (see PressureCoupling::scale, UnknownParts).
     virtual Mat matrix() const = 0;
+    virtual UnknownFields fields() const { return {}; }
 
     bool is_mixed() const { return coupling() != nullptr; }
     /// Null in the displacement form.

@@ -1,5 +1,7 @@
 #include "solvers/linear/saddle_point_solver.hpp"
 
+#include "solvers/linear/unknown_parts.hpp"
+
 namespace livetet {
 
 SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
@@ -13,7 +15,11 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
     LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
     Mat blocks[4] = {fine().matrix(), b_transposed_.get(), coupling_->b(), coupling_->minus_c()};
     LIVETET_PETSC(MatCreateNest(comm, 2, nullptr, 2, nullptr, blocks, matrix_.out()));
-    work_ = make_vector(fine().share());
+    IS fields[2] = {nullptr, nullptr};
+    LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
+    fields_ = {fields[0], fields[1]};
+    LIVETET_PETSC(MatCreateVecs(matrix_.get(), x_.out(), b_.out()));
+    minus_schur_ = coupling_->minus_schur();
     make_krylov(comm);
 }
 
@@ -26,31 +32,34 @@ void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     LIVETET_PETSC(KSPSetOperators(ksp, matrix_.get(), matrix_.get()));
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
-    LIVETET_PETSC(PCSetType(pc, PCSHELL));
-    LIVETET_PETSC(PCShellSetName(pc, "block triangular: displacements, pressure mass"));
-    LIVETET_PETSC(PCShellSetContext(pc, this));
-    const auto apply = [](PC shell, Vec r, Vec y) noexcept -> PetscErrorCode {
-        return in_callback([&] {
-            void* self = nullptr;
-            LIVETET_PETSC(PCShellGetContext(shell, &self));
-            static_cast<SaddlePointSolver*>(self)->precondition(r, y);
-        });
-    };
-    LIVETET_PETSC(PCShellSetApply(pc, apply));
+    LIVETET_PETSC(PCSetType(pc, PCFIELDSPLIT));
+    LIVETET_PETSC(PCFieldSplitSetIS(pc, "displacement", fields_.displacement));
+    LIVETET_PETSC(PCFieldSplitSetIS(pc, "pressure", fields_.pressure));
+    LIVETET_PETSC(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
+    LIVETET_PETSC(PCFieldSplitSetSchurFactType(pc, PC_FIELDSPLIT_SCHUR_FACT_UPPER));
+    LIVETET_PETSC(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_USER, minus_schur_.get()));
     take_options(ksp);
 }
 
-void SaddlePointSolver::precondition(Vec r, Vec y) {
-    Vec r_u = nullptr, r_p = nullptr, y_u = nullptr, y_p = nullptr;
-    LIVETET_PETSC(VecNestGetSubVec(r, 0, &r_u));
-    LIVETET_PETSC(VecNestGetSubVec(r, 1, &r_p));
-    LIVETET_PETSC(VecNestGetSubVec(y, 0, &y_u));
-    LIVETET_PETSC(VecNestGetSubVec(y, 1, &y_p));
-    coupling_->apply_schur_inverse(r_p, y_p);
-    LIVETET_PETSC(VecScale(y_p, -1));
-    LIVETET_PETSC(MatMultTranspose(coupling_->b(), y_p, work_.get()));
-    LIVETET_PETSC(VecAYPX(work_.get(), -1, r_u));
-    inner_->precondition(work_.get(), y_u);
+void SaddlePointSolver::connect_inner() {
+    is_connected_ = true;
+    PC pc = nullptr, of_part = nullptr;
+    PCType type = nullptr;
+    LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+    LIVETET_PETSC(PCGetType(pc, &type));
+    if (std::string_view(type) != PCFIELDSPLIT) return;  // the user's options chose another
+    LIVETET_PETSC(KSPSetUp(krylov_.get()));
+    PetscInt count = 0;
+    KSP* parts = nullptr;
+    LIVETET_PETSC(PCFieldSplitSchurGetSubKSP(pc, &count, &parts));
+    LIVETET_PETSC(KSPSetType(parts[0], KSPPREONLY));
+    LIVETET_PETSC(KSPGetPC(inner_->inner_krylov(), &of_part));
+    LIVETET_PETSC(KSPSetPC(parts[0], of_part));
+    LIVETET_PETSC(KSPSetType(parts[1], KSPPREONLY));
+    LIVETET_PETSC(KSPGetPC(parts[1], &of_part));
+    LIVETET_PETSC(PCSetType(of_part, PCJACOBI));
+    for (PetscInt i = 0; i < 2; ++i) take_options(parts[i]);
+    LIVETET_PETSC(PetscFree(parts));
 }
 
 void SaddlePointSolver::set_constrained(std::span<const std::uint8_t> components) {
@@ -69,6 +78,7 @@ bool SaddlePointSolver::renew(const Configuration& at, const OperatorTerms& term
     coupling_->assemble(at);
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
+    if (!is_connected_) connect_inner();
     return false;
 }
 
@@ -76,16 +86,20 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
                                       const LinearControls& controls,
                                       std::span<const Vec> /*guesses*/) {
     (void)set_tolerances(controls);
-    MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(krylov_.get()));
-    Vec b_parts[2] = {b_u, b_p}, x_parts[2] = {x_u, x_p};
-    PetscHandle<Vec> b, x;
-    LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, b_parts, b.out()));
-    LIVETET_PETSC(VecCreateNest(comm, 2, nullptr, x_parts, x.out()));
-    LIVETET_PETSC(VecScale(b_p, -1));  // B du - C dp = -g
-    LIVETET_PETSC(VecSet(x.get(), 0));
-    LIVETET_PETSC(KSPSolve(krylov_.get(), b.get(), x.get()));
-    LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
-    LIVETET_PETSC(VecScale(b_p, -1));  // as it was given
+    {
+        const UnknownParts b(*this, b_.get());
+        LIVETET_PETSC(VecCopy(b_u, b.u));
+        LIVETET_PETSC(VecCopy(b_p, b.p));
+        LIVETET_PETSC(VecScale(b.p, -1));  // B du - C dp = -g
+    }
+    LIVETET_PETSC(VecSet(x_.get(), 0));
+    LIVETET_PETSC(KSPSolve(krylov_.get(), b_.get(), x_.get()));
+    {
+        const UnknownParts x(*this, x_.get());
+        LIVETET_PETSC(VecCopy(x.u, x_u));
+        LIVETET_PETSC(VecCopy(x.p, x_p));
+        LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
+    }
     LinearReport report;
     finish_report(krylov_.get(), report);
     return report;

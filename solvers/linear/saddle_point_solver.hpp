@@ -6,11 +6,11 @@ namespace livetet {
 
 /// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
 /// block triangle
-///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p).
-/// S^-1 is the inverse of the lumped pressure mass, K^-1 one application of the inner solver's
-/// preconditioner. K holds no volumetric stiffness, so that it is as well conditioned as at a
-/// Poisson's ratio of zero. The iterations stay bounded up to nu = 1/2 (Elman, Silvester and Wathen
-/// 2014, chapter 4).
+///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p),
+/// PETSc's PCFIELDSPLIT with its upper Schur factor. S^-1 is the inverse of the lumped pressure
+/// mass, K^-1 one application of the inner solver's preconditioner. K holds no volumetric stiffness,
+/// so that it is as well conditioned as at a Poisson's ratio of zero. The iterations stay bounded up
+/// to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
 class SaddlePointSolver : public LinearSolver {
   public:
     /// `inner`: of role `preconditioner`.
@@ -26,6 +26,7 @@ class SaddlePointSolver : public LinearSolver {
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        std::span<const Vec> guesses) override;
     Mat matrix() const override { return matrix_.get(); }
+    UnknownFields fields() const override { return fields_; }
     PressureCoupling* coupling() const override { return coupling_.get(); }
     SolverCosts costs() const override;
 
@@ -34,13 +35,17 @@ class SaddlePointSolver : public LinearSolver {
     KSP outer_krylov() const override { return krylov_.get(); }
     KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
     void make_krylov(MPI_Comm comm);
-    void precondition(Vec r, Vec y);
+    /// Has PCFIELDSPLIT apply the inner solver's preconditioner. It can be told only once the matrix
+    /// is assembled.
+    void connect_inner();
 
     std::unique_ptr<DisplacementSolver> inner_;
     std::unique_ptr<PressureCoupling> coupling_;
-    PetscHandle<Mat> b_transposed_, matrix_;
+    PetscHandle<Mat> b_transposed_, matrix_, minus_schur_;
+    UnknownFields fields_;  ///< owned by matrix_
     PetscHandle<KSP> krylov_;
-    PetscHandle<Vec> work_;
+    PetscHandle<Vec> b_, x_;
+    bool is_connected_ = false;
 };
 
 }  // namespace livetet

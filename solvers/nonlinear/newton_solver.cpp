@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/stopwatch.hpp"
+#include "solvers/linear/unknown_parts.hpp"
 #include "solvers/nonlinear/line_search.hpp"
 
 // Eisenstat and Walker's forcing terms. SNES calls these around its linear solves only where it
@@ -48,26 +49,11 @@ bool is_given(const char* option) {
     return given;
 }
 
-/// The displacement's and the pressure's part of a vector of SNES; in the displacement form the
-/// vector itself and null.
-struct Parts {
-    Vec u = nullptr, p = nullptr;
-
-    Parts(Vec x, bool is_mixed) : u(x) {
-        if (!is_mixed) return;
-        LIVETET_PETSC(VecNestGetSubVec(x, 0, &u));
-        LIVETET_PETSC(VecNestGetSubVec(x, 1, &p));
-    }
-};
-
-PetscHandle<Vec> make_unknown(const LevelAssembler& level) {
-    PetscHandle<Vec> u = make_vector(level.share());
-    if (!level.pressure_space()) return u;
-    const PetscHandle<Vec> p = make_vector(*level.pressure_space());
-    Vec parts[2] = {u.get(), p.get()};
-    PetscHandle<Vec> nest;
-    LIVETET_PETSC(VecCreateNest(level.share().comm, 2, nullptr, parts, nest.out()));
-    return nest;
+PetscHandle<Vec> make_unknown(const LinearSolver& solver) {
+    if (!solver.is_mixed()) return make_vector(solver.fine().share());
+    PetscHandle<Vec> x;
+    LIVETET_PETSC(MatCreateVecs(solver.matrix(), x.out(), nullptr));
+    return x;
 }
 
 }  // namespace
@@ -84,9 +70,8 @@ NewtonSolver::NewtonSolver(ForceBalance& balance, TimeIntegrator& time,
       options_(options) {}
 
 void NewtonSolver::make_snes(MPI_Comm comm) {
-    const LevelAssembler& level = solver_.fine();
-    x_ = make_unknown(level);
-    f_ = make_unknown(level);
+    x_ = make_unknown(solver_);
+    f_ = make_unknown(solver_);
     LIVETET_PETSC(SNESCreate(comm, snes_.out()));
     SNES snes = snes_.get();
     LIVETET_PETSC(SNESSetKSP(snes, solver_.krylov({})));
@@ -230,7 +215,7 @@ Tangent NewtonSolver::next_tangent() {
 }
 
 void NewtonSolver::copy_from_state() {
-    const Parts x(x_.get(), solver_.is_mixed());
+    const UnknownParts x(solver_, x_.get());
     LIVETET_PETSC(VecCopy(state_.u.get(), x.u));
     if (!x.p) return;
     LIVETET_PETSC(VecCopy(state_.p.get(), x.p));
@@ -238,7 +223,7 @@ void NewtonSolver::copy_from_state() {
 }
 
 void NewtonSolver::copy_to_state(Vec from) {
-    const Parts x(from, solver_.is_mixed());
+    const UnknownParts x(solver_, from);
     LIVETET_PETSC(VecCopy(x.u, state_.u.get()));
     if (x.p) {
         LIVETET_PETSC(VecCopy(x.p, state_.p.get()));
@@ -251,7 +236,7 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
     Stopwatch watch;
     copy_to_state(x);
     (void)balance_.evaluate();
-    const Parts to(f, solver_.is_mixed());
+    const UnknownParts to(solver_, f);
     LIVETET_PETSC(VecCopy(balance_.residual(), to.u));
     LIVETET_PETSC(VecScale(to.u, -1));
     if (to.p) LIVETET_PETSC(VecCopy(balance_.volume_residual(), to.p));
@@ -277,7 +262,7 @@ SNESConvergedReason NewtonSolver::test(int /*iteration*/, double /*x_norm*/, dou
 
 double NewtonSolver::slope(Vec f, Vec direction) const {
     // f = (-r, g), direction = -(du, dp / scale): r . du + g . dp / scale
-    const Parts force(f, solver_.is_mixed()), step(direction, solver_.is_mixed());
+    const UnknownParts force(solver_, f), step(solver_, direction);
     PetscScalar of_u = 0, of_p = 0;
     LIVETET_PETSC(VecDot(force.u, step.u, &of_u));
     if (force.p) LIVETET_PETSC(VecDot(force.p, step.p, &of_p));

@@ -20,7 +20,7 @@ struct SolveControls {
 
 /// Newton's method on a ForceBalance, by PETSc's SNES: all its options (-snes_type, -snes_monitor,
 /// -snes_linesearch_type, -snes_ksp_ew, ...) work, without a prefix. Its unknown is the
-/// displacement, in the mixed form a nest of displacement and scaled pressure; its function is (-r,
+/// displacement, in the mixed form displacement and scaled pressure; its function is (-r,
 /// g).
 ///
 /// If constrained nodes are to move, or if all the body's models are of small strain, a first Newton
