@@ -69,6 +69,10 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "a start flat, inverted or at random: 50 Newton iterations a step, or one a "
                "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
+    if (!column.strain->is_isotropic() && c.young_Pa <= 1 && column.scheme == TimeScheme::newmark)
+        return "fibres 2,000 times as stiff as what they lie in snap tight and slack, and "
+               "Newmark's "
+               "steps damp nothing that they do not resolve";
     if (tracked && c.poisson > 0.499)
         return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
                "iterations do not converge in its budget";

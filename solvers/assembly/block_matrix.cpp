@@ -125,6 +125,14 @@ BlockMatrix::Filling::Filling(BlockMatrix& matrix)
         if (arrays_.data[p]) std::fill_n(arrays_.data[p], 9 * matrix_.pattern_.size(p), 0.0);
 }
 
+void BlockMatrix::Filling::add(const BlockMatrix& other, double factor) {
+    const Arrays from(other.get(), other.layout_);
+    for (int p = 0; p < 2; ++p)
+        if (arrays_.data[p])
+            for (std::size_t i = 0; i < 9 * matrix_.pattern_.size(p); ++i)
+                arrays_.data[p][i] += factor * from.data[p][i];
+}
+
 void BlockMatrix::Filling::finish() {
     const BlockPattern& pattern = matrix_.pattern_;
     double identity = 1;

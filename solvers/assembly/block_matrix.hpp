@@ -83,6 +83,8 @@ class BlockMatrix::Filling {
     std::span<double> blocks(int part) {
         return {arrays_.data[part], 9 * matrix_.pattern_.size(part)};
     }
+    /// Adds factor times a matrix of the same mesh and layout.
+    void add(const BlockMatrix& other, double factor);
     /// Adds to the three diagonal entries of an owned node.
     void add_diagonal(std::int32_t node, double value) {
         const std::int32_t place = matrix_.pattern_.place(node, node);

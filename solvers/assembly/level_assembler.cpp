@@ -200,14 +200,27 @@ void LevelAssembler::update_single_rotations(ElementRotations& rotations) const 
     });
 }
 
-template <class OfModel>
-void LevelAssembler::add_by_points(BlockMatrix::Filling& matrix, const Configuration& at,
-                                   double factor, OfModel&& of_model) {
+void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at,
+                                   double factor, Tangent tangent) {
     const BlockPattern& pattern = matrix_->pattern();
+    const bool is_frozen = is_linear_ || tangent == Tangent::frozen_rotation;
+    if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
+        const LocalValues u(at.u);
+        for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
+            over_batches([&](BatchRange range) {
+                if (is_frozen)
+                    livetet::assemble<double>(*batches_, range, at.rotations->batches, factor,
+                                              pattern, matrix.blocks(part), part);
+                else
+                    assemble_with_turns(*batches_, range, at.rotations->batches, all_of(u, share_),
+                                        tangent, factor, pattern, matrix.blocks(part), part);
+            });
+        return;
+    }
     visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
                          const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {
-        visit_stiffness(model, of_model(model), factor * element.volume / shape.points, element.mu,
+        visit_stiffness(model, tangent, factor * element.volume / shape.points, element.mu,
                         is_mixed() ? 0 : element.lambda, p, H, R, g,
                         [&](int i, int j, const Eigen::Matrix3d& K) {
                             const std::int32_t row = share_.node(e, i), column = share_.node(e, j);
@@ -217,39 +230,25 @@ void LevelAssembler::add_by_points(BlockMatrix::Filling& matrix, const Configura
     });
 }
 
-void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at,
-                                   double factor, Tangent tangent) {
-    if (!batches_ || matrix_->layout() != MatrixLayout::blocks) {
-        add_by_points(matrix, at, factor, [&](const ConstitutiveModel&) { return tangent; });
-        return;
+void LevelAssembler::keep_damping(const Configuration& at) {
+    if (!damping_) {
+        damping_ = std::make_unique<BlockMatrix>(share_, matrix_->layout());
+        damping_force_ = make_vector(share_);
     }
-    const bool is_frozen = is_linear_ || tangent == Tangent::frozen_rotation;
-    const LocalValues u(at.u);
-    for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
-        over_batches([&](BatchRange range) {
-            if (is_frozen)
-                livetet::assemble<double>(*batches_, range, at.rotations->batches, factor,
-                                          matrix_->pattern(), matrix.blocks(part), part);
-            else
-                assemble_with_turns(*batches_, range, at.rotations->batches, all_of(u, share_),
-                                    tangent, factor, matrix_->pattern(), matrix.blocks(part), part);
-        });
+    BlockMatrix::Filling matrix(*damping_);
+    add_stiffness(matrix, at, 1, Tangent::frozen_rotation);
+    matrix.finish();
 }
 
-void LevelAssembler::add_damping(BlockMatrix::Filling& matrix, const Configuration& at,
-                                 double factor, Tangent tangent) {
-    if (batches_)
-        add_stiffness(matrix, at, factor, Tangent::frozen_rotation);
-    else
-        add_by_points(matrix, at, factor, [&](const ConstitutiveModel& model) {
-            return model.is_hooke_by_rotation() ? Tangent::frozen_rotation : tangent;
-        });
+void LevelAssembler::add_damping_times(double factor, Vec v, Vec f) const {
+    LIVETET_PETSC(MatMult(damping_->get(), v, damping_force_.get()));
+    LIVETET_PETSC(VecAXPY(f, factor, damping_force_.get()));
 }
 
 void LevelAssembler::assemble(const Configuration& at, const OperatorTerms& terms) {
     BlockMatrix::Filling matrix(*matrix_);
     add_stiffness(matrix, at, terms.stiffness, terms.tangent);
-    if (terms.damping != 0) add_damping(matrix, terms.damped_at, terms.damping, terms.tangent);
+    if (terms.damping != 0) matrix.add(*damping_, terms.damping);
     for (std::int32_t i = 0; i < share_.owned; ++i)
         matrix.add_diagonal(i, (terms.mass != 0 ? terms.mass * node_mass_[i] : 0) +
                                    (springs_.empty() ? 0 : springs_[i]));

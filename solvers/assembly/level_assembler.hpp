@@ -101,6 +101,13 @@ class LevelAssembler {
     /// Writes the sum of `terms` and the springs into the matrix; `at`: where K is taken.
     void assemble(const Configuration& at, const OperatorTerms& terms);
 
+    /// Keeps the stiffness K_d at `at` by which damping is taken until the next call: with frozen
+    /// rotations, or the positive part of finite strain's tangent, so that damping never adds
+    /// energy. Levels with a matrix only. Collective.
+    void keep_damping(const Configuration& at);
+    /// f += factor K_d v, constrained components too.
+    void add_damping_times(double factor, Vec v, Vec f) const;
+
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
     /// reaction).
     void elastic_force(const Configuration& at, Vec f) const;
@@ -181,14 +188,6 @@ class LevelAssembler {
     /// Adds factor K at `at`.
     void add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
                        Tangent tangent);
-    /// Adds factor K_d at `at` (see OperatorTerms): what add_stiffness_times multiplies by, unless
-    /// `tangent` asks for positive parts.
-    void add_damping(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
-                     Tangent tangent);
-    /// Adds what of_model(constitutive model) says of each tet's tangent.
-    template <class OfModel>
-    void add_by_points(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
-                       OfModel&& of_model);
     /// visit(TetShape<n>{}) for the nodes a tet of this level has.
     template <class Visitor>
     decltype(auto) with_shape(Visitor&& visitor) const {
@@ -240,6 +239,8 @@ class LevelAssembler {
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::optional<BlockMatrix> matrix_;
+    std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
+    PetscHandle<Vec> damping_force_;        ///< K_d v, N/s
     std::optional<PressureSpace> pressure_;
 };
 

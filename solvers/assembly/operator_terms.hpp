@@ -1,20 +1,18 @@
 #pragma once
 
 #include "mechanics/materials/constitutive_model.hpp"
-#include "solvers/assembly/configuration.hpp"
 
 namespace livetet {
 
 /// What an operator is made of,
 ///     A = stiffness K + damping K_d + mass M,
 /// where K is the tangent stiffness at a configuration that is passed beside it, K_d the stiffness
-/// that damps (its derivative with the rotations held, at `damped_at`), and M the lumped mass.
+/// that damps (see LevelAssembler::keep_damping), and M the lumped mass.
 struct OperatorTerms {
     double stiffness = 1;
     double mass = 0;  ///< 1/s^2; 0 where no mass was found
     Tangent tangent = Tangent::frozen_rotation;
-    double damping = 0;
-    Configuration damped_at{};  ///< read if damping is not 0
+    double damping = 0;  ///< 0 where no K_d is kept
 
     /// Factor of K where K_d is taken to be K.
     double whole_stiffness() const { return stiffness + damping; }

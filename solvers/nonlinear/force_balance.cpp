@@ -65,30 +65,14 @@ void ForceBalance::update_rotations() {
 
 bool ForceBalance::damps_from_start() const {
     return damping_at_ == DampingAt::start && time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
-           !level().is_linear();
+           !level().is_linear() && level().matrix();
 }
 
 void ForceBalance::begin_step(DampingAt damping) {
     start_scale_ = 0;
     damping_at_ = damping;
     update_rotations();
-    if (!damps_from_start()) return;
-    if (!start_u_) {
-        start_u_ = make_vector(level().share());
-        if (state_.p) start_p_ = make_vector(*level().pressure_space());
-    }
-    LIVETET_PETSC(VecCopy(state_.u.get(), start_u_.get()));
-    update_ghosts(start_u_.get());
-    if (state_.p) {
-        LIVETET_PETSC(VecCopy(state_.p.get(), start_p_.get()));
-        update_ghosts(start_p_.get());
-    }
-    start_rotations_ = rotations_;
-}
-
-Configuration ForceBalance::damped_configuration() const {
-    return damps_from_start() ? Configuration{start_u_.get(), start_p_.get(), &start_rotations_}
-                              : configuration();
+    if (damps_from_start()) solver_.fine().keep_damping(configuration());
 }
 
 double ForceBalance::residual_norm() const {
@@ -126,10 +110,11 @@ double ForceBalance::evaluate(bool with_prescribed) {
         evaluate_frozen(with_prescribed);
     else
         fine.elastic_force(configuration(), force_.get());
-    if (time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
-        (damps_from_start() || !fine.has_frozen_force())) {
+    if (damps_from_start()) {
+        fine.add_damping_times(time_.rayleigh_beta(), time_.velocity(), force_.get());
+    } else if (time_.is_dynamic() && time_.rayleigh_beta() > 0 && !fine.has_frozen_force()) {
         update_ghosts(time_.velocity());
-        fine.add_stiffness_times(time_.rayleigh_beta(), damped_configuration(), time_.velocity(),
+        fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), time_.velocity(),
                                  force_.get());
     }
     subtract_spring_pull();
@@ -205,7 +190,6 @@ OperatorTerms ForceBalance::terms(Tangent tangent) const {
     if (damps_from_start()) {
         terms.damping = terms.stiffness - 1;
         terms.stiffness = 1;
-        terms.damped_at = damped_configuration();
     }
     return terms;
 }

@@ -88,9 +88,8 @@ class ForceBalance {
 
   private:
     void evaluate_frozen(bool with_prescribed);
-    /// Whether a damping matrix other than that of the present u is to be added.
+    /// Whether K_d is kept from the step's start.
     bool damps_from_start() const;
-    Configuration damped_configuration() const;
     OperatorTerms terms(Tangent tangent) const;
     void subtract_spring_pull();
     void zero_constrained(Vec v) const;
@@ -104,8 +103,6 @@ class ForceBalance {
     ElementRotations rotations_;
     PetscHandle<Vec> residual_, force_, external_;
     DampingAt damping_at_ = DampingAt::present;
-    PetscHandle<Vec> start_u_, start_p_;  ///< at the step's start, with ghosts
-    ElementRotations start_rotations_;
     PetscHandle<Vec> at_;      ///< where forces are taken with frozen rotations, m
     PetscHandle<Vec> volume_;  ///< mixed form: g
     double scale_ = 0, start_scale_ = 0;
