@@ -67,6 +67,12 @@ inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
     return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
 }
 
+/// The axis of a rotation times its angle, rad, from 0 to pi.
+inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+    const Eigen::AngleAxisd turn(rotation);
+    return turn.angle() * turn.axis();
+}
+
 /// The rotation (never a reflection) nearest to `m` in the Frobenius norm (Kabsch 1976).
 /// Re-orthonormalises the rotations that trackers send.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);

@@ -88,10 +88,9 @@ std::vector<std::array<int, 3>> candidates(const GreyImage& image, const MarkerO
 
 /// Minimises |A x - b| by the normal equations. The columns have similar norms and are far from
 /// parallel.
-template <class Matrix>
-auto least_squares(const Matrix& A, const Eigen::VectorXd& b) {
-    const auto normal = A.transpose().lazyProduct(A).eval();
-    return normal.ldlt().solve(A.transpose().lazyProduct(b).eval()).eval();
+Eigen::VectorXd least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A,
+                              const Eigen::VectorXd& b) {
+    return (A.transpose() * A).eval().ldlt().solve(A.transpose() * b);
 }
 
 /// Positions and values of the voxels in a window.
@@ -130,9 +129,6 @@ class BallFit {
     }
 
   private:
-    // Centre (radii), contrast, background, background gradient.
-    using Unknowns = Eigen::Matrix<double, 8, 1>;
-
     Window window_about(const Vector3& centre) const {
         Window window;
         const Vector3 middle = (voxel_from_ras_ * centre.homogeneous()).head<3>();
@@ -175,27 +171,28 @@ class BallFit {
     /// sigma^2 (J^T J)^-1, with sigma^2 from the residual.
     ImageMarker refined(const Window& window, const Vector3& start) const {
         const auto count = static_cast<Eigen::Index>(window.place.size());
-        Eigen::Matrix<double, Eigen::Dynamic, 8> J(count, 8);
+        // Derivatives by centre (radii), contrast, background and background gradient.
+        Eigen::MatrixXd J(count, 8);
         Eigen::VectorXd residual(count);
         const Eigen::VectorXd value = Eigen::Map<const Eigen::VectorXd>(window.value.data(), count);
         // Residual of the model without a ball: background and gradient only.
         for (Eigen::Index n = 0; n < count; ++n)
             J.row(n).tail<4>() << 1, ((window.place[n] - start) / radius_).transpose();
         const Eigen::Vector4d flat = least_squares(J.rightCols<4>(), value);
-        const double without = (value - J.rightCols<4>().lazyProduct(flat)).squaredNorm();
+        const double without = (value - J.rightCols<4>() * flat).squaredNorm();
 
         Vector3 centre = start;
         // Contrast, background and gradient; the optimum for each centre.
-        Eigen::Matrix<double, 5, 1> linear;
+        Eigen::VectorXd linear;
         for (int i = 0; i < iterations; ++i) {
             for (Eigen::Index n = 0; n < count; ++n)
                 J(n, 3) = coverage(window.place[n], centre).first;
             linear = least_squares(J.rightCols<5>(), value);
-            residual = value - J.rightCols<5>().lazyProduct(linear);
+            residual = value - J.rightCols<5>() * linear;
             for (Eigen::Index n = 0; n < count; ++n)
                 J.row(n).head<3>() =
                     linear[0] * radius_ * coverage(window.place[n], centre).second.transpose();
-            const Unknowns move = least_squares(J, residual);
+            const Eigen::VectorXd move = least_squares(J, residual);
             const double step = move.head<3>().norm(), max_step = 0.2;
             centre += radius_ * move.head<3>() * (step > max_step ? max_step / step : 1);
             if (!(step > 1e-5)) break;
@@ -204,9 +201,9 @@ class BallFit {
         const double sign = options_.shade == MarkerShade::bright ? 1 : -1;
         ImageMarker marker{centre, 0, sign * linear[0], without > 0 ? 1 - left / without : 0};
         const double variance = left / std::max<double>(1, static_cast<double>(count - 8));
-        const Eigen::Matrix<double, 8, 8> information = J.transpose().lazyProduct(J);
-        const Eigen::Matrix<double, 8, 8> covariance =
-            variance * information.ldlt().solve(Eigen::Matrix<double, 8, 8>::Identity());
+        const Eigen::MatrixXd information = J.transpose() * J;
+        const Eigen::MatrixXd covariance =
+            variance * information.ldlt().solve(Eigen::MatrixXd::Identity(8, 8));
         marker.uncertainty = radius_ * std::sqrt(covariance.topLeftCorner<3, 3>().trace());
         return marker;
     }

@@ -14,7 +14,7 @@ constexpr int slab_slices = 2;
 
 /// Weights down to this count as inside, so that rounding cannot leave a voxel on an inner face to
 /// neither tet.
-constexpr double inside_tolerance = 1e-9;
+constexpr double raster_tolerance = 1e-9;
 
 /// The rank of a vector v is (|v|^2 + 1e-4 m^2) times the scale of its tet's kind. The ranges of
 /// the scales do not overlap.
@@ -35,8 +35,8 @@ struct Corners {
 
     Corners(std::span<const Vector3> nodes, const Tet& t) {
         for (int c = 0; c < 4; ++c) x.col(c) = nodes[t[c]];
-        low = x.rowwise().minCoeff().array() - inside_tolerance;
-        high = x.rowwise().maxCoeff().array() + inside_tolerance;
+        low = x.rowwise().minCoeff().array() - raster_tolerance;
+        high = x.rowwise().maxCoeff().array() + raster_tolerance;
     }
 };
 
@@ -114,7 +114,7 @@ void TetRaster::draw_tet(std::size_t t, RasterSlab& slab) const {
             const Eigen::Vector4d at_row = at_origin + slope.col(1) * j + slope.col(2) * k;
             double low = c.low.x(), high = c.high.x();
             for (int n = 0; n < 4; ++n) {
-                const double reach = at_row[n] + inside_tolerance, step = slope(n, 0);
+                const double reach = at_row[n] + raster_tolerance, step = slope(n, 0);
                 if (step > 0)
                     low = std::max(low, -reach / step);
                 else if (step < 0)

@@ -19,11 +19,6 @@ double smoothing_factor(double cutoff_Hz, double dt) {
     return 1 / (1 + 1 / (2 * std::numbers::pi * cutoff_Hz * dt));
 }
 
-Vector3d rotation_vector(const Matrix3d& rotation) {
-    const AngleAxisd turn(rotation);
-    return turn.angle() * turn.axis();
-}
-
 void check_positive(const char* name, double value) {
     if (!(value > 0) || !std::isfinite(value))
         fail("pose filter: {} = {} must be > 0", name, value);

@@ -13,11 +13,6 @@ using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Vector3d rotation_vector(const Matrix3d& rotation) {
-    const AngleAxisd turn(rotation);
-    return turn.angle() * turn.axis();
-}
-
 // Moves `now` towards `target` by at most `step`; returns true on arrival.
 bool approach(Vector3d& now, const Vector3d& target, double step) {
     const Vector3d way = target - now;
