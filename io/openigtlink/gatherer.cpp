@@ -111,14 +111,8 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
     if (names_.size() < max_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
     if (!tool) return nullptr;
-    if (tool->clock != stamp) {
-        tool->clock = stamp;
-        tool->clock_since_s = now_s;
-    }
     tool->left_out = false;
-    tool->is_frozen = clock_is_frozen(*tool, now_s) && other_clocks_advance(*tool);
-    if (tool->is_frozen) return tool;  // an old pose, sent repeatedly
-    if (clock_is_frozen(*tool, now_s)) stamp = 0;
+    if (stamp != 0 && stamp == tool->stamp) return tool;  // an old pose, sent again
     if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
     if (!stamp_) {
         stamp_ = stamp;
@@ -131,16 +125,6 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
     tool->stamp = stamp;
     tool->in_sample = true;
     return tool;
-}
-
-bool PoseGatherer::clock_is_frozen(const State& tool, double now_s) const {
-    return tool.clock != 0 && now_s - tool.clock_since_s > options_.stale_after_s;
-}
-
-bool PoseGatherer::other_clocks_advance(const State& tool) const {
-    return std::ranges::any_of(tools_, [&](const State& t) {
-        return t.clock != 0 && t.clock_since_s - tool.clock_since_s > options_.stale_after_s;
-    });
 }
 
 double PoseGatherer::due_s() const {
@@ -219,7 +203,7 @@ bool PoseGatherer::is_up_to_date(const State& tool) const {
 }
 
 bool PoseGatherer::is_alive(const State& tool, double now_s) const {
-    return tool.times.arrived_s > 0 && !tool.left_out && !tool.is_frozen &&
+    return tool.times.arrived_s > 0 && !tool.left_out &&
            now_s - tool.times.arrived_s < options_.stale_after_s;
 }
 

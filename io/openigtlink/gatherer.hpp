@@ -45,13 +45,9 @@ class PoseGatherer {
         std::string list;  ///< device of the TDATA message that last reported it; empty if none did
         TrackedPose pose;
         PoseTimes times;
-        /// Time stamp of the newest pose, as sent; 0 if the sender's clock has stopped.
-        std::uint64_t stamp = 0;
-        std::uint64_t clock = 0;   ///< the sender's last time stamp
-        double clock_since_s = 0;  ///< arrival of the first message with that time stamp
-        bool in_sample = false;    ///< reported since the last post
-        bool left_out = false;     ///< missing from its device's last TDATA
-        bool is_frozen = false;  ///< its time stamp is constant while those of other tools advance
+        std::uint64_t stamp = 0;  ///< time stamp of the newest pose, as sent; 0 for none
+        bool in_sample = false;   ///< reported since the last post
+        bool left_out = false;    ///< missing from its device's last TDATA
     };
     using Pose = std::optional<RigidTransform<Tracker, Tool>>;
 
@@ -64,8 +60,6 @@ class PoseGatherer {
     void post_quiet(double now_s);
     void hand_over(double time_s, double now_s);
     double expected_time_s(double now_s) const;
-    bool clock_is_frozen(const State& tool, double now_s) const;
-    bool other_clocks_advance(const State& tool) const;
     State* find(const std::string& name);
     bool is_up_to_date(const State& tool) const;
     bool is_alive(const State& tool, double now_s) const;

@@ -1,14 +1,12 @@
 #include "io/openigtlink/server.hpp"
 
-#define ASIO_STANDALONE
-#include <asio.hpp>
-
 #include <algorithm>
 #include <atomic>
 #include <deque>
 #include <mutex>
 #include <thread>
 
+#include "io/openigtlink/close_on_exec.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/parser.hpp"
 
@@ -58,7 +56,7 @@ tcp::acceptor listen_on(asio::io_context& io, const OpenIgtLinkServerOptions& op
              options.address);
     const tcp::endpoint endpoint(address, options.port);
     tcp::acceptor acceptor(io);
-    acceptor.open(endpoint.protocol(), failure);
+    open_close_on_exec(acceptor, endpoint.protocol(), failure);
     if (!failure) acceptor.set_option(tcp::acceptor::reuse_address(true), failure);
     if (!failure) acceptor.bind(endpoint, failure);
     if (!failure) acceptor.listen(asio::socket_base::max_listen_connections, failure);
@@ -141,6 +139,7 @@ class OpenIgtLinkServer::Listener {
 
     void welcome(tcp::socket socket) {
         Failure ignored;
+        set_close_on_exec(socket);
         socket.set_option(tcp::no_delay(true), ignored);
         socket.set_option(asio::socket_base::keep_alive(true), ignored);
         socket.set_option(asio::socket_base::send_buffer_size(socket_buffer_size), ignored);

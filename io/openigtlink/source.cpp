@@ -1,12 +1,10 @@
 #include "io/openigtlink/source.hpp"
 
-#define ASIO_STANDALONE
-#include <asio.hpp>
-
 #include <chrono>
 #include <mutex>
 #include <thread>
 
+#include "io/openigtlink/close_on_exec.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/gatherer.hpp"
 #include "io/openigtlink/parser.hpp"
@@ -39,6 +37,7 @@ void check_options(const OpenIgtLinkSourceOptions& o) {
     const std::pair<const char*, double> seconds[] = {{"gather_s", o.gather_s},
                                                       {"stale_after_s", o.stale_after_s},
                                                       {"silence_after_s", o.silence_after_s},
+                                                      {"hang_up_after_s", o.hang_up_after_s},
                                                       {"first_retry_s", o.first_retry_s},
                                                       {"max_retry_s", o.max_retry_s},
                                                       {"connect_timeout_s", o.connect_timeout_s}};
@@ -122,17 +121,29 @@ class OpenIgtLinkSource::Connector {
         connection_->timeout.async_wait([this, c = connection_](Failure failure) {
             if (!failure) give_up(c, "no answer");
         });
-        resolver_.async_resolve(
-            host_, std::to_string(port_), [this, c = connection_](Failure failure, auto addresses) {
-                if (c != connection_) return;
-                if (failure) return give_up(c, failure.message());
-                asio::async_connect(c->socket, addresses,
-                                    [this, c](Failure failed, const tcp::endpoint&) {
-                                        if (c != connection_) return;
-                                        if (failed) return give_up(c, failed.message());
-                                        begin(c);
-                                    });
-            });
+        resolver_.async_resolve(host_, std::to_string(port_),
+                                [this, c = connection_](Failure failure, auto addresses) {
+                                    if (c != connection_) return;
+                                    if (failure) return give_up(c, failure.message());
+                                    connect_to_next(c, addresses.begin());
+                                });
+    }
+
+    /// Tries one address after another until a server answers.
+    void connect_to_next(const ConnectionPointer& c, tcp::resolver::results_type::iterator at) {
+        Failure failure;
+        open_close_on_exec(c->socket, at->endpoint().protocol(), failure);
+        if (failure) return give_up(c, failure.message());
+        c->socket.async_connect(*at, [this, c, at](Failure failed) {
+            if (c != connection_) return;
+            if (!failed) return begin(c);
+            Failure ignored;
+            c->socket.close(ignored);
+            const auto next = std::next(at);
+            if (next == tcp::resolver::results_type::iterator())
+                return give_up(c, failed.message());
+            connect_to_next(c, next);
+        });
     }
 
     void begin(const ConnectionPointer& c) {
@@ -206,13 +217,20 @@ class OpenIgtLinkSource::Connector {
         });
     }
 
-    /// Detects a silent connection.
+    /// Detects a silent connection, and hangs up when it has been silent for too long: the server may
+    /// be gone without a word, which the system would notice after hours.
     void watch() {
-        watching_.expires_after(duration_of(options_.silence_after_s / 4));
+        const double shortest_s = std::min(options_.silence_after_s, options_.hang_up_after_s);
+        watching_.expires_after(duration_of(shortest_s / 4));
         watching_.async_wait([this](Failure failure) {
             if (failure) return;
-            const bool is_quiet = steady_seconds() - last_message_s_ > options_.silence_after_s;
-            if (is_quiet && state_ == State::receiving) set_state(State::silent);
+            const double quiet_s = steady_seconds() - last_message_s_;
+            if (quiet_s > options_.silence_after_s && state_ == State::receiving)
+                set_state(State::silent);
+            const bool is_connected = state_ == State::receiving || state_ == State::silent;
+            if (quiet_s > options_.hang_up_after_s && is_connected)
+                give_up(connection_,
+                        fmt::format("no message for {:g} s", options_.hang_up_after_s));
             watch();
         });
     }

@@ -18,6 +18,8 @@ struct OpenIgtLinkSourceOptions {
     double stale_after_s = 0.25;  ///< a tool not reported for this long is stale
     /// A connection without messages for this long is reported as silent.
     double silence_after_s = 1;
+    /// A connection without messages for this long is closed and made anew.
+    double hang_up_after_s = 5;
     double first_retry_s = 0.1;  ///< pause before the first reconnection, doubled each time
     double max_retry_s = 2;
     double connect_timeout_s = 3;
@@ -64,8 +66,8 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// first and every 0.5 s in the end, so that a waiting consumer wakes up and can release the
 /// patches gradually.
 ///
-/// A tool not reported for `stale_after_s` is stale. A time stamp that is constant for that long is
-/// ignored; if those of other tools advance, the tool is stale.
+/// A tool not reported for `stale_after_s` is stale. A pose with the tool's last time stamp is no new
+/// report: a hung server may send it again and again. (A stamp of 0 means none.)
 class OpenIgtLinkSource : public TrackerSource {
   public:
     /// Poses are in the order of `tools`. Throws Error if two tools cannot be distinguished on the

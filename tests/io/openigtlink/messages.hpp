@@ -8,11 +8,13 @@
 
 namespace livetet::igtl::testing_messages {
 
+/// Each message has a time stamp of its own, 1/8 s after the one before.
 inline Message message(std::string type, Content content, std::string device = "Device") {
     Message m;
     m.type = std::move(type);
     m.device = std::move(device);
-    m.time_stamp = stamp_of_seconds(1234567890.5);
+    static double sent_s = 1234567890.5;
+    m.time_stamp = stamp_of_seconds(sent_s += 0.125);
     m.content = std::move(content);
     return m;
 }

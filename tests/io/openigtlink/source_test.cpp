@@ -1,6 +1,11 @@
 #include "io/openigtlink/source.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+#include <string>
 
 #include "io/files.hpp"
 #include "io/openigtlink/conversions.hpp"
@@ -223,6 +228,40 @@ TEST(OpenIgtLinkSource, SilenceIsSaidAndWakesWhoWaits) {
         EXPECT_TRUE(eventually([&] { return source.statistics().state == State::silent; }));
         EXPECT_EQ(source.next()->sample.poses[0].status, PoseStatus::stale);
     }
+}
+
+/// The server's machine lost its power: nothing closes the connection.
+TEST(OpenIgtLinkSource, ASilentConnectionIsClosedAndMadeAnew) {
+    ListeningPeer server;
+    OpenIgtLinkSourceOptions options = quick();
+    options.hang_up_after_s = 0.1;
+    OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, options);
+    Peer mute = server.accept();
+    Peer again = server.accept();
+    again.send(stylus_at(1));
+    EXPECT_TRUE(comes(source, 1));
+    EXPECT_TRUE(says(source.statistics().problem, {"no message for 0.1 s"}));
+    EXPECT_GE(source.statistics().connections, 2u);
+}
+
+/// A helper process of MPI that inherited a socket would keep its connection open after we closed
+/// it.
+TEST(OpenIgtLinkSource, NoOtherProgramInheritsItsSockets) {
+    const auto inherited = [] {
+        std::set<int> found;
+        for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+            const int descriptor = std::stoi(entry.path().filename());
+            if (const int flags = ::fcntl(descriptor, F_GETFD); flags >= 0 && !(flags & FD_CLOEXEC))
+                found.insert(descriptor);
+        }
+        return found;
+    };
+    const std::set<int> before = inherited();
+    OpenIgtLinkServer server({.port = 0});
+    OpenIgtLinkSource source("127.0.0.1", server.port(), {"Stylus"}, quick());
+    ASSERT_TRUE(eventually([&] { return server.statistics().clients == 1; }));
+    ASSERT_TRUE(eventually([&] { return source.statistics().connections == 1; }));
+    EXPECT_EQ(inherited(), before);
 }
 
 TEST(OpenIgtLinkSource, WhoWaitsWakesUpWhateverElseKeepsComing) {
