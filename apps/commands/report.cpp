@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/report_result.hpp"
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"
 #include "apps/scene/outputs.hpp"

@@ -4,9 +4,10 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/report_result.hpp"
+#include "apps/commands/track_run.hpp"
 #include "apps/live/frame_loop.hpp"
 #include "apps/live/replay.hpp"
-#include "apps/live/track_run.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/report/report.hpp"
 #include "apps/scene/outputs.hpp"

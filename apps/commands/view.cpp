@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
-#include "apps/live/track_run.hpp"
+#include "apps/commands/track_run.hpp"
 #include "apps/plots/virtual_display.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/viewer/player.hpp"

@@ -77,9 +77,4 @@ std::string report_json(const Report& report);
 std::string report_page(const Report& report, std::span<const PagePicture> pictures,
                         const std::string& no_pictures = "");
 
-/// Reads a result of `livetet track`; writes report.txt, report.json and the pictures to the folder
-/// "report" beside it, and the JSON to `json` if that is not empty; prints the text. Throws Error
-/// if that fails.
-void report_result(const std::filesystem::path& result, const std::filesystem::path& json);
-
 }  // namespace livetet
