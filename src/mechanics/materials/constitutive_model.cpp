@@ -1,6 +1,10 @@
 #include "mechanics/materials/constitutive_model.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
+
+#include <stdexcept>
 
 #include "mechanics/materials/kinematics.hpp"
 
@@ -8,6 +12,9 @@ namespace livetet {
 
 Matrix9 ConstitutiveModel::shear_tangent(double mu, double p, const Matrix3& H,
                                          Tangent tangent) const {
+    if (kinematics() == Kinematics::corotated)
+        throw std::logic_error(
+            fmt::format("{}: a corotated model must override shear_tangent", name()));
     Matrix9 A;
     for (int k = 0; k < 9; ++k) {
         Matrix3 unit = Matrix3::Zero();

@@ -82,7 +82,7 @@ class ConstitutiveModel {
     /// d^2 psi_mu / dF^2 + p d^2 theta / dF^2 as a matrix on vec F (columns stacked), Pa, with the
     /// rotation's derivative; without its negative eigenvalues unless `tangent` is `exact`. This
     /// one is for finite strain: nine increments and an eigenvalue problem of nine unknowns. A
-    /// model whose eigenvalues are known does better.
+    /// model whose eigenvalues are known does better. A corotated model must override it.
     virtual Matrix9 shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const;
 
     /// theta; J - 1 unless a model has another.

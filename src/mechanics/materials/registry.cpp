@@ -61,6 +61,11 @@ void register_material(std::unique_ptr<const ConstitutiveModel> model) {
     if (find(model->name()))
         fail("constitutive model {}: found one of that name already, expected another name",
              model->name());
+    if (model->is_hooke_by_rotation() && model->kinematics() == Kinematics::finite_strain)
+        fail(
+            "constitutive model {}: found Hooke's law by the rotation and finite strain, expected "
+            "small strain or corotated kinematics",
+            model->name());
     models().push_back(std::move(model));
 }
 

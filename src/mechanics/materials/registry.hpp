@@ -16,7 +16,8 @@ const ConstitutiveModel& registered_material(std::string_view name);
 
 /// Adds a model of a program's own; its defaults are those of `model`. From then on scenes may name
 /// it, and its keys are read, checked and documented like the others'. Not while bodies are made on
-/// another thread. Throws Error where its name is taken.
+/// another thread. Throws Error where its name is taken, or its traits
+/// contradict each other.
 void register_material(std::unique_ptr<const ConstitutiveModel> model);
 
 }  // namespace livetet

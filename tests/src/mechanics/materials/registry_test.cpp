@@ -15,7 +15,7 @@ namespace {
 
 /// Neo-Hookean with mu times `factor`: no more than a model has to have. By its default it is one
 /// that the tests of all registered models hold for.
-class Scaled final : public ConstitutiveModel {
+class Scaled : public ConstitutiveModel {
   public:
     double factor = 1;
 
@@ -120,6 +120,27 @@ TEST(Registry, TheReferenceHasTheKeysOfEveryModel) {
         for (const std::string& key : keys_of(model))
             EXPECT_NE(reference.find("\n  " + key + ": "), std::string::npos) << key;
     }
+}
+
+/// Hooke's law by the rotation, but of a model that has none: batches would compute it with R = I.
+class Contradictory final : public Scaled {
+  public:
+    Names names() const override { return {"contradictory", "contradictory", "a test's own"}; }
+    bool is_hooke_by_rotation() const override { return true; }
+};
+
+/// Corotated, without a tangent of its own.
+class Unfinished final : public Scaled {
+  public:
+    Kinematics kinematics() const override { return Kinematics::corotated; }
+};
+
+TEST(Registry, TraitsThatWouldComputeAnotherMaterialAreRefused) {
+    EXPECT_THROW(register_material(std::make_unique<Contradictory>()), Error);
+    for (const ConstitutiveModel* model : registered_materials())
+        EXPECT_NE(model->name(), "contradictory");
+    EXPECT_THROW((void)Unfinished().shear_tangent(1, 0, Eigen::Matrix3d::Zero(), Tangent::exact),
+                 std::logic_error);
 }
 
 TEST(Registry, AProgramAddsAModelOfItsOwn) {
