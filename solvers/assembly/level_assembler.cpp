@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "mechanics/rotation.hpp"
+#include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
 
 namespace livetet {
@@ -64,10 +65,9 @@ void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> 
 }
 
 bool LevelAssembler::is_batched() const {
-    return !is_mixed() && share_.edge_nodes.empty() &&
-           std::all_of(moduli_.begin(), moduli_.end(), [&](const Moduli& m) {
-               return m.model->is_hooke_by_rotation() && m.model == moduli_.front().model;
-           });
+    std::vector<const ConstitutiveModel*> models;
+    for (const Moduli& m : moduli_) models.push_back(&*m.model);
+    return why_not_batched(!share_.edge_nodes.empty(), is_mixed(), models).empty();
 }
 
 void LevelAssembler::find_mass() {
