@@ -75,6 +75,17 @@ void ForceBalance::begin_step(DampingAt damping) {
     if (damps_from_start()) solver_.fine().keep_damping(configuration());
 }
 
+void ForceBalance::add_stiffness_damping(Vec v) {
+    const double beta = time_.rayleigh_beta();
+    if (beta == 0) return;
+    if (damps_from_start()) {
+        level().add_damping_times(beta, v, force_.get());
+        return;
+    }
+    update_ghosts(v);
+    level().add_stiffness_times(beta, configuration(), v, force_.get());
+}
+
 double ForceBalance::residual_norm() const {
     return volume_ ? std::hypot(norm_of(residual_.get()), norm_of(volume_.get()))
                    : norm_of(residual_.get());
@@ -110,13 +121,9 @@ double ForceBalance::evaluate(bool with_prescribed) {
         evaluate_frozen(with_prescribed);
     else
         fine.elastic_force(configuration(), force_.get());
-    if (damps_from_start()) {
-        fine.add_damping_times(time_.rayleigh_beta(), time_.velocity(), force_.get());
-    } else if (time_.is_dynamic() && time_.rayleigh_beta() > 0 && !fine.has_frozen_force()) {
-        update_ghosts(time_.velocity());
-        fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), time_.velocity(),
-                                 force_.get());
-    }
+    // evaluate_frozen has damped by the present stiffness.
+    if (time_.is_dynamic() && (damps_from_start() || !fine.has_frozen_force()))
+        add_stiffness_damping(time_.velocity());
     subtract_spring_pull();
     scale_ = std::max(start_scale_, norm_of(force_.get()) + external_size_);
     if (time_.is_dynamic()) time_.add_inertia(force_.get());
@@ -176,11 +183,7 @@ double ForceBalance::slope(Vec du, Vec dp) const {
 void ForceBalance::start_acceleration() {
     level().elastic_force(configuration(), force_.get());
     subtract_spring_pull();
-    if (time_.rayleigh_beta() > 0) {
-        update_ghosts(state_.v.get());
-        level().add_stiffness_times(time_.rayleigh_beta(), configuration(), state_.v.get(),
-                                    force_.get());
-    }
+    add_stiffness_damping(state_.v.get());
     time_.start_acceleration(force_.get(), external_.get());
 }
 
@@ -215,12 +218,10 @@ std::vector<Vector3> ForceBalance::reactions() {
     const LevelAssembler& fine = level();
     update_rotations();
     fine.elastic_force(configuration(), force_.get());
-    if (time_.is_dynamic() && time_.rayleigh_beta() > 0) {
-        update_ghosts(state_.v.get());
-        fine.add_stiffness_times(time_.rayleigh_beta(), configuration(), state_.v.get(),
-                                 force_.get());
+    if (time_.is_dynamic()) {
+        add_stiffness_damping(state_.v.get());
+        time_.add_state_inertia(force_.get());
     }
-    if (time_.is_dynamic()) time_.add_state_inertia(force_.get());
     {
         const auto constrained = fine.constrained();
         const auto springs = fine.springs();

@@ -90,6 +90,8 @@ class ForceBalance {
     void evaluate_frozen(bool with_prescribed);
     /// Whether K_d is kept from the step's start.
     bool damps_from_start() const;
+    /// force_ += beta K_d v, or beta K v at the present u; ghosts of v are updated.
+    void add_stiffness_damping(Vec v);
     OperatorTerms terms(Tangent tangent) const;
     void subtract_spring_pull();
     void zero_constrained(Vec v) const;
