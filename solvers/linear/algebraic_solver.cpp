@@ -1,5 +1,7 @@
 #include "solvers/linear/algebraic_solver.hpp"
 
+#include <stdexcept>
+
 namespace livetet {
 
 namespace {
@@ -9,7 +11,7 @@ namespace {
 void configure_boomeramg(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCHYPRE));
     LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));
-    const char* prefix = nullptr;  // "displacement_" in the mixed form
+    const char* prefix = nullptr;  // "fieldsplit_displacement_" in the mixed form
     LIVETET_PETSC(PCGetOptionsPrefix(pc, &prefix));
     const auto set_option = [&](const std::string& name, const char* value) {
         const std::string option = fmt::format("-{}{}", prefix ? prefix : "", name);
@@ -35,11 +37,20 @@ AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const Elastic
 }
 
 void AlgebraicSolver::configure(PC pc) {
-    if (kind_ == SolverKind::boomeramg) configure_boomeramg(pc);
-    if (kind_ == SolverKind::gamg) LIVETET_PETSC(PCSetType(pc, PCGAMG));
-    if (kind_ == SolverKind::direct) {
-        LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));  // L D L^T: an exact tangent need not be positive
-        LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+    switch (kind_) {
+        case SolverKind::boomeramg:
+            return configure_boomeramg(pc);
+        case SolverKind::gamg:
+            LIVETET_PETSC(PCSetType(pc, PCGAMG));
+            return;
+        case SolverKind::direct:  // L D L^T: an exact tangent need not be positive
+            LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));
+            LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+            return;
+        case SolverKind::petsc:  // the user's options choose
+            return;
+        default:
+            throw std::logic_error("AlgebraicSolver: a kind of another class");
     }
 }
 

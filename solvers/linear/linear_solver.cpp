@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "solvers/linear/algebraic_solver.hpp"
 #include "solvers/linear/live_solver.hpp"
@@ -113,9 +114,15 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
             return std::make_unique<MultigridSolver>(mesh, model, options, role);
         case SolverKind::live:
             return std::make_unique<LiveSolver>(mesh, model, options, team);
-        default:
+        case SolverKind::boomeramg:
+        case SolverKind::gamg:
+        case SolverKind::direct:
+        case SolverKind::petsc:
             return std::make_unique<AlgebraicSolver>(mesh, model, kind, role);
+        case SolverKind::automatic:
+            break;
     }
+    throw std::logic_error("make_linear_solver: a kind that resolved_kind does not return");
 }
 
 }  // namespace
