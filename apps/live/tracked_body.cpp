@@ -20,7 +20,7 @@ PoseFilterOptions filter_options(const TrackOptions& track) {
     PoseFilterOptions options;
     options.enabled = track.smoothing_Hz > 0;
     if (options.enabled) options.min_cutoff_Hz = track.smoothing_Hz;
-    options.ahead_s = track.ahead_ms / 1e3;
+    options.ahead_s = track.ahead_ms.value_or(options.enabled ? 40 : 0) / 1e3;
     return options;
 }
 

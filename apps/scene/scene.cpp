@@ -105,11 +105,11 @@ void check_track(const TrackOptions& track, const std::string& file) {
             file);
     if (track.registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
-    if (track.ahead_ms > 0 && track.smoothing_Hz == 0)
+    if (track.ahead_ms.value_or(0) > 0 && track.smoothing_Hz == 0)
         fail(
             "track.ahead_ms = {} with track.smoothing_Hz = 0: poses are extrapolated with the "
             "filter's velocities, expected a filter, or ahead_ms: 0 ({})",
-            track.ahead_ms, file);
+            *track.ahead_ms, file);
     std::vector<std::string> names{track.reference_tool};
     for (const SensorOptions& sensor : track.sensors) {
         if (std::find(names.begin(), names.end(), sensor.tool) != names.end())

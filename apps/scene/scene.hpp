@@ -121,8 +121,8 @@ struct TrackOptions {
     double hold_s = 0.5;
     double release_s = 1;
     double max_displacement_mm = 100;
-    double smoothing_Hz = 1;
-    double ahead_ms = 0;
+    double smoothing_Hz = 2;
+    std::optional<double> ahead_ms{};  ///< not given: 40 with a filter, 0 without
     int newton_iterations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
@@ -350,8 +350,8 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             "cut-off frequency of the pose filter at rest (one-euro filter); 0: no filter",
             at_least<0>());
     v.field("ahead_ms", t.ahead_ms, "ms",
-            "time by which poses are extrapolated with the filter's velocities, to compensate "
-            "latency; 0: none",
+            "time by which poses are extrapolated with the filter's velocities, to make up for its "
+            "lag; 0: none; default: 40 with a filter, 0 without",
             Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
     v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
             Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
