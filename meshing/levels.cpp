@@ -134,7 +134,7 @@ struct Maker {
                                           : make_from_surface(edge, scale, time_left, tried);
                 level.report.dropped = std::move(dropped);
                 level.report.fillings = tries + 1;
-                level.report.asked_edge_length_m = edge_length_m;
+                level.report.requested_edge_length_m = edge_length_m;
                 level.report.seconds = passed();
                 return level;
             } catch (const Error& error) {
@@ -262,7 +262,7 @@ struct Maker {
 
 /// The finest level, with the edge length that gives about the requested number of tets.
 Level find_finest(const Maker& maker, std::vector<std::string>& notes,
-                  const std::function<void(int)>& tell) {
+                  const std::function<void(int)>& report_progress) {
     const MeshingOptions& o = maker.options;
     const double target = static_cast<double>(o.target_tets);
     const auto miss = [&](const Level& level) {
@@ -276,7 +276,7 @@ Level find_finest(const Maker& maker, std::vector<std::string>& notes,
     int fillings = 0;
     std::vector<std::string> dropped;
     for (int mesh = 0; mesh < o.target_tries; ++mesh) {
-        tell(mesh);
+        report_progress(mesh);
         Level level;
         try {
             level = maker.make(edge_length, 1);
@@ -347,10 +347,10 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
                                 const ProgressCallback& progress, const GmshOptions& gmsh,
                                 const Materials& materials) {
     check_options(options);
-    const auto tell = [&](double fraction, const std::string& what) {
+    const auto report_progress = [&](double fraction, const std::string& what) {
         if (progress) progress(fraction, what);
     };
-    tell(0, "checking the surface");
+    report_progress(0, "checking the surface");
     HierarchyResult result;
     const TriangleMesh repaired = repair_surface(surface, &result.notes);
     Maker maker{repaired, options, gmsh, materials};
@@ -359,7 +359,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
 
     // The finest level takes most of the time and usually needs two meshes.
     if (materials.several) {
-        tell(0.02, "smoothing the labels");
+        report_progress(0.02, "smoothing the labels");
         result.materials = maker.field().materials();
     }
     std::vector<TetMesh> meshes;
@@ -381,19 +381,20 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     };
     if (edges.empty()) {
         take(find_finest(maker, result.notes, [&](int done) {
-            tell(0.05 + 0.75 * done / (done + 1), fmt::format("level 0, mesh {}", done + 1));
+            report_progress(0.05 + 0.75 * done / (done + 1),
+                            fmt::format("level 0, mesh {}", done + 1));
         }));
     } else {
-        tell(0.05, "level 0");
+        report_progress(0.05, "level 0");
         take(maker.make(1e-3 * edges[0], 1));
     }
     maker.finest = boundary_surface(meshes.front());
     note_missing(result, meshes.front());
     const std::size_t count = level_count(options, result.levels.front().quality.tets);
     for (std::size_t l = 1; l < count; ++l) {
-        tell(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count),
-             fmt::format("level {}", l));
-        const double edge = edges.empty() ? result.levels.front().asked_edge_length_m *
+        report_progress(0.8 + 0.15 * static_cast<double>(l) / static_cast<double>(count),
+                        fmt::format("level {}", l));
+        const double edge = edges.empty() ? result.levels.front().requested_edge_length_m *
                                                 std::pow(options.coarsening, l)
                                           : 1e-3 * edges[l];
         Level level;
@@ -415,9 +416,9 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
         }
         take(std::move(level));
     }
-    tell(0.95, "transfers between levels");
+    report_progress(0.95, "transfers between levels");
     result.hierarchy = make_hierarchy(std::move(meshes), provenance_of(options, result));
-    tell(1, "meshed");
+    report_progress(1, "meshed");
     return result;
 }
 

@@ -20,7 +20,7 @@ namespace livetet {
 /// How one level was made.
 struct LevelReport {
     /// Edge length requested: from the options, or found for the requested number of tets.
-    double asked_edge_length_m = 0;
+    double requested_edge_length_m = 0;
     double edge_length_m =
         0;  ///< edge length that worked; smaller if the requested one was too coarse
     /// Gmsh's algorithm and why earlier ones failed; or CGAL, from the labels.

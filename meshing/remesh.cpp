@@ -156,7 +156,7 @@ SelfIntersections self_intersections(const Mesh& mesh) {
 
 /// The remaining fault of a remeshed surface; nothing if there is none.
 std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface,
-                                    double asked_volume) {
+                                    double requested_volume) {
     const SurfaceTopology topology = check_topology(surface);
     if (!topology.closed() || topology.degenerate_triangles > 0)
         return fmt::format(
@@ -166,9 +166,9 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
     if (const SelfIntersections cuts = self_intersections(mesh); cuts.pairs > 0)
         return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs,
                            place_mm(cuts.place));
-    if (const double v = signed_volume(surface); v < 0.5 * asked_volume)
+    if (const double v = signed_volume(surface); v < 0.5 * requested_volume)
         return fmt::format("a volume of {:.3f} ml where the surface has {:.3f} ml, from {}",
-                           1e6 * v, 1e6 * asked_volume, box_mm(surface.nodes));
+                           1e6 * v, 1e6 * requested_volume, box_mm(surface.nodes));
     return {};
 }
 
@@ -241,11 +241,11 @@ TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string
 
 TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations,
                             int tries, const EdgeLengthField& shorter_at) {
-    const double asked_volume = signed_volume(surface), asked_length = edge_length_m;
+    const double requested_volume = signed_volume(surface), requested_length = edge_length_m;
     const Mesh original = to_cgal(surface);
     std::optional<std::string> fault;
     for (int attempt = 0; attempt < tries; ++attempt) {
-        edge_length_m = asked_length * std::pow(0.85, attempt);
+        edge_length_m = requested_length * std::pow(0.85, attempt);
         Mesh mesh = original;
         PMP::isotropic_remeshing(
             mesh.faces(), edge_length_m, mesh,
@@ -254,18 +254,18 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, 
         if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
             PMP::experimental::remove_self_intersections(mesh);
         if (mesh.number_of_faces() == 0) continue;
-        fault = fault_of(mesh, from_cgal(mesh), asked_volume);
+        fault = fault_of(mesh, from_cgal(mesh), requested_volume);
         if (fault) continue;
         const Mesh unshifted = mesh;
-        keep_volume(mesh, asked_volume, edge_length_m);
-        if (fault_of(mesh, from_cgal(mesh), asked_volume))
+        keep_volume(mesh, requested_volume, edge_length_m);
+        if (fault_of(mesh, from_cgal(mesh), requested_volume))
             mesh = unshifted;  // a thin part intersected itself: accept the smaller volume
         return largest_part(from_cgal(mesh));
     }
     fail(
         "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed "
         "surface that does not cut itself: ask for smaller edges",
-        1e3 * asked_length, 1e3 * edge_length_m,
+        1e3 * requested_length, 1e3 * edge_length_m,
         fault.value_or(fmt::format("nothing of the body from {}", box_mm(surface.nodes))));
 }
 

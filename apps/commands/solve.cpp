@@ -311,7 +311,7 @@ json describe(const Scene& scene, const SceneBody& body, const RunHistory& histo
                {"linear_s", sum.solve_s},
                {"solver", body.body->linear_solver().name()},
                {"peak_bytes", usage.peak_bytes},
-               {"peak_bytes_most", usage.peak_bytes_most},
+               {"peak_bytes_most", usage.max_peak_bytes},
                {"messages", usage.messages},
                {"message_bytes", usage.message_bytes},
                {"reductions", usage.reductions},

@@ -24,10 +24,10 @@ constexpr const char* arrival_table = "arrivals";
 /// A frame's HandPull: number (0: none), base, to.
 constexpr const char* pull_values = "pull";
 
-/// A whole number from 0 to `most`, read as a double. Throws Error for any other value.
-std::uint64_t whole_number(double x, double most, const char* what, const std::string& source) {
-    if (!(x >= 0 && x <= most && x == std::floor(x)))
-        fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, most);
+/// A whole number from 0 to `max`, read as a double. Throws Error for any other value.
+std::uint64_t whole_number(double x, double max, const char* what, const std::string& source) {
+    if (!(x >= 0 && x <= max && x == std::floor(x)))
+        fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, max);
     return static_cast<std::uint64_t>(x);
 }
 

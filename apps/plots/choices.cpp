@@ -31,9 +31,9 @@ void write_text(vtkRenderer* renderer, const std::string& words, int size, doubl
 
 /// Whole decades about the values.
 std::pair<double, double> decades(const std::vector<double>& values) {
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    return {std::pow(10, std::floor(std::log10(*least * 0.95))),
-            std::pow(10, std::ceil(std::log10(*most * 1.05)))};
+    const auto [min, max] = std::minmax_element(values.begin(), values.end());
+    return {std::pow(10, std::floor(std::log10(*min * 0.95))),
+            std::pow(10, std::ceil(std::log10(*max * 1.05)))};
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ struct Range {
 
 /// A range slightly wider than the values.
 Range around(const std::vector<double>& values) {
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    const double apart = *most > *least ? *most - *least : std::max(1e-12, std::abs(*most));
-    return {*least - 0.06 * apart, *most + 0.06 * apart};
+    const auto [min, max] = std::minmax_element(values.begin(), values.end());
+    const double apart = *max > *min ? *max - *min : std::max(1e-12, std::abs(*max));
+    return {*min - 0.06 * apart, *max + 0.06 * apart};
 }
 
 }  // namespace
@@ -65,9 +65,9 @@ void write_scatter_picture(const std::filesystem::path& path, const std::string&
         const Range y = around(c.y);
         Range x = around(c.x);
         if (c.logarithmic) {
-            const auto [least, most] = std::minmax_element(c.x.begin(), c.x.end());
+            const auto [min, max] = std::minmax_element(c.x.begin(), c.x.end());
             chart->GetAxis(vtkAxis::BOTTOM)->SetLogScale(true);
-            x = {*least / 1.1, *most * 1.1};
+            x = {*min / 1.1, *max * 1.1};
         }
         set_axis(chart, vtkAxis::BOTTOM, means.x.empty() ? c.x_axis : c.x_axis + " (red: the mean)",
                  x.low, x.high);

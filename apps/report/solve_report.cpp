@@ -23,23 +23,23 @@ double number(const ordered_json& x) {
     return x.is_null() ? std::nan("") : x.get<double>();
 }  // JSON has no NaN
 
-/// Reads a whole number from 0 to `most`.
-std::size_t count(const ordered_json& x, std::size_t most) {
+/// Reads a whole number from 0 to `max`.
+std::size_t count(const ordered_json& x, std::size_t max) {
     const auto n = x.get<double>();
-    if (!(n >= 0 && n <= static_cast<double>(most))) fail("found {}, expected 0 to {}", n, most);
+    if (!(n >= 0 && n <= static_cast<double>(max))) fail("found {}, expected 0 to {}", n, max);
     return static_cast<std::size_t>(n);
 }
 
 SolvedRun parse_run(const std::string& text) {
-    constexpr std::size_t most = 1'000'000'000;
+    constexpr std::size_t max = 1'000'000'000;
     try {
         const ordered_json j = ordered_json::parse(text);
         SolvedRun run{.solver = j.at("solver"),
                       .version = j.at("version"),
                       .failure = j.at("failure"),
-                      .levels = count(j.at("levels"), most),
-                      .ranks = count(j.at("ranks"), most),
-                      .inverted_tets = count(j.value("inverted_tets", ordered_json(0)), most),
+                      .levels = count(j.at("levels"), max),
+                      .ranks = count(j.at("ranks"), max),
+                      .inverted_tets = count(j.value("inverted_tets", ordered_json(0)), max),
                       .converged = j.at("converged"),
                       .is_static = j.at("is_static"),
                       .restarted_at_s = number(j.at("restarted_at_s")),
@@ -58,8 +58,8 @@ SolvedRun parse_run(const std::string& text) {
                                  .seconds = number(s.at("seconds")),
                                  .imbalance = number(s.at("imbalance")),
                                  .time_error_mm = number(s.at("time_error_mm")),
-                                 .newton_iterations = count(s.at("linearisations"), most),
-                                 .iterations = count(s.at("iterations"), most),
+                                 .newton_iterations = count(s.at("linearisations"), max),
+                                 .iterations = count(s.at("iterations"), max),
                                  .converged = s.at("converged"),
                                  .kept = s.at("kept")});
         return run;

@@ -8,7 +8,7 @@ namespace livetet {
 struct RankUsage {
     double peak_bytes =
         0;  ///< sum of the ranks' peak memory; libraries shared on a machine are counted once
-    double peak_bytes_most = 0;  ///< of the rank with the highest peak
+    double max_peak_bytes = 0;  ///< of the rank with the highest peak
     double messages = 0, message_bytes = 0,
            reductions = 0;  ///< sent by PETSc on all ranks; reductions of one rank
 };

@@ -5,7 +5,7 @@
 
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
-#include "apps/verification/strain_models.hpp"
+#include "apps/verification/reference_models.hpp"
 #include "base/error.hpp"
 
 // States of homogeneous strain, or of fields that the elements represent exactly: errors are
@@ -15,21 +15,22 @@ namespace livetet::verification {
 
 namespace {
 
-/// The models that strain_models.hpp writes anew.
-constexpr std::pair<const char*, Strain> models[] = {{"linear", Strain::linear},
-                                                     {"corotated", Strain::corotated},
-                                                     {"green", Strain::green},
-                                                     {"neohookean", Strain::neohookean}};
+/// The models that reference_models.hpp writes anew.
+constexpr std::pair<const char*, ReferenceModel> models[] = {
+    {"linear", ReferenceModel::linear},
+    {"corotated", ReferenceModel::corotated},
+    {"green", ReferenceModel::green},
+    {"neohookean", ReferenceModel::neohookean}};
 
-Strain reference_model(const ModelChoice& model) {
-    for (const auto& [name, strain] : models)
-        if (model.name() == name) return strain;
+ReferenceModel reference_model(const ModelChoice& model) {
+    for (const auto& [name, reference] : models)
+        if (model.name() == name) return reference;
     fail("{}: found no reference for this model", model.name());
 }
 
 std::vector<Discretisation> all_displacement() {
     std::vector<Discretisation> all;
-    for (const auto& [model, strain] : models)
+    for (const auto& [model, reference] : models)
         for (const bool quadratic : {false, true}) all.push_back({model, quadratic});
     return all;
 }
@@ -39,7 +40,7 @@ std::vector<Outcome> patch_tests() {
     Matrix3d A;
     A << 0.05, 0.08, -0.03, -0.04, -0.03, 0.06, 0.02, -0.05, 0.04;
     std::vector<Discretisation> all = all_displacement();
-    for (const auto& [model, strain] : models)
+    for (const auto& [model, reference] : models)
         for (const bool quadratic : {false, true})
             all.push_back({model, quadratic, Formulation::mixed});
     std::vector<Outcome> outcomes;

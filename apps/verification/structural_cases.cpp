@@ -4,7 +4,7 @@
 
 #include "apps/verification/meshes.hpp"
 #include "apps/verification/problem.hpp"
-#include "apps/verification/strain_models.hpp"
+#include "apps/verification/reference_models.hpp"
 
 // Published benchmarks, large rotation, and the order of convergence.
 

@@ -57,14 +57,14 @@ class PhaseTimer {
 
 /// Adds what the heap grows by until the guard is gone; nothing for a null part. Asks the whole
 /// heap, under its locks: for set-up, not for frames.
-class HeapGrowth {
+class HeapMeter {
   public:
-    explicit HeapGrowth(PhaseCost* part) : part_(part), before_(part ? heap() : 0) {}
-    ~HeapGrowth() {
+    explicit HeapMeter(PhaseCost* part) : part_(part), before_(part ? heap() : 0) {}
+    ~HeapMeter() {
         if (part_) part_->bytes += heap() - before_;
     }
-    HeapGrowth(const HeapGrowth&) = delete;
-    HeapGrowth& operator=(const HeapGrowth&) = delete;
+    HeapMeter(const HeapMeter&) = delete;
+    HeapMeter& operator=(const HeapMeter&) = delete;
 
   private:
     static double heap() {

@@ -32,7 +32,7 @@ AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const Elastic
                                  SolverKind kind, Role role)
     : DisplacementSolver(mesh, role, ThreadTeam::alone()), kind_(kind) {
     add_level(mesh, model, MatrixLayout::scalars);
-    const HeapGrowth grown(&costs_.preconditioner);
+    const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm);
 }
 

@@ -54,7 +54,7 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
         volumes_ = carried_volumes(hierarchy.levels[l - 1],
                                    l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes_,
                                    hierarchy.transfers[l - 1], hierarchy.levels[l]);
-    const HeapGrowth grown(l == 0 ? &costs_.elements : &costs_.coarse_levels);
+    const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
     levels_.push_back(std::make_unique<LevelAssembler>(
         hierarchy.levels[l],
         distribute_mesh(mesh.comm, hierarchy.levels[l],
@@ -75,7 +75,7 @@ void DisplacementSolver::make_krylov(MPI_Comm comm) {
         LIVETET_PETSC(KSPSetOptionsPrefix(ksp, prefix().c_str()));
         LIVETET_PETSC(KSPSetType(ksp, KSPPREONLY));
     } else {
-        read_asked_tolerances();
+        read_user_tolerances();
         LIVETET_PETSC(KSPSetType(ksp, KSPCG));
         LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
         stopping_ = std::make_unique<StoppingTest>(team_, estimates_error_);
@@ -145,7 +145,7 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b, NORM_2, &size));
     const bool started = !guesses.empty() && start_from(guesses, b);
-    stopping_->begin(asked, std::max(asked.relative_tolerance * size, asked_residual_));
+    stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
     LIVETET_PETSC(KSPSolve(krylov_.get(), started ? rest_.get() : b, x));
     if (started) LIVETET_PETSC(VecAXPY(x, 1, start_.get()));
     LinearReport report;

@@ -59,7 +59,7 @@ class DisplacementSolver : public LinearSolver {
 
     template <class Work>
     void timed_mass(Work&& work) {
-        const HeapGrowth grown(&costs_.mass);
+        const HeapMeter meter(&costs_.mass);
         work();
     }
 

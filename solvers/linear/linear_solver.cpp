@@ -54,28 +54,28 @@ void LinearSolver::set_up_preconditioner() {
     is_new_ = false;
     static const PetscLogEvent event = log_event("LivetetSetUp");
     const PhaseTimer timer(costs_.preconditioner, event);
-    const HeapGrowth grown(costs_.preconditioner.times == 1 ? &costs_.preconditioner : nullptr);
+    const HeapMeter meter(costs_.preconditioner.times == 1 ? &costs_.preconditioner : nullptr);
     LIVETET_PETSC(KSPSetUp(preconditioned_krylov()));
 }
 
-void LinearSolver::read_asked_tolerances() {
+void LinearSolver::read_user_tolerances() {
     const auto number = [](const char* name) {
         PetscReal value = 0;
         PetscBool given = PETSC_FALSE;
         LIVETET_PETSC(PetscOptionsGetReal(nullptr, nullptr, name, &value, &given));
         return given ? std::optional(value) : std::nullopt;
     };
-    asked_tolerance_ = number("-ksp_rtol");
-    asked_residual_ = number("-ksp_atol").value_or(asked_residual_);
+    user_tolerance_ = number("-ksp_rtol");
+    user_residual_ = number("-ksp_atol").value_or(user_residual_);
     if (const auto iterations = number("-ksp_max_it"))
-        asked_iterations_ = static_cast<int>(*iterations);
+        user_iterations_ = static_cast<int>(*iterations);
 }
 
 LinearControls LinearSolver::set_tolerances(const LinearControls& controls) {
-    const LinearControls asked{asked_tolerance_.value_or(controls.relative_tolerance),
-                               asked_iterations_.value_or(controls.max_iterations),
+    const LinearControls asked{user_tolerance_.value_or(controls.relative_tolerance),
+                               user_iterations_.value_or(controls.max_iterations),
                                controls.deadline};
-    LIVETET_PETSC(KSPSetTolerances(outer_krylov(), asked.relative_tolerance, asked_residual_,
+    LIVETET_PETSC(KSPSetTolerances(outer_krylov(), asked.relative_tolerance, user_residual_,
                                    PETSC_DEFAULT, asked.max_iterations));
     return asked;
 }

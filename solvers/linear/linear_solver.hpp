@@ -152,13 +152,13 @@ class LinearSolver {
     void invalidate() { kept_.reset(); }
     /// Reads what PETSc's options say about when the outermost Krylov solver stops: they go before
     /// what a solve asks for.
-    void read_asked_tolerances();
+    void read_user_tolerances();
     /// Sets tolerance and iterations; returns them as they count.
     LinearControls set_tolerances(const LinearControls& controls);
     static void finish_report(KSP ksp, LinearReport& report);
 
     SolverCosts costs_;
-    double asked_residual_ = 1e-50;  ///< N
+    double user_residual_ = 1e-50;  ///< N
 
   private:
     bool assemble(const Configuration& at, const OperatorTerms& terms, bool by_halves);
@@ -167,8 +167,8 @@ class LinearSolver {
     /// Factors of K and M in a small-strain operator that is kept.
     std::optional<std::pair<double, double>> kept_;
     bool is_new_ = false;  ///< assembled since the preconditioner was set up last
-    std::optional<double> asked_tolerance_;
-    std::optional<int> asked_iterations_;
+    std::optional<double> user_tolerance_;
+    std::optional<int> user_iterations_;
 };
 
 /// The solver that `options` name for this mesh and model. Collective. `team` serves LiveSolver and

@@ -39,7 +39,7 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
         levels.push_back(levels_.back().get());
     }
     for (const BarycentricMap& map : mesh.hierarchy.transfers) maps.push_back(&map);
-    const HeapGrowth grown(&costs_.preconditioner);
+    const HeapMeter meter(&costs_.preconditioner);
     multigrid_ = std::make_unique<SinglePrecisionMultigrid>(
         std::move(levels), std::move(maps),
         options.smoothing_steps > 0 ? options.smoothing_steps : 1, team);

@@ -71,13 +71,13 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
         add_level(mesh, model, blocks ? MatrixLayout::blocks : MatrixLayout::scalars);
         if (l == 0) continue;
         CoarseLevel& coarse = coarse_levels_.emplace_back();
-        const HeapGrowth grown(&costs_.coarse_levels);
+        const HeapMeter meter(&costs_.coarse_levels);
         coarse.transfer = std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(),
                                                      mesh.hierarchy.transfers[l - 1]);
         coarse.u = make_vector(levels_[l]->share());
         coarse.rotations = levels_[l]->make_rotations();
     }
-    const HeapGrowth grown(&costs_.preconditioner);
+    const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm);
 }
 

@@ -7,10 +7,10 @@ namespace livetet {
 SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
     : LinearSolver(inner->tet_count()), inner_(std::move(inner)) {
     {
-        const HeapGrowth grown(&costs_.pressures);
+        const HeapMeter meter(&costs_.pressures);
         coupling_ = std::make_unique<PressureCoupling>(fine());
     }
-    const HeapGrowth grown(&costs_.preconditioner);
+    const HeapMeter meter(&costs_.preconditioner);
     MPI_Comm comm = fine().share().comm;
     LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
     Mat blocks[4] = {fine().matrix(), b_transposed_.get(), coupling_->b(), coupling_->minus_c()};
@@ -24,7 +24,7 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
 }
 
 void SaddlePointSolver::make_krylov(MPI_Comm comm) {
-    read_asked_tolerances();
+    read_user_tolerances();
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
     LIVETET_PETSC(KSPSetType(ksp, KSPFGMRES));

@@ -88,7 +88,7 @@ void NewtonSolver::make_snes(MPI_Comm comm) {
         return in_callback([&] {
             auto& self = *static_cast<NewtonSolver*>(context);
             *reason = self.test(static_cast<int>(iteration), x, step, f);
-            if (*reason == SNES_CONVERGED_ITERATING && self.has_asked_tests_)
+            if (*reason == SNES_CONVERGED_ITERATING && self.has_user_tests_)
                 LIVETET_PETSC(SNESConvergedDefault(s, iteration, x, step, f, reason, nullptr));
         });
     };
@@ -98,8 +98,8 @@ void NewtonSolver::make_snes(MPI_Comm comm) {
     LIVETET_PETSC(SNESSetMaxLinearSolveFailures(snes, PETSC_MAX_INT));  // see mend_direction
     make_line_search();
     LIVETET_PETSC(SNESSetFromOptions(snes));
-    has_asked_tests_ = is_given("-snes_rtol") || is_given("-snes_atol") || is_given("-snes_stol");
-    has_asked_limit_ = is_given("-snes_max_it");
+    has_user_tests_ = is_given("-snes_rtol") || is_given("-snes_atol") || is_given("-snes_stol");
+    has_user_limit_ = is_given("-snes_max_it");
 }
 
 void NewtonSolver::make_line_search() {
@@ -173,7 +173,7 @@ bool NewtonSolver::predict(bool moves, StepReport& report) {
 }
 
 void NewtonSolver::set_tolerances(int newton_iterations_done) {
-    if (has_asked_limit_) return;
+    if (has_user_limit_) return;
     PetscReal absolute = 0, relative = 0, step = 0;
     PetscInt evaluations = 0;
     LIVETET_PETSC(

@@ -76,8 +76,8 @@ class NewtonSolver {
     StepReport* report_ = nullptr;  ///< during a solve
     PetscHandle<SNES> snes_;
     PetscHandle<Vec> x_, f_, du_, dp_;
-    bool has_asked_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given
-    bool has_asked_limit_ = false;  ///< -snes_max_it is given
+    bool has_user_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given
+    bool has_user_limit_ = false;  ///< -snes_max_it is given
     Tangent tangent_ = Tangent::exact;
     int positive_steps_ = 0;  ///< iterations to come that take the positive tangent
 };

@@ -17,7 +17,7 @@ TimeIntegrator::TimeIntegrator(const TimeOptions& time, const LevelAssembler& le
     : time_(time), level_(level), state_(state), team_(team), u0_(make_vector(level.share())) {
     state.u = make_vector(level.share());
     if (is_dynamic()) {
-        const HeapGrowth grown(&cost_);
+        const HeapMeter meter(&cost_);
         for (PetscHandle<Vec>* v : {&state.v, &state.a, &velocity_})
             *v = make_vector(level.share());
         if (time_.scheme == TimeScheme::generalized_alpha) state.net = make_vector(level.share());

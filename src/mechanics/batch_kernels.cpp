@@ -522,12 +522,13 @@ void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
                    xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y),
                    yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
                    zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
-        // Its eigenvalues, sums of two stretches, are above `least` where its leading minors less
-        // `least` are positive.
+        // Its eigenvalues, sums of two stretches, are above `min_eigenvalue` where the leading
+        // minors of R G R^T - min_eigenvalue I are positive.
         const Lane cut = all_lanes(Corotated::min_turned_stretch), zero_below = 2 - p / mu;
-        const Lane least =
+        const Lane min_eigenvalue =
             tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
-        const Lane ax = xx - least, ay = yy - least, az = zz - least, minor = ax * ay - xy * xy;
+        const Lane ax = xx - min_eigenvalue, ay = yy - min_eigenvalue, az = zz - min_eigenvalue,
+                   minor = ax * ay - xy * xy;
         const auto usual =
             ax > 0 && minor > 0 && az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
         const Vec3<double> c0{yy * zz - yz * yz, yz * zx - xy * zz, xy * yz - yy * zx};

@@ -14,7 +14,7 @@ namespace livetet::verification {
 
 /// The energy per rest volume Psi(F), with Lame's mu and lambda; all four are Hooke's law near F =
 /// I.
-enum class Strain {
+enum class ReferenceModel {
     linear,      ///< mu eps:eps + lambda/2 tr(eps)^2, eps = (F + F^T)/2 - I
     corotated,   ///< mu |F - R|^2 + lambda/2 tr(R^T F - I)^2, R the rotation nearest to F
     green,       ///< mu E:E + lambda/2 tr(E)^2, E = (F^T F - I)/2 (St Venant-Kirchhoff)
@@ -23,11 +23,11 @@ enum class Strain {
 };
 
 /// Psi(F), in energy per rest volume.
-double energy_density(Strain strain, const Isotropic& m, const Matrix3d& F);
+double energy_density(ReferenceModel model, const Isotropic& m, const Matrix3d& F);
 
 /// P = dPsi/dF, the first Piola-Kirchhoff stress: P N is the force per rest area with the rest
 /// normal N.
-Matrix3d first_piola(Strain strain, const Isotropic& m, const Matrix3d& F);
+Matrix3d first_piola(ReferenceModel model, const Isotropic& m, const Matrix3d& F);
 
 /// A bar pulled along x with free sides: F = diag(stretch, lateral, lateral), P = diag(P11, 0, 0).
 struct Uniaxial {
@@ -40,13 +40,13 @@ struct Uniaxial {
 ///   green: P11 = E (l^3 - l) / 2, lateral^2 = 1 - nu (l^2 - 1);
 ///   neohookean: lateral^2 = (l + (1 - 2 nu) (l - 1)) / l^2, P11 from P: none for l <= (1 - 2 nu) /
 ///   (2 - 2 nu).
-std::optional<Uniaxial> uniaxial(Strain strain, const Isotropic& m, double stretch);
+std::optional<Uniaxial> uniaxial(ReferenceModel model, const Isotropic& m, double stretch);
 
 /// P of simple shear, F = I + g e1 e2^T, in closed form:
 ///   linear, neohookean: mu g (e1 e2^T + e2 e1^T);
 ///   corotated: 2 mu (F - R) + lambda (sqrt(4 + g^2) - 2) R, R the turn about z by -atan(g / 2);
 ///   green: E11 = E33 = 0, E22 = g^2 / 2, E12 = g / 2; P = F (2 mu E + lambda g^2 / 2 I).
-Matrix3d simple_shear(Strain strain, const Isotropic& m, double g);
+Matrix3d simple_shear(ReferenceModel model, const Isotropic& m, double g);
 
 /// A smooth displacement on and about the unit cube, three waves that share no symmetry:
 ///   u_i = amplitude sin(k_i . x + phase_i), k_i the rows of `waves`.

@@ -1,4 +1,4 @@
-#include "apps/verification/strain_models.hpp"
+#include "apps/verification/reference_models.hpp"
 
 #include <Eigen/Dense>
 
@@ -36,15 +36,15 @@ Matrix3d green_strain(const Matrix3d& F) { return (F.transpose() * F - identity)
 
 }  // namespace
 
-double energy_density(Strain strain, const Isotropic& m, const Matrix3d& F) {
-    switch (strain) {
-        case Strain::linear:
+double energy_density(ReferenceModel model, const Isotropic& m, const Matrix3d& F) {
+    switch (model) {
+        case ReferenceModel::linear:
             return hooke_energy(m, small_strain(F));
-        case Strain::corotated:
+        case ReferenceModel::corotated:
             return hooke_energy(m, nearest_rotation(F).transpose() * F - identity);
-        case Strain::green:
+        case ReferenceModel::green:
             return hooke_energy(m, green_strain(F));
-        case Strain::neohookean:
+        case ReferenceModel::neohookean:
             break;
     }
     const double growth = F.determinant() - 1;
@@ -52,28 +52,28 @@ double energy_density(Strain strain, const Isotropic& m, const Matrix3d& F) {
            (m.lambda() + m.mu()) / 2 * growth * growth;
 }
 
-Matrix3d first_piola(Strain strain, const Isotropic& m, const Matrix3d& F) {
-    switch (strain) {
-        case Strain::linear:
+Matrix3d first_piola(ReferenceModel model, const Isotropic& m, const Matrix3d& F) {
+    switch (model) {
+        case ReferenceModel::linear:
             return hooke(m, small_strain(F));
-        case Strain::corotated: {
+        case ReferenceModel::corotated: {
             const Matrix3d R = nearest_rotation(F);
             return R * hooke(m, R.transpose() * F - identity);
         }
-        case Strain::green:
+        case ReferenceModel::green:
             return F * hooke(m, green_strain(F));
-        case Strain::neohookean:
+        case ReferenceModel::neohookean:
             break;
     }
     return m.mu() * F + ((m.lambda() + m.mu()) * (F.determinant() - 1) - m.mu()) * cofactor(F);
 }
 
-std::optional<Uniaxial> uniaxial(Strain strain, const Isotropic& m, double l) {
+std::optional<Uniaxial> uniaxial(ReferenceModel model, const Isotropic& m, double l) {
     double P11 = m.E * (l - 1), lateral = 1 - m.nu * (l - 1);
-    if (strain == Strain::green) {
+    if (model == ReferenceModel::green) {
         P11 = m.E * (l * l * l - l) / 2;
         lateral = std::sqrt(1 - m.nu * (l * l - 1));
-    } else if (strain == Strain::neohookean) {
+    } else if (model == ReferenceModel::neohookean) {
         const double square = (l + (1 - 2 * m.nu) * (l - 1)) / (l * l);
         lateral = std::sqrt(square);
         P11 = m.mu() * l + ((m.lambda() + m.mu()) * (l * square - 1) - m.mu()) * square;
@@ -82,16 +82,16 @@ std::optional<Uniaxial> uniaxial(Strain strain, const Isotropic& m, double l) {
     return Uniaxial{P11, lateral};
 }
 
-Matrix3d simple_shear(Strain strain, const Isotropic& m, double g) {
+Matrix3d simple_shear(ReferenceModel model, const Isotropic& m, double g) {
     Matrix3d F = identity;
     F(0, 1) = g;
-    if (strain == Strain::corotated) {
+    if (model == ReferenceModel::corotated) {
         const double h = std::sqrt(4 + g * g);
         Matrix3d R;
         R << 2 / h, g / h, 0, -g / h, 2 / h, 0, 0, 0, 1;
         return 2 * m.mu() * (F - R) + m.lambda() * (h - 2) * R;
     }
-    if (strain == Strain::green) {
+    if (model == ReferenceModel::green) {
         Matrix3d E = Matrix3d::Zero();
         E(0, 1) = E(1, 0) = g / 2;
         E(1, 1) = g * g / 2;
