@@ -44,7 +44,7 @@ class Trial {
           held_(scene_, hierarchy.levels.front()),
           patch_(stability_patch(c, hierarchy.levels.front())),
           turns_(false) {
-        check_held(scene_, hierarchy.levels.front(), held_);
+        check_no_free_motion(scene_, hierarchy.levels.front(), held_);
         turns_ =
             !free_rigid_motions(hierarchy.levels.front(), held_.constraints().components).empty();
         body_ =

@@ -372,7 +372,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     figures.mesh_s = seconds_since(start);
     SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
     SceneConstraints constraints(scene, body.mesh());
-    check_held(scene, body.mesh(), constraints);
+    check_no_free_motion(scene, body.mesh(), constraints);
     figures.setup_s = seconds_since(start) - figures.mesh_s;
     std::optional<Probes> probes;
     if (scene.probes) probes.emplace(*scene.probes, body.mesh());

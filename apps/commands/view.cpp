@@ -92,7 +92,7 @@ int view_recording(const ViewArguments& arguments) {
     if (arguments.frame)
         player.go_to_frame(*arguments.frame - 1);
     else if (!arguments.screenshot.empty())
-        player.go_to_frame(recording.telling_frame());
+        player.go_to_frame(recording.representative_frame());
     const auto& sensors = window.shown().sensors;
     if (!sensors.empty() && sensors.front().base) window.set_cross(*sensors.front().base);
     if (arguments.colour == "stress") window.set_colour(ColourBy::von_mises);

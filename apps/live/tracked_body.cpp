@@ -42,7 +42,7 @@ std::vector<RigidTransform<Tool, Tip>> read_tips(const TrackOptions& track) {
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
     SceneChange change{scene, SceneConstraints(scene, mesh), read_tips(*scene.track)};
     change.constraints.move_to_share(1);
-    check_held(scene, mesh, change.constraints);
+    check_no_free_motion(scene, mesh, change.constraints);
     return change;
 }
 

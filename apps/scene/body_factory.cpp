@@ -305,7 +305,8 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
     return options;
 }
 
-void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints) {
+void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
+                          const SceneConstraints& constraints) {
     if (scene.time.scheme != TimeScheme::static_equilibrium) return;
     std::vector<std::uint8_t> held = constraints.constraints().components;
     for (std::size_t n = 0; n < constraints.springs().stiffness.size(); ++n)

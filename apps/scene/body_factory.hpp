@@ -74,7 +74,8 @@ ElasticModel elastic_model(const Scene& scene, Use use);
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use);
 
 /// Throws Error if a static scene leaves rigid motions of the body free: which, and how many.
-void check_held(const Scene& scene, const TetMesh& mesh, const SceneConstraints& constraints);
+void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
+                          const SceneConstraints& constraints);
 
 /// The mesh hierarchy of a scene and the body on it. Collective.
 struct SceneBody {

@@ -47,7 +47,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     SceneBody body = make_body(group_, scene, hierarchy_, Use::solve);
     const TetMesh& mesh = body.mesh();
     SceneConstraints constraints(scene, mesh);
-    check_held(scene, mesh, constraints);
+    check_no_free_motion(scene, mesh, constraints);
     row.setup_s = seconds_since(start) - row.mesh_s;
 
     // 2. run

@@ -173,15 +173,15 @@ void ViewRecording::find_ranges() {
     const std::size_t frames = reader_.frame_count(), step = std::max<std::size_t>(1, frames / 16);
     std::vector<std::size_t> looked_at{frames - 1};
     for (std::size_t k = 0; k < frames; k += step) looked_at.push_back(k);
-    telling_frame_ = frames - 1;
+    representative_frame_ = frames - 1;
     if (has_press_) {
         double most = 0;
         for (std::size_t k = 0; k < frames; ++k)
             if (const double press = reader_.values("press_mm", k, 1)[0]; press > most) {
                 most = press;
-                telling_frame_ = k;
+                representative_frame_ = k;
             }
-        looked_at.push_back(telling_frame_);
+        looked_at.push_back(representative_frame_);
     }
     for (const std::size_t k : looked_at) {
         for (const Vector3& u : reader_.displacement(k))

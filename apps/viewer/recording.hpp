@@ -19,7 +19,7 @@ class ViewRecording {
     /// Ranges of the colours: the largest displacement, m, and stress, Pa (ignoring the highest
     /// hundredth of the nodes), of some frames. And the frame with the deepest press or, without
     /// tracking, the last.
-    std::size_t telling_frame() const { return telling_frame_; }
+    std::size_t representative_frame() const { return representative_frame_; }
     double largest_displacement() const { return largest_displacement_; }
     double largest_stress() const { return largest_stress_; }
 
@@ -34,7 +34,7 @@ class ViewRecording {
     bool has_stress_ = false, has_press_ = false;
     std::vector<double> node_volume_;  ///< a quarter of the volume of its tets, m^3
     double largest_displacement_ = 0, largest_stress_ = 0;
-    std::size_t telling_frame_ = 0;
+    std::size_t representative_frame_ = 0;
     /// Of a frame.
     struct Traced {
         std::vector<ShownTool> tools;

@@ -212,8 +212,9 @@ void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configura
                     livetet::assemble<double>(*batches_, range, at.rotations->batches, factor,
                                               pattern, matrix.blocks(part), part);
                 else
-                    assemble_with_turns(*batches_, range, at.rotations->batches, all_of(u, share_),
-                                        tangent, factor, pattern, matrix.blocks(part), part);
+                    assemble_exact_tangent(*batches_, range, at.rotations->batches,
+                                           all_of(u, share_), tangent, factor, pattern,
+                                           matrix.blocks(part), part);
             });
         return;
     }

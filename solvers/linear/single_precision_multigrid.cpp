@@ -29,11 +29,12 @@ void store(Four v, float* p) {
 
 /// The transpose of a BarycentricMap: coarse node n has the weight `weights[k]` in fine node
 /// `nodes[k]`, for k from start[n] to start[n + 1].
-struct Lent {
+struct TransposedMap {
     std::vector<std::int32_t> start, nodes;
     std::vector<float> weights;
 
-    Lent(const BarycentricMap& map, std::size_t coarse_nodes) : start(coarse_nodes + 1, 0) {
+    TransposedMap(const BarycentricMap& map, std::size_t coarse_nodes)
+        : start(coarse_nodes + 1, 0) {
         for (const auto& four : map.nodes)
             for (const std::int32_t n : four) ++start[n + 1];
         for (std::size_t n = 0; n < coarse_nodes; ++n) start[n + 1] += start[n];
@@ -85,7 +86,7 @@ struct SinglePrecisionMultigrid::Level {
     std::vector<float> scale,
         inverse_scale;           ///< S and 1 / S of each component, 0 where it is constrained
     ElementRotations rotations;  ///< of a coarse level; the finest one's are given
-    std::unique_ptr<Lent> lent;  ///< to the next finer level's nodes
+    std::unique_ptr<TransposedMap> restriction;  ///< to the next finer level's nodes
     std::vector<float> diagonal_shift;  ///< of each node: inertia and springs in the diagonal
     double bound = 2;                   ///< largest eigenvalue of D^-1 A
 
@@ -124,7 +125,7 @@ struct SinglePrecisionMultigrid::Level {
                   Renewal renewal) {
         const BatchRange shared = level.parts().shared;
         team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
-            A.turn_shared({shared.begin + begin, shared.begin + end}, batches, rotations);
+            A.rotate_shared({shared.begin + begin, shared.begin + end}, batches, rotations);
         });
         team.run([&](int thread) { A.write_part(thread, renewal, batches, rotations); });
         const auto renewed = A.rows_of(renewal);
@@ -227,7 +228,8 @@ SinglePrecisionMultigrid::SinglePrecisionMultigrid(std::vector<LevelAssembler*> 
     for (LevelAssembler* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         levels_[l + 1]->rotations = levels_[l + 1]->level.make_rotations();
-        levels_[l + 1]->lent = std::make_unique<Lent>(*maps_[l], levels_[l + 1]->nodes());
+        levels_[l + 1]->restriction =
+            std::make_unique<TransposedMap>(*maps_[l], levels_[l + 1]->nodes());
     }
     dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()),
                   static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
@@ -246,7 +248,8 @@ void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& fi
         Level& coarse = *levels_[l + 1];
         float* u = coarse.rotations.single_u.data();
         coarse.over_rows([&](std::size_t begin, std::size_t end) {
-            for (std::size_t n = begin; n < end; ++n) store(coarse.lent->mean(n, fine), u + 3 * n);
+            for (std::size_t n = begin; n < end; ++n)
+                store(coarse.restriction->mean(n, fine), u + 3 * n);
         });
         fine = u;
     }
@@ -342,9 +345,9 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
     Level& coarse = *levels_[l + 1];
     coarse.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            store(
-                coarse.lent->gather(n, level.r.data()) * load(coarse.inverse_scale.data() + 3 * n),
-                coarse.b.data() + 3 * n);
+            store(coarse.restriction->gather(n, level.r.data()) *
+                      load(coarse.inverse_scale.data() + 3 * n),
+                  coarse.b.data() + 3 * n);
     });
     descend(l + 1);
     const BarycentricMap& map = *maps_[l];

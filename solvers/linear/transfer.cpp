@@ -46,7 +46,7 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
     constexpr double total_of_one = 1e6;  // more than the weights of any node's neighbours
     // Of each piece, the rigid motions that are held: none; by the fine nodes in it; by those in
     // the whole that it is a part of.
-    std::vector<HeldMotions> free, of_fine, of_whole;
+    std::vector<RigidMotionConstraints> free, of_fine, of_whole;
     for (const CoarseBody::Piece& piece : coarse.pieces)
         free.emplace_back(piece.centre, piece.extent);
     of_fine = of_whole = free;
@@ -66,29 +66,29 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
         }
         if (!fine[i]) continue;
         const std::int32_t p = coarse.piece_of[fine_in_coarse.nodes[i][0]];
-        of_fine[p].hold(place, fine[i]);
-        of_whole[coarse.pieces[p].whole].hold(place, fine[i]);
+        of_fine[p].constrain(place, fine[i]);
+        of_whole[coarse.pieces[p].whole].constrain(place, fine[i]);
     }
     std::vector<std::uint8_t> components(coarse_nodes, 0);
     // done: a smaller share would change nothing.
     std::vector<bool> is_held(coarse.pieces.size(), false), done = is_held;
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-6}) {
-        std::vector<HeldMotions> of_coarse = free;
+        std::vector<RigidMotionConstraints> of_coarse = free;
         for (std::size_t n = 0; n < coarse_nodes; ++n) {
             const std::int32_t p = coarse.piece_of[n];
             if (!done[p])
                 for (int c = 0; c < 3; ++c)
                     if (held[n][c] >= share * total[n]) components[n] |= 1 << c;
-            of_coarse[p].hold(coarse.places[n], components[n]);
+            of_coarse[p].constrain(coarse.places[n], components[n]);
         }
         for (std::size_t p = 0; p < done.size(); ++p) {
-            is_held[p] = of_coarse[p].all_held();
-            done[p] = is_held[p] || !of_fine[p].all_held();
+            is_held[p] = of_coarse[p].constrains_all();
+            done[p] = is_held[p] || !of_fine[p].constrains_all();
         }
         if (std::find(done.begin(), done.end(), false) == done.end()) break;
     }
     for (std::size_t p = 0; p < is_held.size(); ++p)
-        if (!is_held[p] && of_whole[coarse.pieces[p].whole].all_held())
+        if (!is_held[p] && of_whole[coarse.pieces[p].whole].constrains_all())
             for (const std::int32_t n : coarse.pieces[p].tet) components[n] = 7;
     return components;
 }
@@ -174,7 +174,7 @@ Transfer::Transfer(const PartitionedMesh& fine, const PartitionedMesh& coarse,
 
 void Transfer::make_mean(const PartitionedMesh& fine, const PartitionedMesh& coarse) {
     // Columns of the map, normalised. Every rank has the whole map, so each fills its own rows.
-    struct Lent {
+    struct TransposedEntry {
         std::int32_t row;  ///< owned node of the coarse mesh
         std::int32_t node;
         double weight;
@@ -182,23 +182,25 @@ void Transfer::make_mean(const PartitionedMesh& fine, const PartitionedMesh& coa
     std::vector<std::int32_t> owned_row(coarse.number_of_node.size(), -1);
     for (std::int32_t i = 0; i < coarse.owned; ++i) owned_row[coarse.nodes[i]] = i;
     std::vector<double> total(coarse.owned, 0);
-    std::vector<Lent> lent;
+    std::vector<TransposedEntry> entries;
     for (std::size_t i = 0; i < map_.size(); ++i)
         for (int k = 0; k < 4; ++k)
             if (const std::int32_t row = owned_row[map_.nodes[i][k]];
                 row >= 0 && map_.mean_weight(i, k) != 0) {
-                lent.push_back({row, static_cast<std::int32_t>(i), map_.mean_weight(i, k)});
-                total[row] += lent.back().weight;
+                entries.push_back({row, static_cast<std::int32_t>(i), map_.mean_weight(i, k)});
+                total[row] += entries.back().weight;
             }
-    std::stable_sort(lent.begin(), lent.end(),
-                     [](const Lent& a, const Lent& b) { return a.row < b.row; });
-    auto next = lent.begin();
+    std::stable_sort(
+        entries.begin(), entries.end(),
+        [](const TransposedEntry& a, const TransposedEntry& b) { return a.row < b.row; });
+    auto next = entries.begin();
     mean_of_one_ = make_matrix(coarse, fine, 1, [&](std::int32_t i, auto&& visit) {
-        for (; next != lent.end() && next->row == i; ++next) visit(fine.number_of_node[next->node]);
+        for (; next != entries.end() && next->row == i; ++next)
+            visit(fine.number_of_node[next->node]);
     });
-    for (const Lent& l : lent)
-        LIVETET_PETSC(MatSetValue(mean_of_one_.get(), coarse.numbers[l.row],
-                                  fine.number_of_node[l.node], l.weight / total[l.row],
+    for (const TransposedEntry& entry : entries)
+        LIVETET_PETSC(MatSetValue(mean_of_one_.get(), coarse.numbers[entry.row],
+                                  fine.number_of_node[entry.node], entry.weight / total[entry.row],
                                   ADD_VALUES));
     finish(mean_of_one_.get());
     LIVETET_PETSC(MatCreateMAIJ(mean_of_one_.get(), 3, mean_.out()));

@@ -116,7 +116,7 @@ LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepRepor
     const bool exact = options_.tangent == TangentChoice::exact;
     const Tangent tangent = exact ? Tangent::exact : Tangent::frozen_rotation;
     Solved solved = solve_once(controls, done, tangent, half, report);
-    if (solved.by_half && !done && leads_astray(solved.linear)) {
+    if (solved.by_half && !done && must_reject_partial_update(solved.linear)) {
         report.half_renewed = false;
         solved = solve_once(controls, done, tangent, false, report);
     }
@@ -160,7 +160,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     return {linear, half};
 }
 
-bool FrameStepper::leads_astray(const LinearReport& linear) const {
+bool FrameStepper::must_reject_partial_update(const LinearReport& linear) const {
     // VecNorm would allocate its cache at the first call; a frame allocates nothing.
     const ReadArray du(du_.get());
     std::atomic<double> largest{0};

@@ -53,7 +53,7 @@ class FrameStepper {
     bool is_late(const FrameControls& controls) const;
     /// Whether the result of an operator whose one half is a step old must be rejected: if tets
     /// have flipped since, the halves may not fit together.
-    bool leads_astray(const LinearReport& linear) const;
+    bool must_reject_partial_update(const LinearReport& linear) const;
     /// Applies the solved increment, and in the first iteration the prescribed one; the residual's
     /// norm where a further iteration asks for it.
     double apply(bool first, double imbalance, bool last);

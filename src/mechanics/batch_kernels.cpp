@@ -502,10 +502,10 @@ void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<doubl
 
 }  // namespace
 
-void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
-                         std::span<const RotationBatch<double>> rotations,
-                         std::span<const double> u, Tangent tangent, double scale,
-                         const BlockPattern& pattern, std::span<double> values, int part) {
+void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
+                            std::span<const RotationBatch<double>> rotations,
+                            std::span<const double> u, Tangent tangent, double scale,
+                            const BlockPattern& pattern, std::span<double> values, int part) {
     using Lane = Lanes<double>;
     constexpr int width = batch_width<double>;
     for (std::size_t k = range.begin; k < range.end; ++k) {

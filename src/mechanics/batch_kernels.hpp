@@ -132,9 +132,9 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 /// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is
 /// all but singular, or K not positive as it is asked to be, go through Corotated's
 /// shear_tangent one by one.
-void assemble_with_turns(const TetBatches<double>& batches, BatchRange range,
-                         std::span<const RotationBatch<double>> rotations,
-                         std::span<const double> u, Tangent tangent, double scale,
-                         const BlockPattern& pattern, std::span<double> values, int part = 0);
+void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
+                            std::span<const RotationBatch<double>> rotations,
+                            std::span<const double> u, Tangent tangent, double scale,
+                            const BlockPattern& pattern, std::span<double> values, int part = 0);
 
 }  // namespace livetet

@@ -11,10 +11,10 @@
 
 namespace livetet {
 
-/// Which blocks a matrix between the nodes of tets has, and where they stand: a row for each of the
-/// first `owned` nodes, in it a block for each node that it shares a tet with. The blocks stand in
-/// two arrays, row after row and by rising column: those of owned columns in part 0, the others in
-/// part 1, as PETSc keeps a matrix that is spread over ranks.
+/// Sparsity pattern of a matrix of nodal blocks: a row for each of the first `owned` nodes, in it a
+/// block for each node that it shares a tet with. The blocks stand in two arrays, row after row and
+/// by rising column: those of owned columns in part 0, the others in part 1, as PETSc keeps a
+/// matrix that is spread over ranks.
 class BlockPattern {
   public:
     /// `node(e, i)`: node i of tet e, of `per_tet`; below `nodes`.
@@ -45,28 +45,28 @@ class BlockPattern {
     }
     /// The same of nodes i and j of tet e, which are `row` and `column`, without a search.
     std::int32_t place(std::size_t e, int i, int j, std::int32_t row, std::int32_t column) const {
-        const std::uint8_t behind = behind_first_[(e * per_tet_ + i) * per_tet_ + j];
-        return behind < too_far ? rows_[part_of(column)].start[row] + behind : place(row, column);
+        const std::uint8_t offset = offset_in_row_[(e * per_tet_ + i) * per_tet_ + j];
+        return offset < offset_overflow ? rows_[part_of(column)].start[row] + offset
+                                        : place(row, column);
     }
 
     /// Memory of its lists, bytes.
     double bytes() const {
-        return static_cast<double>(behind_first_.capacity() +
+        return static_cast<double>(offset_in_row_.capacity() +
                                    sizeof(std::int32_t) *
                                        (rows_[0].start.capacity() + rows_[0].items.capacity() +
                                         rows_[1].start.capacity() + rows_[1].items.capacity()));
     }
 
   private:
-    static constexpr std::uint8_t too_far = 255;
+    static constexpr std::uint8_t offset_overflow = 255;
 
     std::int32_t owned_;
     std::size_t per_tet_;
     Lists rows_[2];
-    /// Of each tet's blocks, row by row: how many blocks they stand behind the first one of their
-    /// row, for `too_far` it is looked up. A byte where a number of 32 bits would take a twelfth of
-    /// all that a level keeps.
-    std::vector<std::uint8_t> behind_first_;
+    /// Of each tet's blocks, row by row: offset in the row, in blocks; 255: search the row. One
+    /// byte instead of four saves a twelfth of the level's memory.
+    std::vector<std::uint8_t> offset_in_row_;
 };
 
 template <class NodeOf>
@@ -95,15 +95,15 @@ BlockPattern::BlockPattern(std::size_t tets, int per_tet, std::size_t nodes, std
     }
     for (Lists& part : rows_) part.items.shrink_to_fit();
     // 2. where each tet's blocks stand in them
-    behind_first_.reserve(tets * per_tet_ * per_tet_);
+    offset_in_row_.reserve(tets * per_tet_ * per_tet_);
     for (std::size_t e = 0; e < tets; ++e)
         for (int i = 0; i < per_tet; ++i)
             for (int j = 0; j < per_tet; ++j) {
                 const std::int32_t r = node(e, i), c = node(e, j);
-                const std::int32_t behind =
+                const std::int32_t offset =
                     r < owned ? place(r, c) - rows_[part_of(c)].start[r] : 0;
-                behind_first_.push_back(
-                    static_cast<std::uint8_t>(std::min<std::int32_t>(behind, too_far)));
+                offset_in_row_.push_back(
+                    static_cast<std::uint8_t>(std::min<std::int32_t>(offset, offset_overflow)));
             }
 }
 

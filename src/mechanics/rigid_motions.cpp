@@ -10,7 +10,7 @@ namespace livetet {
 
 namespace {
 
-using Matrix6 = HeldMotions::Matrix6;
+using Matrix6 = RigidMotionConstraints::Matrix6;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// A direction with its largest component positive, and no -0.
@@ -61,7 +61,7 @@ std::vector<std::int32_t> connected_pieces(const TetMesh& mesh) {
     return parent;
 }
 
-void HeldMotions::hold(const Vector3& x, std::uint8_t components) {
+void RigidMotionConstraints::constrain(const Vector3& x, std::uint8_t components) {
     const Vector3 arm = (x - centre_) / size_;
     for (int c = 0; c < 3; ++c) {
         if (!(components >> c & 1)) continue;
@@ -71,7 +71,7 @@ void HeldMotions::hold(const Vector3& x, std::uint8_t components) {
     }
 }
 
-bool HeldMotions::all_held() const {
+bool RigidMotionConstraints::constrains_all() const {
     const Vector6 values =
         Eigen::SelfAdjointEigenSolver<Matrix6>(gram_, Eigen::EigenvaluesOnly).eigenvalues();
     return values[0] > 1e-6 * std::max(1.0, values[5]);
@@ -96,11 +96,11 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh,
         Piece& piece = all[piece_of[n]];
         piece.size = std::max(piece.size, (mesh.nodes[n] - piece.centre).norm());
     }
-    std::map<std::int32_t, HeldMotions> motions;
+    std::map<std::int32_t, RigidMotionConstraints> motions;
     for (const auto& [first, piece] : all)
-        motions.emplace(first, HeldMotions(piece.centre, piece.size));
+        motions.emplace(first, RigidMotionConstraints(piece.centre, piece.size));
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        if (held[n]) motions.at(piece_of[n]).hold(mesh.nodes[n], held[n]);
+        if (held[n]) motions.at(piece_of[n]).constrain(mesh.nodes[n], held[n]);
     std::vector<FreeMotion> free;
     for (const auto& [first, piece] : all) {
         const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(motions.at(first).gram());

@@ -13,20 +13,20 @@ namespace livetet {
 /// For each node the lowest node of its connected piece.
 std::vector<std::int32_t> connected_pieces(const TetMesh& mesh);
 
-/// What held components of a body's points do against its rigid motions.
-class HeldMotions {
+/// Which rigid motions a set of constrained components prevents.
+class RigidMotionConstraints {
   public:
     using Matrix6 = Eigen::Matrix<double, 6, 6>;
     /// Turns are about `centre`, and as long as at `size` m from it, the body's extent.
-    HeldMotions(const Vector3& centre, double size) : centre_(centre), size_(size) {}
+    RigidMotionConstraints(const Vector3& centre, double size) : centre_(centre), size_(size) {}
     /// `components`: bit 0: x, 1: y, 2: z.
-    void hold(const Vector3& x, std::uint8_t components);
-    /// Sum over the held components of (motion there)^2, of motions t + w x (x - centre) / size as
-    /// (t, w).
+    void constrain(const Vector3& x, std::uint8_t components);
+    /// Sum over the constrained components of (motion there)^2, of motions t + w x (x - centre) /
+    /// size as (t, w).
     const Matrix6& gram() const { return gram_; }
-    /// Whether none is free, nor as good as: a patch of a hundredth of the body's extent still
-    /// holds it.
-    bool all_held() const;
+    /// Whether all six are prevented, with a margin that accepts a patch of 1/100 of the body's
+    /// extent.
+    bool constrains_all() const;
 
   private:
     Vector3 centre_;
@@ -34,7 +34,7 @@ class HeldMotions {
     Matrix6 gram_ = Matrix6::Zero();
 };
 
-/// A rigid motion that nothing holds.
+/// A rigid motion that no constraint prevents.
 struct FreeMotion {
     std::string description;  ///< "translation along (0, 0, 1)", "rotation about (0, 0, 1) through
                               ///< (1.0, 2.0, 3.0) mm"

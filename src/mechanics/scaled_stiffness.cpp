@@ -13,8 +13,9 @@ using Eight [[gnu::vector_size(32)]] = float;
 using EightInts [[gnu::vector_size(32)]] = std::int32_t;
 using EightShorts [[gnu::vector_size(16)]] = std::int16_t;
 
-constexpr float largest = 32000;         ///< that a number of Q becomes; 16 bits end at 32767
-constexpr std::size_t step_batches = 8;  ///< turned before the edges that they complete are written
+constexpr float largest = 32000;  ///< that a number of Q becomes; 16 bits end at 32767
+constexpr std::size_t step_batches =
+    8;  ///< rotated before the edges that they complete are written
 
 Four load(const float* p) {
     Four v;
@@ -106,7 +107,7 @@ ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements,
     find_rows(tets, nodes);
     blocks_.assign(9 * columns_.size() + 2, 0);  // ninths are read with two numbers behind them
     diagonal_.assign(9 * nodes, 0.0F);
-    turned_.resize(parts.tet_of_lane.size());
+    rotated_.resize(parts.tet_of_lane.size());
     find_steps(tets, parts);
     find_renewed_rows();
 }
@@ -148,13 +149,13 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                                                           3 * column) -
                                          columns_.begin());
     };
-    struct Meeting {
+    struct EdgeTets {  // the tets around an edge
         std::vector<Share> shares;
         int part = -1;
-        std::size_t step = 0;  ///< of its part, in which its last tet is turned
+        std::size_t step = 0;  ///< of its part, in which its last tet is rotated
         float factor = 0;
     };
-    std::vector<Meeting> meetings(columns_.size());  // of each block right of the diagonal
+    std::vector<EdgeTets> tets_of_block(columns_.size());  // of each block right of the diagonal
     for (std::size_t lane = 0; lane < parts.tet_of_lane.size(); ++lane) {
         if (parts.tet_of_lane[lane] < 0) continue;
         const auto& tet = tets[parts.tet_of_lane[lane]];
@@ -167,13 +168,13 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
         for (std::uint32_t i = 0; i < 4; ++i)
             for (std::uint32_t j = 0; j < 4; ++j) {
                 if (tet[i] >= tet[j]) continue;
-                Meeting& meeting = meetings[block(tet[i], tet[j])];
-                meeting.shares.push_back({at + 4 * i, at + 4 * j});
-                meeting.factor = 1 / (scale_[tet[i]] * scale_[tet[j]]);
+                EdgeTets& edge_tets = tets_of_block[block(tet[i], tet[j])];
+                edge_tets.shares.push_back({at + 4 * i, at + 4 * j});
+                edge_tets.factor = 1 / (scale_[tet[i]] * scale_[tet[j]]);
                 if (part == static_cast<int>(parts.parts.size())) continue;  // shared
-                meeting.part = part;
-                meeting.step =
-                    std::max(meeting.step, (batch - parts.parts[part].begin) / step_batches);
+                edge_tets.part = part;
+                edge_tets.step =
+                    std::max(edge_tets.step, (batch - parts.parts[part].begin) / step_batches);
             }
     }
     std::vector<std::vector<std::vector<std::int32_t>>> edges(
@@ -184,8 +185,8 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
     std::size_t turn = 0;  // whose edges of shared tets alone go to each part in turn
     for (std::size_t i = 0; i < nodes(); ++i)
         for (std::int32_t k = upper_[i]; k < end_[i]; ++k)
-            edges[meetings[k].part >= 0 ? meetings[k].part : turn++ % edges.size()]
-                 [meetings[k].step]
+            edges[tets_of_block[k].part >= 0 ? tets_of_block[k].part : turn++ % edges.size()]
+                 [tets_of_block[k].step]
                      .push_back(k);
     for (std::size_t p = 0; p < edges.size(); ++p) {
         const std::size_t first_half = (edges[p].size() + 1) / 2;
@@ -194,16 +195,16 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                 halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
             auto& of_step = edges[p][s];
             std::stable_sort(of_step.begin(), of_step.end(), [&](std::int32_t a, std::int32_t b) {
-                return meetings[a].shares.size() < meetings[b].shares.size();
+                return tets_of_block[a].shares.size() < tets_of_block[b].shares.size();
             });
             const std::size_t first_group = groups_.size();
             for (const std::int32_t k : of_step) {
-                const auto& shares = meetings[k].shares;
+                const auto& shares = tets_of_block[k].shares;
                 const auto count = static_cast<std::int32_t>(shares.size());
                 if (groups_.size() == first_group || groups_.back().tets != count)
                     groups_.push_back({count, 0});
                 ++groups_.back().edges;
-                edges_.push_back({k, meetings[k].factor});
+                edges_.push_back({k, tets_of_block[k].factor});
                 shares_.insert(shares_.end(), shares.begin(), shares.end());
             }
             const std::size_t begin = parts.parts[p].begin + s * step_batches;
@@ -234,16 +235,16 @@ void ScaledStiffness::find_renewed_rows() {
     }
 }
 
-void ScaledStiffness::turn_shared(BatchRange range, const TetBatches<float>& batches,
-                                  std::span<const RotationBatch<float>> rotations) {
-    rotate_gradients(batches, range, rotations, turned_);
+void ScaledStiffness::rotate_shared(BatchRange range, const TetBatches<float>& batches,
+                                    std::span<const RotationBatch<float>> rotations) {
+    rotate_gradients(batches, range, rotations, rotated_);
 }
 
 template <int tets>
 void ScaledStiffness::write_group(const Group& group, const Edge*& edge, const Share*& share) {
     const int count = tets > 0 ? tets : group.tets;
     for (std::int32_t e = 0; e < group.edges; ++e, ++edge, share += count)
-        store(block_of(share, count, turned_.data()), edge->factor,
+        store(block_of(share, count, rotated_.data()), edge->factor,
               blocks_.data() + eight_at(edge->block), blocks_.data() + ninth_at(edge->block));
 }
 
@@ -253,7 +254,7 @@ void ScaledStiffness::write_half(std::size_t half, const TetBatches<float>& batc
     const Share* share = shares_.data() + halves_[half].first_share;
     std::size_t g = halves_[half].first_group;
     for (std::size_t s = halves_[half].first_step; s < halves_[half + 1].first_step; ++s) {
-        rotate_gradients(batches, steps_[s].batches, rotations, turned_);
+        rotate_gradients(batches, steps_[s].batches, rotations, rotated_);
         for (; g < steps_[s].end_group; ++g) {
             switch (groups_[g].tets) {  // the usual numbers unrolled
                 case 3:

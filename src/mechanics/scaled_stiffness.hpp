@@ -24,9 +24,8 @@ struct alignas(64) RotatedTet {
 void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
                       std::span<const RotationBatch<float>> rotations, std::span<RotatedTet> tets);
 
-/// What of a ScaledStiffness is written: all, or those blocks whose last tet stands in the first or
-/// the second half of its part, so that two halves make a whole. Between them, blocks differ by how
-/// far their tets turned in the meantime.
+/// Which blocks a renewal writes. Half renewals split the blocks by the position of their last tet;
+/// blocks of the two halves differ by the rotation between the two renewals.
 enum class Renewal : std::uint8_t { whole, first_half, second_half };
 
 /// The stiffness sum R K R^T (as `assemble`) in 22 bytes a block rather than 40: S Q S, where S is
@@ -38,7 +37,7 @@ enum class Renewal : std::uint8_t { whole, first_half, second_half };
 /// last digit.
 ///
 /// Blocks are made one by one rather than tet by tet: each is summed in registers over the tets
-/// around its edge and written once, as soon as the last of these tets was turned, while they are
+/// around its edge and written once, as soon as the last of these tets is rotated, while they are
 /// in the cache.
 class ScaledStiffness {
   public:
@@ -67,8 +66,8 @@ class ScaledStiffness {
 
     /// First for the lanes that parts share (ranges of `shared`, by any threads), then for each
     /// part (one thread each), then for rows_of(renewal): each when all of the one before is done.
-    void turn_shared(BatchRange range, const TetBatches<float>& batches,
-                     std::span<const RotationBatch<float>> rotations);
+    void rotate_shared(BatchRange range, const TetBatches<float>& batches,
+                       std::span<const RotationBatch<float>> rotations);
     void write_part(int part, Renewal renewal, const TetBatches<float>& batches,
                     std::span<const RotationBatch<float>> rotations);
     void write_rows(std::span<const std::int32_t> rows);
@@ -77,8 +76,8 @@ class ScaledStiffness {
         return rows_[static_cast<std::size_t>(renewal)];
     }
 
-    /// visit(row, Q x in the first three lanes of four) for rows [begin, end); x: three numbers a
-    /// node and one behind.
+    /// y_i = Q_ii x_i + sum_j Q_ij x_j over the blocks of row i. visit(i, y_i) for rows [begin,
+    /// end), y_i in the first three lanes of four; x: three numbers a node and one behind.
     template <class Visit>
     void multiply(std::size_t begin, std::size_t end, const float* x, Visit&& visit) const;
 
@@ -86,7 +85,7 @@ class ScaledStiffness {
         return blocks_.size() * 2 + (columns_.size() + diagonal_.size()) * 4;
     }
     std::size_t bytes_of_update() const {
-        return 2 * sizeof(RotatedTet) * turned_.size() + sizeof(Share) * shares_.size() +
+        return 2 * sizeof(RotatedTet) * rotated_.size() + sizeof(Share) * shares_.size() +
                sizeof(Edge) * edges_.size() + 4 * mirror_.size() + 3 * 2 * blocks_.size() +
                4 * (columns_.size() + diagonal_.size());
     }
@@ -130,7 +129,7 @@ class ScaledStiffness {
         return q;
     }
 
-    /// A tet at an edge: where h_i and h_j stand, `turned_` read as one array of numbers.
+    /// A tet at an edge: where h_i and h_j stand, `rotated_` read as one array of numbers.
     struct Share {
         std::uint32_t i, j;
     };
@@ -144,7 +143,7 @@ class ScaledStiffness {
     struct Group {
         std::int32_t tets, edges;
     };
-    /// Some batches to turn, and the groups of edges to write then.
+    /// Some batches to rotate, and the groups of edges to write then.
     struct Step {
         BatchRange batches;
         std::size_t end_group;
@@ -172,7 +171,7 @@ class ScaledStiffness {
     std::vector<std::int32_t> first_mirror_;  ///< of each row
     std::vector<std::int16_t> blocks_;
     std::vector<float> diagonal_, scale_;
-    std::vector<RotatedTet> turned_;                 ///< of each lane
+    std::vector<RotatedTet> rotated_;                ///< of each lane
     std::vector<HalfPart> halves_;                   ///< two of each part; and one behind
     std::array<std::vector<std::int32_t>, 3> rows_;  ///< of each renewal
     std::vector<Step> steps_;
