@@ -309,7 +309,7 @@ void run(MeshArguments& a) {
     if (hierarchy.levels.empty()) {
         ProgressLine progress("mesh");
         hierarchy = load_mesh(a.source, progress.callback());
-        if (kind_of(a.source.file) == hierarchy_kind) image = read_image_grid(a.source.file);
+        if (kind_of(a.source.file) == MeshKind::hierarchy) image = read_image_grid(a.source.file);
         std::vector<MeshQuality> qualities;
         json = read_provenance(hierarchy, a.source.file.filename().string());
         for (const TetMesh& level : hierarchy.levels)

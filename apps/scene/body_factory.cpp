@@ -119,7 +119,7 @@ MeshHierarchy read_tets(const MeshSource& source) {
 }  // namespace
 
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
-    const bool has_levels_to_make = kind_of(source.file) == tets_kind && source.levels > 1;
+    const bool has_levels_to_make = kind_of(source.file) == MeshKind::tets && source.levels > 1;
     if (is_tet_mesh_name(source.file) && !has_levels_to_make)
         return with_refined_levels(read_tets(source), source.refine);
 #ifdef LIVETET_IMAGES

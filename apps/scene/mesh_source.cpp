@@ -1,5 +1,7 @@
 #include "apps/scene/mesh_source.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
@@ -8,22 +10,27 @@ namespace livetet {
 
 namespace {
 
-constexpr unsigned meshed = image_kind | surface_kind;
+using Kinds = std::initializer_list<MeshKind>;
+
+constexpr Kinds of_image = {MeshKind::image};
+constexpr Kinds without_axes = {MeshKind::surface, MeshKind::tets};
+constexpr Kinds meshed = {MeshKind::image, MeshKind::surface};
+constexpr Kinds with_levels = {MeshKind::image, MeshKind::surface, MeshKind::tets};
 
 constexpr MeshKey keys[] = {
-    {"--labels", "labels", image_kind, [](const MeshSource& s) { return !s.labels.empty(); }},
-    {"--threshold", "threshold", image_kind,
+    {"--labels", "labels", of_image, [](const MeshSource& s) { return !s.labels.empty(); }},
+    {"--threshold", "threshold", of_image,
      [](const MeshSource& s) { return !s.threshold.empty(); }},
-    {"--voxel-mm", "voxel_mm", image_kind,
+    {"--voxel-mm", "voxel_mm", of_image,
      [](const MeshSource& s) { return s.voxel_mm.has_value(); }},
-    {"--smoothing-mm", "smoothing_mm", image_kind,
+    {"--smoothing-mm", "smoothing_mm", of_image,
      [](const MeshSource& s) { return s.smoothing_mm.has_value(); }},
-    {"--metres", "unit", surface_kind | tets_kind,
+    {"--metres", "unit", without_axes,
      [](const MeshSource& s) { return s.unit != MeshSource{}.unit; }},
-    {"--space", "space", surface_kind | tets_kind,
+    {"--space", "space", without_axes,
      [](const MeshSource& s) { return s.space != MeshSource{}.space; }},
     {"--tets", "tets", meshed, [](const MeshSource& s) { return s.tets != MeshSource{}.tets; }},
-    {"--levels", "levels", meshed | tets_kind,
+    {"--levels", "levels", with_levels,
      [](const MeshSource& s) { return s.levels != MeshSource{}.levels; }},
     {"--edge-lengths-mm", "edge_lengths_mm", meshed,
      [](const MeshSource& s) { return !s.edge_lengths_mm.empty(); }},
@@ -36,30 +43,34 @@ constexpr MeshKey keys[] = {
     {"--again", nullptr, meshed, nullptr},
 };
 
-std::string text_of(unsigned kinds) {
+bool holds(Kinds kinds, MeshKind kind) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+std::string text_of(Kinds kinds) {
     std::string text;
-    for (const auto& [kind, name] : {std::pair{image_kind, "an image"},
-                                     {surface_kind, "a surface"},
-                                     {tets_kind, "a .msh or .vtu"},
-                                     {hierarchy_kind, "a hierarchy (.h5)"}})
-        if (kinds & kind) text += fmt::format("{}{}", text.empty() ? "" : " or ", name);
+    for (const auto& [kind, name] : {std::pair{MeshKind::image, "an image"},
+                                     {MeshKind::surface, "a surface"},
+                                     {MeshKind::tets, "a .msh or .vtu"},
+                                     {MeshKind::hierarchy, "a hierarchy (.h5)"}})
+        if (holds(kinds, kind)) text += fmt::format("{}{}", text.empty() ? "" : " or ", name);
     return text;
 }
 
 }  // namespace
 
 bool is_tet_mesh_name(const std::filesystem::path& path) {
-    return kind_of(path) & (tets_kind | hierarchy_kind);
+    return holds({MeshKind::tets, MeshKind::hierarchy}, kind_of(path));
 }
 
 MeshKind kind_of(const std::filesystem::path& file) {
     const std::string end = ending(file);
-    if (end == ".h5") return hierarchy_kind;
+    if (end == ".h5") return MeshKind::hierarchy;
 #ifdef LIVETET_IMAGES
-    if (end == ".vtu") return tets_kind;
+    if (end == ".vtu") return MeshKind::tets;
 #endif
-    if (end == ".msh") return tets_kind;
-    return is_image_name(file) ? image_kind : surface_kind;
+    if (end == ".msh") return MeshKind::tets;
+    return is_image_name(file) ? MeshKind::image : MeshKind::surface;
 }
 
 std::span<const MeshKey> mesh_keys() { return keys; }
@@ -69,9 +80,9 @@ void refuse_idle_keys(const std::filesystem::path& file,
                       const std::function<std::string(const MeshKey&)>& name) {
     const MeshKind kind = kind_of(file);
     for (const MeshKey& key : keys)
-        if (!(key.kinds & kind) && given(key))
+        if (!holds(key.kinds, kind) && given(key))
             fail("{}: is {}, of which {} changes nothing; expected it with {} only", file.string(),
-                 text_of(kind), name(key), text_of(key.kinds));
+                 text_of({kind}), name(key), text_of(key.kinds));
 }
 
 void refuse_idle_keys(const MeshSource& source) {

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
 #include <span>
 
 #include "apps/scene/scene.hpp"
 
 namespace livetet {
 
-/// What a mesh is made from, by file name. Each kind is a bit, for sets of kinds.
-enum MeshKind : unsigned { image_kind = 1, surface_kind = 2, tets_kind = 4, hierarchy_kind = 8 };
+/// What a mesh is made from, by file name.
+enum class MeshKind { image, surface, tets, hierarchy };
 MeshKind kind_of(const std::filesystem::path& file);
 
 /// Whether this names a tetrahedral mesh: .h5, .msh and, with VTK, .vtu.
@@ -18,7 +19,7 @@ bool is_tet_mesh_name(const std::filesystem::path& path);
 struct MeshKey {
     const char* option;  ///< option of the command
     const char* key;     ///< key of the mesh block; nullptr: none
-    unsigned kinds;
+    std::initializer_list<MeshKind> kinds;
     bool (*given)(const MeshSource&);  ///< whether a mesh block sets it; nullptr without a key
 };
 std::span<const MeshKey> mesh_keys();

@@ -52,13 +52,13 @@ SceneImage find_scene_image(const Scene& scene, const fs::path& named_in) {
         return image;
     }
     MeshSource source = scene.mesh;
-    if (kind_of(source.file) == hierarchy_kind) {
+    if (kind_of(source.file) == MeshKind::hierarchy) {
         const fs::path hierarchy = locate(source.file, named_by);
         image.grid = read_image_grid(hierarchy);
         source = source_of_hierarchy(hierarchy);
         named_by = hierarchy;
     }
-    if (kind_of(source.file) != image_kind)
+    if (kind_of(source.file) != MeshKind::image)
         fail("{}: names no image, and was meshed from {}, which is none", named_by.string(),
              source.file.string());
     image.file = locate(source.file, named_by);
