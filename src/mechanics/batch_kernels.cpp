@@ -476,7 +476,10 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 
 namespace {
 
-const Corotated corotated{};
+const Corotated& corotated() {
+    static const Corotated m;
+    return m;
+}
 
 /// The blocks of one tet of a batch by Corotated, whatever its state; F - I = `H`.
 void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation,
@@ -489,9 +492,9 @@ void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<doubl
         R(m % 3, m / 3) = rotation.R[m][lane];
     }
     g.col(0) = -g.col(1) - g.col(2) - g.col(3);
-    const double p = b.lambda[lane] * corotated.volume_strain(H, R);
+    const double p = b.lambda[lane] * corotated().volume_strain(H, R);
     const std::array<std::int32_t, 4> node = nodes_of_lane(b, lane);
-    visit_stiffness(corotated, tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
+    visit_stiffness(corotated(), tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
                     [&](int i, int j, const Eigen::Matrix3d& K) {
                         if (node[i] < pattern.owned() && pattern.part_of(node[j]) == part)
                             Eigen::Map<Eigen::Matrix3d>(values.data() +

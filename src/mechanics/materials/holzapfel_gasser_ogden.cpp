@@ -12,7 +12,11 @@ namespace livetet {
 
 namespace {
 
-const NeoHookean matrix{};  // what the fibres lie in
+/// Model of the ground matrix, in which the fibres lie.
+const NeoHookean& ground_matrix() {
+    static const NeoHookean m;
+    return m;
+}
 
 /// k1 / (2 k2) (exp(k2 E^2) - 1) and its derivatives by E; 0 where E <= 0; beyond k2 E^2 = 10 by
 /// the Taylor polynomial of second order.
@@ -74,7 +78,7 @@ void HolzapfelGasserOgden::visit_keys(FieldVisitor& v) {
 }
 
 double HolzapfelGasserOgden::shear_energy(double mu, const Matrix3& H, const Matrix3& R) const {
-    double energy = matrix.shear_energy(mu, H, R);
+    double energy = ground_matrix().shear_energy(mu, H, R);
     visit_families(
         *this, H, [&](const FibreEnergy& f, const Matrix3&, const Matrix3&) { energy += f.value; });
     return energy;
@@ -82,7 +86,7 @@ double HolzapfelGasserOgden::shear_energy(double mu, const Matrix3& H, const Mat
 
 Eigen::Matrix3d HolzapfelGasserOgden::shear_stress(double mu, const Matrix3& H,
                                                    const Matrix3& R) const {
-    Matrix3 P = matrix.shear_stress(mu, H, R);
+    Matrix3 P = ground_matrix().shear_stress(mu, H, R);
     visit_families(*this, H, [&](const FibreEnergy& f, const Matrix3& gradient, const Matrix3&) {
         P += f.slope * gradient;
     });
@@ -92,7 +96,7 @@ Eigen::Matrix3d HolzapfelGasserOgden::shear_stress(double mu, const Matrix3& H,
 Eigen::Matrix3d HolzapfelGasserOgden::shear_stress_increment(double mu, double p, const Matrix3& H,
                                                              const Matrix3& R,
                                                              const Matrix3& dF) const {
-    Matrix3 dP = matrix.shear_stress_increment(mu, p, H, R, dF);
+    Matrix3 dP = ground_matrix().shear_stress_increment(mu, p, H, R, dF);
     visit_families(*this, H, [&](const FibreEnergy& f, const Matrix3& gradient, const Matrix3& S) {
         dP += f.curvature * gradient.cwiseProduct(dF).sum() * gradient + f.slope * dF * S;
     });
@@ -101,7 +105,7 @@ Eigen::Matrix3d HolzapfelGasserOgden::shear_stress_increment(double mu, double p
 
 Matrix9 HolzapfelGasserOgden::shear_tangent(double mu, double p, const Matrix3& H,
                                             Tangent tangent) const {
-    Matrix9 A = matrix.shear_tangent(mu, p, H, tangent);
+    Matrix9 A = ground_matrix().shear_tangent(mu, p, H, tangent);
     visit_families(*this, H, [&](const FibreEnergy& f, const Matrix3& gradient, const Matrix3& S) {
         const Eigen::Map<const Eigen::Matrix<double, 9, 1>> g(gradient.data());
         A += f.curvature * g * g.transpose();
