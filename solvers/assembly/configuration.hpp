@@ -23,13 +23,12 @@ struct ElementRotations {
         const auto of = [](const auto& list) {
             return static_cast<double>(list.capacity() * sizeof(list[0]));
         };
-        return of(points) + of(batches) + of(single);
+        return of(points) + of(batches) + of(single) + of(single_u);
     }
 };
 
-/// Where a body is, and all that its elements need to know of that: displacement, in the mixed form
-/// pressure (else null), and the rotations taken from the displacement (null: the identity
-/// everywhere). The ghosts of u and p are up to date. It refers to what others own.
+/// State at which elements are evaluated: displacement u, pressure p (null in the displacement
+/// form), rotations taken at u (null: identity). Ghosts are up to date. Owns nothing.
 struct Configuration {
     Vec u = nullptr;
     Vec p = nullptr;

@@ -6,7 +6,7 @@ namespace livetet {
 
 std::vector<Vec> BodyState::vectors() const {
     std::vector<Vec> all{u.get()};
-    for (const PetscHandle<Vec>* vector : {&v, &a, &net, &p})
+    for (const PetscHandle<Vec>* vector : {&v, &a, &end_force, &p})
         if (*vector) all.push_back(vector->get());
     return all;
 }
@@ -25,14 +25,14 @@ BodyState BodyState::duplicate() const {
     make(u, twin.u);
     make(v, twin.v);
     make(a, twin.a);
-    make(net, twin.net);
+    make(end_force, twin.end_force);
     make(p, twin.p);
     return twin;
 }
 
 BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
     BodySnapshot snapshot;
-    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.net})
+    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         if (*vector) snapshot.nodal.push_back(gather(mesh, vector->get()));
     if (state.p) {
         const ReadArray mine(state.p.get());
@@ -51,7 +51,7 @@ BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
 
 void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, BodyState& state) {
     std::size_t k = 0;
-    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.net}) {
+    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force}) {
         if (!*vector) continue;
         if (k >= snapshot.nodal.size() || snapshot.nodal[k].size() != mesh.number_of_node.size())
             fail("the state of a body has {} fields, {} nodes in number {}, expected {} nodes",

@@ -19,11 +19,11 @@ struct BodySnapshot {
 
 /// Where a body is and how it moves, in vectors over the partitioned mesh.
 struct BodyState {
-    PetscHandle<Vec> u;     ///< displacement, m
-    PetscHandle<Vec> v, a;  ///< velocity, m/s, and acceleration, m/s^2; null where static
-    PetscHandle<Vec> net;   ///< generalized-alpha: h0, the forces at the last step's end, N
-    PetscHandle<Vec> p;     ///< mixed form: pressure
-    bool started = false;   ///< the acceleration is known
+    PetscHandle<Vec> u;          ///< displacement, m
+    PetscHandle<Vec> v, a;       ///< velocity, m/s, and acceleration, m/s^2; null where static
+    PetscHandle<Vec> end_force;  ///< generalized-alpha: h0, the forces at the last step's end, N
+    PetscHandle<Vec> p;          ///< mixed form: pressure
+    bool started = false;        ///< the acceleration is known
 
     /// The vectors that there are.
     std::vector<Vec> vectors() const;

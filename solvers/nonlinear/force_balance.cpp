@@ -130,7 +130,7 @@ double ForceBalance::evaluate(bool with_prescribed) {
     {
         const auto constrained = fine.constrained();
         const ReadArray f(force_.get()), external(external_.get()),
-            net(state_.net ? state_.net.get() : external_.get());
+            net(state_.end_force ? state_.end_force.get() : external_.get());
         const double of_net = time_.history_weight();
         WriteArray r(residual_.get());
         over_components(team_, fine, [&](std::size_t begin, std::size_t end) {

@@ -20,7 +20,8 @@ TimeIntegrator::TimeIntegrator(const TimeOptions& time, const LevelAssembler& le
         const HeapMeter meter(&cost_);
         for (PetscHandle<Vec>* v : {&state.v, &state.a, &velocity_})
             *v = make_vector(level.share());
-        if (time_.scheme == TimeScheme::generalized_alpha) state.net = make_vector(level.share());
+        if (time_.scheme == TimeScheme::generalized_alpha)
+            state.end_force = make_vector(level.share());
     }
     if (level.pressure_space())
         for (PetscHandle<Vec>* p : {&state.p, &p0_}) *p = make_vector(*level.pressure_space());
@@ -85,8 +86,8 @@ void TimeIntegrator::start_acceleration(Vec force, Vec external) {
         a[i] = constrained[i / 3] >> (i % 3) & 1
                    ? 0
                    : (loads[i] - f[i]) / mass[i / 3] - time_.rayleigh_alpha * v[i];
-    if (state_.net) {
-        WriteArray h(state_.net.get());
+    if (state_.end_force) {
+        WriteArray h(state_.end_force.get());
         for (std::size_t i = 0; i < h.span().size(); ++i) h[i] = mass[i / 3] * a[i];
     }
     state_.started = true;
@@ -99,8 +100,8 @@ double TimeIntegrator::finish_step(double dt) {
     const auto mass = level_.node_mass();
     const ReadArray u(state_.u.get()), u0(u0_.get());
     WriteArray v(state_.v.get()), a(state_.a.get());
-    std::optional<WriteArray> net;
-    if (state_.net) net.emplace(state_.net.get());
+    std::optional<WriteArray> end_force;
+    if (state_.end_force) end_force.emplace(state_.end_force.get());
     std::atomic<double> largest{0};
     over_components(team_, level_, [&](std::size_t begin, std::size_t end) {
         double error = 0;
@@ -116,10 +117,10 @@ double TimeIntegrator::finish_step(double dt) {
                 a[i] = c_.a_u * du - c_.a_v * v0 - c_.a_a * a0;
             }
             error = std::max(error, std::abs(a[i] - c_.error_from * a0));
-            if (net)
-                (*net)[i] = (mass[i / 3] * ((1 - c_.alpha_m) * a[i] + c_.alpha_m * a0) -
-                             c_.alpha_f * (*net)[i]) /
-                            (1 - c_.alpha_f);
+            if (end_force)
+                (*end_force)[i] = (mass[i / 3] * ((1 - c_.alpha_m) * a[i] + c_.alpha_m * a0) -
+                                   c_.alpha_f * (*end_force)[i]) /
+                                  (1 - c_.alpha_f);
         }
         raise_to(largest, error);
     });

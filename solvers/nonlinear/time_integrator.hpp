@@ -57,8 +57,8 @@ class TimeIntegrator {
     void add_inertia(Vec force) const;
     /// force += M (a + alpha v) of the state as it is, N.
     void add_state_inertia(Vec force) const;
-    /// What h0 counts in the balance: alpha_f / (1 - alpha_f) with generalized-alpha, else 0.
-    double history_weight() const { return state_.net ? c_.alpha_f / (1 - c_.alpha_f) : 0; }
+    /// Weight of h0 in the balance: alpha_f / (1 - alpha_f) with generalized-alpha, else 0.
+    double history_weight() const { return state_.end_force ? c_.alpha_f / (1 - c_.alpha_f) : 0; }
     /// a0 from M a0 = f_ext - f_int(u0) - C v0: with a0 = 0 under loads the scheme would be of
     /// first order only. `force`: f_int + beta K v0 of owned nodes, N.
     void start_acceleration(Vec force, Vec external);
