@@ -13,10 +13,12 @@ constexpr const char* contents = R"(What it makes in DIR:
   image.nii.gz               grey values as of an MR scanner, with shading and noise
   labels.nii.gz              1 in the organ
   fixed_mask.nii.gz          1 over its lower surface, which the scenes hold
-  image_fiducials.mrk.json   five fiducials on the container, balls of 10 mm in the image (3D Slicer's format)
+  image_fiducials.mrk.json   five fiducials on the container, balls of 10 mm in the image (the
+                             format of 3D Slicer)
   pivot.igs.mha              tracker recording: the tool Stylus pivoting (PLUS's format)
   fiducials.igs.mha          Stylus touching the five fiducials in order; Reference
-  press.igs.mha              Reference, and Sensor pressed in 15 mm three times while all moves and turns
+  press.igs.mha              Reference, and Sensor pressed in 15 mm three times while all moves
+                             and turns
   scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
   truth/truth.json           what a report measures errors against; nothing else reads it)";
 

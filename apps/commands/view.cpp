@@ -154,7 +154,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
         ->check(CLI::Range(1.0, 100.0))
         ->capture_default_str();
     command->add_option("--script", arguments->script,
-                        "run the commands of this file, then end (they are listed below)");
+                        "run the commands of this file (listed below), then exit");
     command->add_flag("--off-screen", arguments->off_screen, "no window: for --script");
     command->footer("A script has one command a line:\n" + ViewScript::reference());
     add_track_options(*command, arguments->track);

@@ -283,8 +283,8 @@ void add_warp_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "warp", "Warps the meshed image to a frame of a result; writes displacement fields");
     command->footer(
-        "A voxel in the deformed body takes the value that lay there at rest. Where the body was "
-        "and no longer is, the image is empty; elsewhere it is unchanged.");
+        "A voxel inside the deformed body takes the value at its tissue's rest position. Voxels "
+        "that the body has left are empty; all others are unchanged.");
     auto a = std::make_shared<WarpArguments>();
     command->add_option("result", a->result, "result of livetet track or solve (.h5)")->required();
     command->add_option("-o,--output", a->output, "the deformed image to write (.nii, .nii.gz)");

@@ -44,7 +44,7 @@ void visit_fields(Visitor& v, VaryOptions& o) {
     v.field("key", o.key, "",
             "the key of the scene that varies: materials[0].young_Pa, drive[0].displacement_mm[2], "
             "mesh.file");
-    v.field("values", o.values, "", "its values; or");
+    v.field("values", o.values, "", "values of the key; or give from, to and count");
     v.field("from", o.from, "", "lower end of a range");
     v.field("to", o.to, "", "upper end of the range, included");
     v.field("count", o.count, "", "number of values in the range, for `grid` and `list`",

@@ -5,8 +5,11 @@
 
 namespace livetet {
 
+/// Krylov method and preconditioner of the linear systems.
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
+/// How multigrid makes the operators of its coarse levels.
 enum class CoarseOperator { automatic, galerkin, rediscretised };
+/// Tangent of a Newton iteration.
 enum class TangentChoice { automatic, frozen_rotation, exact };
 
 /// What `automatic` means for a mesh of so many levels.
@@ -56,18 +59,19 @@ void visit_fields(Visitor& v, SolverOptions& s) {
          {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
          {SolverKind::direct, "direct", "sparse L D L^T factorisation (MUMPS)"},
          {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
-    v.choice("coarse", s.coarse, "multigrid's coarse operators",
-             {{CoarseOperator::automatic, "automatic",
-               "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
-              {CoarseOperator::rediscretised, "rediscretised",
-               "assembled on each coarse mesh with its own rotations: cheap to renew"},
-              {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, dear to renew"}});
+    v.choice(
+        "coarse", s.coarse, "multigrid's coarse operators",
+        {{CoarseOperator::automatic, "automatic",
+          "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
+         {CoarseOperator::rediscretised, "rediscretised",
+          "assembled on each coarse mesh with its own rotations: cheap to renew"},
+         {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, expensive to renew"}});
     v.field("smoothing_steps", s.smoothing_steps, "",
             "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
             at_least<0, int>());
     v.field("threads", s.threads, "",
-            "that a live frame is worked on by; 0: one a core, 4 at most, one for each 500 nodes; "
-            "the other solvers: one a rank",
+            "threads of the live solver; 0: one per core, at most 4 and at most one per 500 nodes. "
+            "Other solvers use one thread per rank",
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side",
@@ -81,18 +85,18 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice(
         "tangent", s.tangent, "which derivative of the forces a Newton iteration takes",
         {{TangentChoice::automatic, "automatic",
-          "exact where `solve` goes to a tolerance, the one with frozen rotations live"},
+          "exact in `solve` and `study`, frozen rotations in `track`"},
          {TangentChoice::frozen_rotation, "held-rotation",
           "R K R^T with R frozen: cheap, always positive; the other models take their positive "
           "part"},
          {TangentChoice::exact, "exact",
           "with the rotation's derivative; its positive part wherever the whole is not positive"}});
-    v.choice("partitioner", s.partitioner, "what gives each rank its part of the mesh",
+    v.choice("partitioner", s.partitioner, "library that partitions the mesh",
              {{Partitioner::metis, "metis", "METIS, on one rank"},
               {Partitioner::ptscotch, "ptscotch",
                "PTScotch, on all ranks: for meshes that METIS takes too long for"}});
     v.field("petsc_options", s.petsc_options, "",
-            "PETSc options as on its command line, which wins over them");
+            "PETSc options; those on the command line take precedence");
 }
 
 }  // namespace livetet

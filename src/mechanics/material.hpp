@@ -81,9 +81,11 @@ void visit_fields(Visitor& v, Material& m) {
                           [](const double& x) { return x > -1 && x < 0.5; }});
     v.field("density_kg_per_m3", m.density_kg_per_m3, "kg/m^3", "mass density", greater_than<0>());
     v.field("region", m.region, "",
-            "region label of the mesh this material is for; 0: all that no other material names",
+            "region label of the mesh this material is for; 0: all regions without a material of "
+            "their own",
             at_least<0, int>());
-    v.variant("model", m.model, "constitutive model of this material; not given: strain says");
+    v.variant("model", m.model,
+              "constitutive model of this material; default: the scene's `strain`");
 }
 
 }  // namespace livetet

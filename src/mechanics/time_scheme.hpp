@@ -7,6 +7,7 @@
 
 namespace livetet {
 
+/// Time integration; `static_equilibrium` has no mass and no velocities.
 enum class TimeScheme { static_equilibrium, implicit_euler, newmark, generalized_alpha };
 
 /// How a scene moves in time.
@@ -46,7 +47,7 @@ void visit_fields(Visitor& v, TimeOptions& t) {
     v.field("gamma", t.gamma, "", "Newmark's gamma; 1/2: no damping of its own",
             Check<double>{"from 0.5 to 1.5", [](const double& x) { return x >= 0.5 && x <= 1.5; }});
     v.field("rho_inf", t.rho_inf, "",
-            "generalized-alpha: what is left of the highest frequencies after a step",
+            "spectral radius at infinite frequency: 0 damps most, 1 not at all",
             Check<double>{"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
     v.field("rayleigh_alpha", t.rayleigh_alpha, "1/s", "Rayleigh damping: C = alpha M + beta K",
             at_least<0>());
