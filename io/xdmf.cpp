@@ -23,9 +23,9 @@ std::string xdmf_text(const std::string& h5_name, const std::vector<XdmfFrame>& 
     const std::string h5 = xml_text(h5_name);
     const auto item = [&](const std::string& table, const char* type, int bytes, std::size_t rows,
                           int columns) {
-        return fmt::format(
-            R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" Dimensions="{} {}">{}:/{}</DataItem>)",
-            type, bytes, rows, columns, h5, table);
+        return fmt::format(R"(<DataItem Format="HDF" NumberType="{}" Precision="{}" )"
+                           R"(Dimensions="{} {}">{}:/{}</DataItem>)",
+                           type, bytes, rows, columns, h5, table);
     };
     std::string text =
         "<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf "

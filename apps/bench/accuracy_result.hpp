@@ -9,6 +9,7 @@
 
 namespace livetet {
 
+/// Noise of a tracker, RMS.
 struct TrackerKind {
     double position_rms_mm, rotation_rms_deg;
 };

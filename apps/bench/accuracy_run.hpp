@@ -19,9 +19,9 @@ struct AccuracyCase {
 
 /// RMS over the judged targets and the last half second at one depth of the press, mm, in the
 /// tracker's frame, with T = tracker_from_image, x a target at rest and u its displacement:
-///   rigid-only    |T_est x - T_true (x + u_true)|       deforming     |T_est (x + u_est) - T_true
-///   (x + u_true)| registration  |T_est x - T_true x|                  deformation   |u_est -
-///   u_true|
+///   rigid-only    |T_est x - T_true (x + u_true)|
+///   deforming     |T_est (x + u_est) - T_true (x + u_true)|
+///   registration  |T_est x - T_true x|,  deformation  |u_est - u_true|
 struct AccuracyErrors {
     double rigid = 0, deforming = 0, registration = 0, deformation = 0;
 };

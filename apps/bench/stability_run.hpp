@@ -31,6 +31,7 @@ struct StabilityCell {
     double seconds = 0;
 };
 
+/// Length of the noise cases and time budget of a frame.
 struct StabilityLimits {
     int noise_frames = 1000000;  ///< of `track`; a thousandth of them as `solve` steps
     double budget_s = 0.01;      ///< of a frame of `track`
@@ -40,17 +41,16 @@ struct StabilityLimits {
 /// - refused: the scene is refused as `solve` or `track` would;
 /// - finite: no step is given up, no node is farther than 1.5 m from its place at rest;
 /// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts,
-/// and is not tried on after a minute;
+///   and is not tried on after a minute;
 /// - energy (strain and kinetic): once the patch stands still it grows by no more than a hundredth
-/// with Euler's scheme and
-///   at equilibrium, and not to more than twice its greatest until then with Newmark's and
-///   generalized-alpha, which promise that for linear bodies only. `track`, which does not solve
-///   its steps, has fifteen frames to settle and is judged by the latter;
+///   with Euler's scheme and at equilibrium, and not to more than twice its greatest until then
+///   with Newmark's and generalized-alpha, which promise that for linear bodies only. `track`,
+///   which does not solve its steps, has fifteen frames to settle and is judged by the latter;
 /// - rest: let go, and given eight periods in time, no more than 2 % of the greatest displacement
-/// is left (static: 0.1 %);
+///   is left (static: 0.1 %);
 /// - deadline (`track`): no more than one frame in fifty, and one, took longer than its budget; a
-/// cell that fails this alone is tried three
-///   times, for what else the machine does makes frames late too.
+///   cell that fails this alone is tried three times, for what else the machine does makes frames
+///   late too.
 StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column,
                             const MeshHierarchy& hierarchy, const StabilityLimits& limits);
 

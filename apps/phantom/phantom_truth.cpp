@@ -34,10 +34,10 @@ struct PressEffort {
 };
 
 /// At 15 mm about 25 elements at the patch's rim are inverted, and Newton's method on the static
-/// equations stops with 1e-4 to 2e-2 out of balance after 30 Newton iterations, depending on the mesh.
-/// With the inertia of implicit Euler it reaches 1e-4, in about half the time; on three meshes
-/// where the static solve ended near 1e-4 the targets agreed within a micrometre. A neo-Hookean
-/// body needs a line search as well.
+/// equations stops with 1e-4 to 2e-2 out of balance after 30 Newton iterations, depending on the
+/// mesh. With the inertia of implicit Euler it reaches 1e-4, in about half the time; on three
+/// meshes where the static solve ended near 1e-4 the targets agreed within a micrometre. A
+/// neo-Hookean body needs a line search as well.
 PressEffort effort_for(const ConstitutiveModel& model) {
     const auto newton = [](int iterations) {
         return [=](DeformableBody& body, double dt) {

@@ -33,7 +33,8 @@ std::string escaped(std::string_view text) {
 }
 
 constexpr const char* style = R"(<style>
-body { font: 15px/1.5 sans-serif; color: #222; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+body { font: 15px/1.5 sans-serif; color: #222; max-width: 60rem; margin: 2rem auto;
+  padding: 0 1rem; }
 h2 { margin-top: 2rem; border-bottom: 1px solid #ccc; font-size: 1.15rem; }
 table { border-collapse: collapse; }
 th, td { padding: .15rem .8rem .15rem 0; text-align: left; vertical-align: top; }

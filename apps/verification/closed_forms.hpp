@@ -22,7 +22,6 @@ struct Isotropic {
 };
 
 // ---- Fields of small strain
-// -----------------------------------------------------------------------------------------
 
 /// Radial displacement and stresses at one radius.
 struct RadialState {
@@ -62,7 +61,6 @@ FieldPoint pure_bending(const Isotropic& m, double kappa, const Vector3& x);
 FieldPoint torsion(const Isotropic& m, double tau, const Vector3& x);
 
 // ---- Slender rods
-// ---------------------------------------------------------------------------------------------------
 
 /// Tip of a rod of length 1 that is clamped along x: position (x, w), with w towards the load, and
 /// rotation `angle`, rad.
@@ -94,7 +92,6 @@ double timoshenko_end_load(const Isotropic& m, double L, double h, double P);
 double timoshenko_uniform_load(const Isotropic& m, double L, double h, double q);
 
 // ---- Vibrations: frequencies in Hz
-// ----------------------------------------------------------------------------------
 
 enum class Ends { clamped_free, free_free };
 
@@ -150,7 +147,6 @@ inline constexpr std::array<double, 7> fv52_frequencies{45.897, 109.44, 109.44, 
                                                         193.59, 206.19, 206.19};
 
 // ---- Time schemes
-// ---------------------------------------------------------------------------------------------------
 
 /// The generalized-alpha family; Newmark's for alpha_m = alpha_f = 0.
 ///   M a_{n+1-alpha_m} + K u_{n+1-alpha_f} = f,  y_{n+1-alpha} = (1 - alpha) y_{n+1} + alpha y_n,

@@ -85,8 +85,8 @@ void add_state(std::vector<Outcome>& outcomes, const std::string& name, const st
 }
 
 /// Stretches of Mooney-Rivlin: to its own principal stresses, and in the mixed form to the closed
-/// forms of an incompressible one. These differ by a multiple of 1/2 - nu: at nu = 0.49999 by at most
-/// 2e-4.
+/// forms of an incompressible one. These differ by a multiple of 1/2 - nu: at nu = 0.49999 by at
+/// most 2e-4.
 std::vector<Outcome> mooney_rivlin_stretches() {
     std::vector<Outcome> outcomes;
     for (const MaterialForm& form : material_forms(rubber()))

@@ -37,9 +37,12 @@ TetMesh cooks_membrane(int n, int n_z, double thickness);
 /// NAFEMS LE10, thick plate under pressure: the quarter (x, y >= 0, in metres) between the ellipses
 /// of semi-axes 2 (x), 1 (y) and 3.25 (x), 2.75 (y); -0.3 <= z <= 0.3. n_z must be even. Faces and
 /// what holds there:
-///   "y0" (DCD'C')  u_y = 0                  "x0" (ABA'B')  u_x = 0
-///   "outer" (BCB'C')  u_x = u_y = 0         "outer_middle" (node set only: the line EE', z = 0 on
-///   "outer")  u_z = 0 "top" (z = 0.3)  normal pressure 1 MPa  "bottom", "inner"  free
+///   "y0"  u_y = 0
+///   "x0"  u_x = 0
+///   "outer"  u_x = u_y = 0
+///   "outer_middle" (nodes only: z = 0 on "outer")  u_z = 0
+///   "top" (z = 0.3)  normal pressure 1 MPa
+///   "bottom", "inner"  free
 /// E = 210 GPa, nu = 0.3. Asked for: sigma_yy = -5.38 MPa at D = (2, 0, 0.3), the node of "top",
 /// "inner" and "y0". Held on a line only, u_z falls without limit, like log h, as the mesh is
 /// refined: judge the stress, not u_z. Source: NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3

@@ -43,12 +43,17 @@ struct Case {
 std::span<const Case> cases();
 
 // Cases by subject; cases() joins them.
-std::vector<Case> homogeneous_cases();  ///< patch tests, uniaxial, shear, bending, torsion
-std::vector<Case>
-incompressible_cases();                ///< thick sphere and cylinder, Cook, iterations against nu
-std::vector<Case> structural_cases();  ///< LE10, elastica, Cook at finite strain, order study
-std::vector<Case> material_cases();    ///< Mooney-Rivlin, Holzapfel-Gasser-Ogden
-std::vector<Case> dynamic_cases();     ///< frequencies, time schemes, spin, energy
-std::vector<Case> recovery_cases();    ///< flat, everted and random starts
+/// Patch tests, uniaxial stretch, shear, bending, torsion.
+std::vector<Case> homogeneous_cases();
+/// Thick sphere and cylinder, Cook's membrane, iterations against nu.
+std::vector<Case> incompressible_cases();
+/// LE10, elastica, Cook's membrane at finite strain, order study.
+std::vector<Case> structural_cases();
+/// Mooney-Rivlin, Holzapfel-Gasser-Ogden.
+std::vector<Case> material_cases();
+/// Frequencies, time schemes, spin, energy.
+std::vector<Case> dynamic_cases();
+/// Flat, everted and random starts.
+std::vector<Case> recovery_cases();
 
 }  // namespace livetet::verification

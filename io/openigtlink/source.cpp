@@ -217,8 +217,8 @@ class OpenIgtLinkSource::Connector {
         });
     }
 
-    /// Detects a silent connection, and hangs up when it has been silent for too long: the server may
-    /// be gone without a word, which the system would notice after hours.
+    /// Detects a silent connection, and hangs up when it has been silent for too long: the server
+    /// may be gone without a word, which the system would notice after hours.
     void watch() {
         const double shortest_s = std::min(options_.silence_after_s, options_.hang_up_after_s);
         watching_.expires_after(duration_of(shortest_s / 4));

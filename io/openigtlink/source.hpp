@@ -66,8 +66,8 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// first and every 0.5 s in the end, so that a waiting consumer wakes up and can release the
 /// patches gradually.
 ///
-/// A tool not reported for `stale_after_s` is stale. A pose with the tool's last time stamp is no new
-/// report: a hung server may send it again and again. (A stamp of 0 means none.)
+/// A tool not reported for `stale_after_s` is stale. A pose with the tool's last time stamp is no
+/// new report: a hung server may send it again and again. (A stamp of 0 means none.)
 class OpenIgtLinkSource : public TrackerSource {
   public:
     /// Poses are in the order of `tools`. Throws Error if two tools cannot be distinguished on the

@@ -25,17 +25,17 @@ struct TetFields {
 };
 
 /// The tets of a level that keeps no matrix, in single precision, and room for what its kernels
-/// read and add to. Forces are good to about 1e-7 of those at a strain of one: rounding u to float
-/// moves an equilibrium by no more than that rounding.
+/// read and add to. Relative to force_at_unit_strain(), forces are accurate to about 1e-7: rounding
+/// u to float moves an equilibrium by no more than that rounding.
 struct SinglePrecisionBatches {
     TetBatches<float> batches;
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
 };
 
 /// The elements and the operator of one mesh level, of P1 or P2 tets: the sum of a tangent
-/// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained components are those of
-/// the identity. In the mixed form K is that of the displacements alone, psi_mu + p theta at a
-/// given p.
+/// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
+/// components are those of the identity. In the mixed form K is that of the displacements alone,
+/// psi_mu + p theta at a given p.
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
@@ -59,10 +59,10 @@ class LevelAssembler {
     const PartitionedMesh& share() const { return share_; }
     /// Whether all models are of small strain: forces and operators are linear in u.
     bool is_linear() const { return is_linear_; }
-    /// Whether a model rotates with its elements: rotations are to be taken before all else.
+    /// Whether a model rotates with its elements: call update_rotations() before any evaluation.
     bool rotates() const { return rotates_; }
-    /// Gradients, volume and moduli of a local tet, made of its corners' places: keeping them would
-    /// take a quarter of all that a level keeps.
+    /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
+    /// call; storing it would add a third to the level's memory.
     TetElement element(std::size_t e) const;
     std::vector<TetElement> elements() const;
     /// Of the nodes at rest, m, of the whole mesh. Collective.
@@ -121,8 +121,8 @@ class LevelAssembler {
     /// f += factor K v, K at `at` with frozen rotations; ghosts of v up to date.
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
 
-    /// The norm of nodal forces as large as those of each tet under a strain of one, N (mixed form:
-    /// of shear, the pressures being unknowns); collective.
+    /// |f|, f_n = sum over the tets at node n of V (|lambda| + 2 mu) |grad L_i|, N (mixed form:
+    /// without lambda): the size of forces at a strain of one. Collective.
     double force_at_unit_strain() const;
 
     /// Error of forces by round-off, relative to force_at_unit_strain: 16 epsilons of double, or

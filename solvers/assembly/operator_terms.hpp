@@ -4,7 +4,7 @@
 
 namespace livetet {
 
-/// What an operator is made of,
+/// Factors of the terms of an operator,
 ///     A = stiffness K + damping K_d + mass M,
 /// where K is the tangent stiffness at a configuration that is passed beside it, K_d the stiffness
 /// that damps (see LevelAssembler::keep_damping), and M the lumped mass.

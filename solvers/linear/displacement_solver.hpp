@@ -27,8 +27,8 @@ class DisplacementSolver : public LinearSolver {
         timed_mass([&] { fine().find_mass(); });
     }
 
-    /// For SaddlePointSolver, role `preconditioner`: renews the operators; how it preconditions; the
-    /// Krylov solver whose preconditioner that is.
+    /// For SaddlePointSolver, role `preconditioner`: renews the operators; how it preconditions;
+    /// the Krylov solver whose preconditioner that is.
     void renew_operators(const Configuration& at, const OperatorTerms& terms) {
         (void)renew(at, terms, false);
     }
@@ -79,7 +79,7 @@ class DisplacementSolver : public LinearSolver {
     PetscHandle<Vec> images_[max_guesses];  ///< A times the guesses
 };
 
-/// Has the solver take PETSc's options. Throws Error where they name a type that PETSc has not.
+/// Applies PETSc's options. Throws Error for an unknown solver or preconditioner type.
 void take_options(KSP ksp);
 
 }  // namespace livetet

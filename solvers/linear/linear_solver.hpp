@@ -67,9 +67,9 @@ struct UnknownFields {
     IS displacement = nullptr, pressure = nullptr;
 };
 
-/// The tangent operator A of a body on its finest mesh (see OperatorTerms), and a preconditioned Krylov
-/// solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver, LiveSolver,
-/// and SaddlePointSolver, which has one of the first two inside. To use it:
+/// The tangent operator A of a body on its finest mesh (see OperatorTerms), and a preconditioned
+/// Krylov solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver,
+/// LiveSolver, and SaddlePointSolver, which has one of the first two inside. To use it:
 ///
 ///     solver.set_constrained(...);                            // these three when they change
 ///     solver.set_springs(...);
@@ -102,9 +102,9 @@ class LinearSolver {
     /// Takes the finest level's rotations from `u` (ghosts up to date).
     void update_rotations(Vec u, ElementRotations& rotations);
 
-    /// Assembles A on all levels that need it, K at `at`; coarse levels at its restriction, with K_d
-    /// taken to be K. Small strain's K is the same at any `at`: it is kept while the factors,
-    /// constraints and springs are, and with it what the preconditioner was computed to.
+    /// Assembles A on all levels that need it, K at `at`; coarse levels at its restriction, with
+    /// K_d taken to be K. For small strain, operator and preconditioner are reused until factors,
+    /// constraints or springs change.
     void assemble(const Configuration& at, const OperatorTerms& terms);
     /// The same with leave to renew one half of the finest level now and the other half next time.
     /// Returns whether it did so; LiveSolver only.
@@ -150,8 +150,8 @@ class LinearSolver {
     virtual KSP preconditioned_krylov() const { return outer_krylov(); }
     /// Forgets small strain's operator: constraints or springs are new.
     void invalidate() { kept_.reset(); }
-    /// Reads what PETSc's options say about when the outermost Krylov solver stops: they go before
-    /// what a solve asks for.
+    /// Reads the user's PETSc options that say when the outermost Krylov solver stops: they take
+    /// precedence over what a solve asks for.
     void read_user_tolerances();
     /// Sets tolerance and iterations; returns them as they count.
     LinearControls set_tolerances(const LinearControls& controls);

@@ -7,9 +7,9 @@ namespace livetet {
 
 namespace {
 
-// Not KSPChebyshevEstEig, which takes the bounds anew from each operator: on an organ of 60,000 tets
-// (P1 and P2) with as many steps of the same method, linear solves took 1.2 to 1.6 times as long in
-// as many iterations. Here they are taken once for given constraints.
+// Not KSPChebyshevEstEig, which takes the bounds anew from each operator: on an organ of 60,000
+// tets (P1 and P2) with as many steps of the same method, linear solves took 1.2 to 1.6 times as
+// long in as many iterations. Here they are taken once for given constraints.
 
 /// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where
 /// that is null, from a few steps of conjugate gradients (Lanczos).

@@ -8,9 +8,9 @@ namespace livetet {
 /// block triangle
 ///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p),
 /// PETSc's PCFIELDSPLIT with its upper Schur factor. S^-1 is the inverse of the lumped pressure
-/// mass, K^-1 one application of the inner solver's preconditioner. K holds no volumetric stiffness,
-/// so that it is as well conditioned as at a Poisson's ratio of zero. The iterations stay bounded up
-/// to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
+/// mass, K^-1 one application of the inner solver's preconditioner. K holds no volumetric
+/// stiffness, so that it is as well conditioned as at a Poisson's ratio of zero. The iterations
+/// stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
 class SaddlePointSolver : public LinearSolver {
   public:
     /// `inner`: of role `preconditioner`.
@@ -35,8 +35,8 @@ class SaddlePointSolver : public LinearSolver {
     KSP outer_krylov() const override { return krylov_.get(); }
     KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
     void make_krylov(MPI_Comm comm);
-    /// Has PCFIELDSPLIT apply the inner solver's preconditioner. It can be told only once the matrix
-    /// is assembled.
+    /// Has PCFIELDSPLIT apply the inner solver's preconditioner. It can be told only once the
+    /// matrix is assembled.
     void connect_inner();
 
     std::unique_ptr<DisplacementSolver> inner_;

@@ -28,7 +28,8 @@ class SinglePrecisionMultigrid {
     static constexpr double max_contrast = 1e5;
 
     /// `levels` (without matrices), finest first, the maps between them and the team must outlive
-    /// this. Throws Error where there is but one, or the coarsest is too large.
+    /// this. Precondition: why_not_live() is empty: at least two levels, the coarsest of at most
+    /// max_coarsest_nodes.
     SinglePrecisionMultigrid(std::vector<LevelAssembler*> levels,
                              std::vector<const BarycentricMap*> maps, int smoothing_steps,
                              ThreadTeam& team);

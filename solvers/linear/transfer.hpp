@@ -10,7 +10,7 @@
 
 namespace livetet {
 
-/// What `coarse_components` looks at of a coarse mesh.
+/// Coarse mesh data that coarse_components() reads.
 struct CoarseBody {
     CoarseBody(const TetMesh& mesh, const TetMesh& fine, const BarycentricMap& fine_in_coarse);
 

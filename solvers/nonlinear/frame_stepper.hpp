@@ -17,8 +17,7 @@ struct FrameControls {
     /// Renew one half of the operator now and the other in the next frame, however far the deadline
     /// is; not soon after a jump.
     bool by_halves = false;
-    /// Repeat a frame to the bit: do as it did, whose StepReport::solves these are, without a
-    /// deadline.
+    /// Solves of a recorded frame to repeat bit for bit, without a deadline.
     const SolveRecords* as_done = nullptr;
 };
 

@@ -23,8 +23,8 @@ struct SolveControls {
 /// displacement, in the mixed form displacement and scaled pressure; its function is (-r,
 /// g).
 ///
-/// If constrained nodes are to move, or if all the body's models are of small strain, a first Newton
-/// iteration of our own comes before SNES, without a line search. It applies the prescribed
+/// If constrained nodes are to move, or if all the body's models are of small strain, a first
+/// Newton iteration of our own comes before SNES, without a line search. It applies the prescribed
 /// increment to first order, with forces at the old displacement, and its linear solve starts from
 /// the last steps' increments. Any other step needs the line search from its first iteration on.
 ///

@@ -13,12 +13,11 @@
 
 namespace livetet {
 
-/// A folder for what is written on the way: kept where the user names one, else one of its own that
-/// is gone with the guard.
+/// Folder for intermediate files: the user's, or a temporary one removed by the destructor.
 class WorkFolder {
   public:
-    explicit WorkFolder(const std::filesystem::path& asked = {})
-        : path_(asked), kept_(!asked.empty()) {
+    explicit WorkFolder(const std::filesystem::path& users = {})
+        : path_(users), kept_(!users.empty()) {
         if (!kept_) {
             std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
             if (!::mkdtemp(name.data()))

@@ -297,7 +297,8 @@ std::string to_yaml(S value) {
     return std::string(out.c_str()) + "\n";
 }
 
-/// A key's value as a scene file states it; numbers with the fewest digits that say them.
+/// A key's value as a scene file states it; numbers in the shortest form that reads back equal to
+/// 15 digits.
 template <class T>
 std::string yaml_text(std::string_view key, const T& value) {
     YAML::Emitter out;

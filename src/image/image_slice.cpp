@@ -83,8 +83,8 @@ void slice_body(const TetMesh& mesh, std::span<const Vector3> displacement, cons
             for (int i = box.i0; i <= box.i1; ++i) {
                 const std::size_t p = i + static_cast<std::size_t>(plane.width) * j;
                 const Vector3 way = Vector3(i, j, 0) - q[0], weights = inverse * way;
-                if (weights.minCoeff() < -slice_tolerance ||
-                    weights.sum() > 1 + slice_tolerance || slice.tet[p] >= 0)
+                if (weights.minCoeff() < -slice_tolerance || weights.sum() > 1 + slice_tolerance ||
+                    slice.tet[p] >= 0)
                     continue;
                 slice.tet[p] = static_cast<std::int32_t>(t);
                 slice.rest[p] = mesh.nodes[tet[0]] + rest_per_pixel * way;

@@ -80,7 +80,7 @@ class TetBatches {
     std::vector<TetBatch<Real>> batches_;
 };
 
-/// That of a batch in a store as `TetBatches::make_rotations` makes it.
+/// Rotations of a batch; a store of size one serves all batches.
 template <class Real>
 const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>> rotations,
                                              std::size_t batch) {
@@ -94,7 +94,7 @@ template <class Real>
 void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
                       std::span<RotationBatch<Real>> rotations);
 
-/// f_i += V P g_i, R held: P = R (2 mu eps + lambda tr(eps) I),
+/// f_i += V P g_i, R fixed: P = R (2 mu eps + lambda tr(eps) I),
 /// eps = sym(R^T F) - I. u in m, f in N.
 template <class Real>
 void add_forces(const TetBatches<Real>& batches, BatchRange range,
@@ -107,7 +107,7 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
                          std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
                          std::span<Real> f);
 
-/// What a batch's lane holds.
+/// Rotation of one lane.
 template <class Real>
 Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane) {
     Eigen::Matrix3d R;

@@ -14,7 +14,7 @@ namespace livetet {
 Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& F);
 
 /// F = U diag(sigma) V^T with rotations U and V: |sigma| falls, and only the last may be negative
-/// (where det F is).
+/// (where det F is). Source: Irving, Teran and Fedkiw (2004). Precondition: F is finite.
 struct SignedSvd {
     Eigen::Matrix3d U, V;
     Eigen::Vector3d sigma;

@@ -6,7 +6,7 @@
 
 namespace livetet {
 
-/// What a tetrahedron with straight edges needs to know of its rest shape and material.
+/// Rest shape and moduli of a straight-edged tetrahedron.
 /// gradients.col(i): gradient of barycentric coordinate L_i (1/m); they sum to zero. volume in m^3;
 /// lambda, mu in Pa.
 struct TetElement {

@@ -55,8 +55,8 @@ struct TetShape<10> {
     static constexpr double force_share(int node) { return node < 4 ? -0.05 : 0.2; }
 };
 
-/// One 3x3 block of the `frozen_rotation` tangent of an isotropic tet, from rotated gradients h_i = R
-/// g_i, without the volume strain's part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m.
+/// One 3x3 block of the `frozen_rotation` tangent of an isotropic tet, without the volume strain's
+/// part: K_ij = V (mu h_j h_i^T + mu (h_i . h_j) I), in N/m, of rotated gradients h_i = R g_i.
 inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
                                    const Eigen::Vector3d& h_j) {
     Eigen::Matrix3d K = volume_mu * h_j * h_i.transpose();
@@ -64,9 +64,10 @@ inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
     return K;
 }
 
-/// The blocks of one quadrature point, visited as visit(i, j, K_ij): V times g_i . A . g_j, and
-/// lambda n_i n_j^T with n_i = (d theta / dF) g_i where `lambda` is not zero (displacement form: p
-/// = lambda theta). weight: V times the point's share, m^3; p in Pa; H = F - I.
+/// The blocks of one quadrature point, visited as visit(i, j, K_ij):
+///     K_ij = V (G_i : A : G_j) + V lambda n_i n_j^T,  (G_i)_abc = delta_ab (g_i)_c,
+/// with A the model's shear_tangent and n_i = (d theta / dF) g_i. H = F - I; `weight`: V, the tet's
+/// volume times the point's share, m^3; `lambda`: 0 in the mixed form, else p = lambda theta, Pa.
 template <class Gradients, class Visit>
 void visit_stiffness(const ConstitutiveModel& model, Tangent tangent, double weight, double mu,
                      double lambda, double p, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,

@@ -8,6 +8,7 @@
 
 namespace livetet {
 
+/// Nodes that a selection may take.
 enum class NodeScope { all, surface_only };
 
 /// The nodes of `scope`, sorted, whose position (metres) satisfies the predicate.

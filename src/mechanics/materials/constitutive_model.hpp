@@ -11,15 +11,15 @@ namespace livetet {
 
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-/// Which derivative of the stress an operator is made of. `frozen_rotation`: R K R^T, always positive
-/// semi-definite (small strain and corotated; the other models have none and take `positive`).
-/// `exact`: the second derivative of the energy. `positive`: the exact one with its negative
-/// eigenvalues, of each quadrature point, set to zero.
+/// Which derivative of the stress an operator is made of. `frozen_rotation`: R K R^T, always
+/// positive semi-definite (small strain and corotated; the other models have none and take
+/// `positive`). `exact`: the second derivative of the energy. `positive`: the exact one with its
+/// negative eigenvalues, of each quadrature point, set to zero.
 enum class Tangent { frozen_rotation, exact, positive };
 
-/// What the rotation R is that a model's functions are given. `small_strain`: the identity, and the
-/// stress is linear in F. `corotated`: rotation_of(F), and the stress is linear in F while R is
-/// held. `finite_strain`: not used.
+/// Rotation R passed to a model. `small_strain`: the identity, and the stress is linear in F.
+/// `corotated`: rotation_of(F), and the stress is linear in F for fixed R. `finite_strain`: not
+/// used.
 enum class Kinematics { small_strain, corotated, finite_strain };
 
 /// A hyperelastic material: its energy per rest volume (J/m^3), split into
@@ -56,7 +56,8 @@ class ConstitutiveModel {
     virtual Kinematics kinematics() const { return Kinematics::finite_strain; }
 
     /// Whether psi is Hooke's law of the strain sym(R^T F) - I at any F, which is what the kernels
-    /// over batches of tets compute (batch_kernels.hpp), and the blocks of Tangent::frozen_rotation.
+    /// over batches of tets compute (batch_kernels.hpp), and the blocks of
+    /// Tangent::frozen_rotation.
     virtual bool is_hooke_by_rotation() const { return false; }
 
     /// Whether it is Hooke's law of lambda and mu at small strain.

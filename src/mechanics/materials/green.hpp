@@ -6,8 +6,8 @@ namespace livetet {
 
 /// St Venant-Kirchhoff: Hooke's law of Green's strain E = (F^T F - I) / 2,
 ///     psi = mu |E|^2 + lambda / 2 (tr E)^2.
-/// It softens in compression and has its least force at 1 / sqrt 3 of the length; E does not tell
-/// an element from its mirror image.
+/// The compressive force peaks at a stretch of 1 / sqrt 3. E is the same for an element and its
+/// mirror image.
 class Green final : public ConstitutiveModel {
   public:
     Names names() const override;
