@@ -28,7 +28,7 @@ struct RunFrame {
     int iterations = 0;
     double residual = 0;
     std::optional<double>
-        error_estimate_mm;   ///< of the linear solve, RMS over the nodes; only of the live solver
+        error_estimate_mm;   ///< of the last linear solve, RMS over the nodes; live solver only
     bool cut_short = false;  ///< stopped by the budget before the solver's tolerance
     double press_mm = 0;     ///< length of the patch's displacement
     bool registration_held = false, registration_lost = false;

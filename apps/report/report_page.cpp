@@ -60,8 +60,8 @@ std::string frames_html(const Report& r) {
     return s.end(fmt::format(
         "{} of {} samples computed, {} missed, {} not kept; {} frames took longer than {:g} ms "
         "({}), {} were cut short by it; "
-        "{} did not converge. The error estimate is what a frame's solve left undone, RMS over the "
-        "nodes.",
+        "{} did not converge. The error estimate, RMS over the nodes, is the error of the frame's "
+        "last linear solve; not of linearisation, discretisation or registration.",
         r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, f.over_budget, r.run.budget_ms,
         r.run.budget_given ? "track.budget" : "the time between samples", f.cut_short,
         f.not_converged));

@@ -101,7 +101,9 @@ std::string frames_text(const Report& r) {
            row("  output [ms]", f.output_ms) + row("iterations", f.iterations) +
            row("error estimate [mm]", f.error_estimate_mm, 4);
     if (f.error_estimate_mm.count > 0)
-        out += "  (error estimate: remaining error of a frame's solve, RMS over the nodes)\n";
+        out +=
+            "  (error estimate, RMS over the nodes: the error of the frame's last linear solve;\n"
+            "   not of linearisation, discretisation or registration)\n";
     out += report_line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
     out += report_line("budget",
                        fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
