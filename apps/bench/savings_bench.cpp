@@ -110,12 +110,12 @@ int bench_savings(const SavingsArguments& a) {
                "output, s", "in all", "peak, MB", "ratio");
     nlohmann::json list = nlohmann::json::array();
     for (const Variant& v : all) {
-        const auto [least, most] = std::minmax_element(v.steps_s.begin(), v.steps_s.end());
+        const auto [min, max] = std::minmax_element(v.steps_s.begin(), v.steps_s.end());
         const Distribution setup = distribution(v.setup_s), steps = distribution(v.steps_s),
                            output = distribution(v.output_s);
         fmt::print("{:<32} {:>10.3f} {:>9.3f} ± {:<5.3f} {:>10.3f} {:>9.3f} {:>9.1f} {:>7.2f}\n",
-                   v.name, setup.median, steps.median, (*most - *least) / 2, output.median,
-                   total(v), v.peak_bytes / 1e6, total(v) / total(all.front()));
+                   v.name, setup.median, steps.median, (*max - *min) / 2, output.median, total(v),
+                   v.peak_bytes / 1e6, total(v) / total(all.front()));
         list.push_back({{"variant", v.name},
                         {"setup_s", setup.median},
                         {"steps_s", steps.median},

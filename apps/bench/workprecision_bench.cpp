@@ -116,10 +116,9 @@ WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& f
     for (std::size_t k = 0; k < all.size(); ++k) {
         if (!out.results[k].has_figures()) continue;
         ChoiceResult& r = out.results[k];
-        const auto [least, most] =
-            std::minmax_element(times[k].total.begin(), times[k].total.end());
+        const auto [min, max] = std::minmax_element(times[k].total.begin(), times[k].total.end());
         r.runs = times[k].total.size();
-        r.spread_s = (*most - *least) / 2;
+        r.spread_s = (*max - *min) / 2;
         r.total_s = distribution(times[k].total).median;
         r.setup_s = distribution(times[k].setup).median;
         r.step_s = distribution(times[k].step).median;

@@ -241,9 +241,9 @@ std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
             chart.y.push_back(table.results[k][column]);
         }
         if (chart.x.empty()) continue;
-        const auto [least, most] = std::minmax_element(chart.x.begin(), chart.x.end());
-        if (!(*least < *most)) continue;
-        chart.logarithmic = chart.logarithmic && *least > 0;
+        const auto [min, max] = std::minmax_element(chart.x.begin(), chart.x.end());
+        if (!(*min < *max)) continue;
+        chart.logarithmic = chart.logarithmic && *min > 0;
         charts.push_back(std::move(chart));
     }
     return charts;

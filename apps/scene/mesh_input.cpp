@@ -83,9 +83,9 @@ LabelImage between_thresholds(const MeshSource& source) {
     for (std::size_t n = 0; n < grey.values.size(); ++n)
         image.values[n] = grey.values[n] >= low && grey.values[n] <= high;
     if (std::find(image.values.begin(), image.values.end(), 1) == image.values.end()) {
-        const auto [least, most] = std::minmax_element(grey.values.begin(), grey.values.end());
+        const auto [min, max] = std::minmax_element(grey.values.begin(), grey.values.end());
         fail("{}: no voxel is within the threshold {}, its values are {} to {}", where,
-             source.threshold, *least, *most);
+             source.threshold, *min, *max);
     }
     return image;
 }

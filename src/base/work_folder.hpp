@@ -16,8 +16,8 @@ namespace livetet {
 /// Folder for intermediate files: the user's, or a temporary one removed by the destructor.
 class WorkFolder {
   public:
-    explicit WorkFolder(const std::filesystem::path& users = {})
-        : path_(users), kept_(!users.empty()) {
+    explicit WorkFolder(const std::filesystem::path& requested = {})
+        : path_(requested), kept_(!requested.empty()) {
         if (!kept_) {
             std::string name = (std::filesystem::temp_directory_path() / "livetet_XXXXXX").string();
             if (!::mkdtemp(name.data()))
