@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "apps/tracked_block.hpp"
+#include "apps/commands/tracked_block.hpp"
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "apps/own_weight.hpp"
+#include "apps/commands/own_weight.hpp"
 #include "geometry/umeyama.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/registration_file.hpp"

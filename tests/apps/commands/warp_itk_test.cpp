@@ -8,7 +8,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkResampleImageFilter.h>
 
-#include "warped_block.hpp"
+#include "apps/commands/warped_block.hpp"
 
 namespace livetet {
 namespace {

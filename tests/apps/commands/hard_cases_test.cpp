@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "apps/own_weight.hpp"
+#include "apps/commands/own_weight.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "meshing/body_mask.hpp"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "apps/tracked_block.hpp"
+#include "apps/commands/tracked_block.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"

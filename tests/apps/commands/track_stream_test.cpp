@@ -10,7 +10,7 @@
 #include <set>
 #include <thread>
 
-#include "apps/tracked_block.hpp"
+#include "apps/commands/tracked_block.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/warped_block.hpp"
 #include "base/file.hpp"
-#include "warped_block.hpp"
 
 namespace livetet {
 namespace {
