@@ -424,7 +424,7 @@ void visit_fields(Visitor& v, Scene& s) {
     v.list("loads", s.loads, "forces");
     v.group("solver", s.solver, "how the equations are solved");
     v.group("track", s.track, "`livetet track`: the tracker and what it moves");
-    v.group("probes", s.probes, "points whose displacements are written");
+    v.group("probes", s.probes, "points whose displacements at the end are written");
     v.group("output", s.output, "what is kept");
 }
 

@@ -60,6 +60,8 @@ struct SimilarityTransform {
     }
 };
 
+inline constexpr double radians_per_degree = 3.14159265358979323846 / 180;
+
 /// Rotation by |turn| radians about the axis `turn` (the exponential map).
 inline Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& turn) {
     const double angle = turn.norm();

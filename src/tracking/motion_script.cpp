@@ -16,7 +16,6 @@ namespace livetet {
 namespace {
 
 constexpr double max_samples = 1e6;
-constexpr double radians_per_degree = std::numbers::pi / 180;
 
 void check_moves(const std::vector<Keyframe>& moves, const std::string& key,
                  const std::string& file) {

@@ -16,7 +16,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double pi = std::numbers::pi;
-constexpr double radians_per_degree = pi / 180;
 
 double wave(double time_s, double period_s) { return std::sin(2 * pi * time_s / period_s); }
 

@@ -152,6 +152,46 @@ TEST(DampedSteps, TakeNoMoreNewtonIterationsThanUndampedOnes) {
             }
 }
 
+/// What holds a beam is what its momentum and its damping ask for: reactions are of the same damping
+/// as the step that was solved.
+TEST(DampedSteps, ReactionsAreTheRateOfMomentum) {
+    const MeshHierarchy hierarchy =
+        make_hierarchy({test::block({6, 2, 2}, Vector3(0.2, 0.05, 0.05))}, "a beam");
+    const TetMesh& mesh = hierarchy.levels.front();
+    const std::vector<Material> materials{
+        {.young_Pa = 20000, .poisson = 0.4, .density_kg_per_m3 = 1000}};
+    for (const char* model : {"linear", "corotated", "neohookean"}) {
+        DeformableBody body(
+            {PETSC_COMM_SELF, hierarchy}, {materials, model, Formulation::displacement},
+            {.scheme = TimeScheme::newmark, .rayleigh_beta = 0.02}, {.kind = SolverKind::direct});
+        Constraints constraints(mesh.nodes.size());
+        constraints.prescribe(
+            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+            Vector3::Zero());
+        body.set_constraints(constraints);
+        std::vector<Vector3> velocity;
+        for (const Vector3& x : mesh.nodes) velocity.push_back({0, 0, 100 * x.x() * x.x()});
+        body.set_velocity(velocity);
+        double gap = 0, largest = 0;
+        for (int step = 0; step < 10; ++step) {
+            (void)body.solve(0.01,
+                             {.max_newton = 50, .tolerance = 1e-11, .linear_tolerance = 1e-10});
+            const std::vector<Vector3> reactions = body.reactions();
+            const BodySnapshot state = body.gather_state();
+            const auto mass = body.linear_solver().fine().node_mass();
+            Vector3 held = Vector3::Zero(), inertia = Vector3::Zero();
+            for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+                held += reactions[n];
+                inertia += mass[n] * state.nodal[2][n];
+            }
+            gap = std::max(gap, (held - inertia).norm());
+            largest = std::max(largest, inertia.norm());
+        }
+        EXPECT_GT(largest, 0.1) << model;
+        EXPECT_LT(gap, 1e-8 * largest) << model;
+    }
+}
+
 /// Eisenstat and Walker's forcing terms solve the first linear systems less tightly.
 TEST_F(NewtonSolverTest, EisenstatWalkerSavesLinearIterations) {
     const std::pair<std::string, std::string> jacobi[] = {{"-pc_type", "pbjacobi"},
