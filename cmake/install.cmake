@@ -11,11 +11,14 @@ function(livetet_export target)
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder)
   cmake_path(APPEND folder ${ARGN})
   set_property(GLOBAL APPEND PROPERTY livetet_header_folders ${folder})
+  set_property(GLOBAL APPEND PROPERTY livetet_components ${name})
 endfunction()
 
 # After the last livetet_export().
 function(livetet_install_package)
   get_property(folders GLOBAL PROPERTY livetet_header_folders)
+  get_property(components GLOBAL PROPERTY livetet_components)
+  string(JOIN ", " livetet_components ${components})  # read by livetetConfig.cmake.in
   set(package ${CMAKE_INSTALL_LIBDIR}/cmake/livetet)
   install(CODE "
     set(source \"${PROJECT_SOURCE_DIR}\")
