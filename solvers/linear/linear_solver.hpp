@@ -43,7 +43,7 @@ struct SolverCosts {
     PhaseCost elements, rotations, matrix, coarse_levels, mass, pressures, preconditioner;
 };
 
-/// What a body is made of, as far as its linear solver is concerned.
+/// What a body is made of, as far as its linear solver is concerned. Bodies copy the materials.
 struct ElasticModel {
     std::span<const Material> materials;
     ModelChoice strain = "corotated";  ///< of the materials that name no model
@@ -55,11 +55,18 @@ struct ElasticModel {
 Formulation resolved_formulation(const ElasticModel& model);
 
 /// A body's mesh hierarchy as its solvers take it. `parts[l]`: the part of each tet of level l (see
-/// partition_levels); may be empty on one rank. The hierarchy must outlive the solver.
+/// partition_levels); may be empty on one rank. The hierarchy must outlive the solver, so it cannot
+/// be a temporary.
 struct DistributedHierarchy {
-    MPI_Comm comm = MPI_COMM_SELF;
+    DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                         std::span<const std::vector<std::int32_t>> parts = {})
+        : comm(comm), hierarchy(hierarchy), parts(parts) {}
+    DistributedHierarchy(MPI_Comm, const MeshHierarchy&&,
+                         std::span<const std::vector<std::int32_t>> = {}) = delete;
+
+    MPI_Comm comm;
     const MeshHierarchy& hierarchy;
-    std::span<const std::vector<std::int32_t>> parts{};
+    std::span<const std::vector<std::int32_t>> parts;
 };
 
 /// Rows of a matrix in the mixed form; null in the displacement form.

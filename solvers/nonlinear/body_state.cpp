@@ -13,6 +13,10 @@ std::vector<Vec> BodyState::vectors() const {
 
 void BodyState::copy_from(const BodyState& other) {
     const std::vector<Vec> mine = vectors(), theirs = other.vectors();
+    if (!other.u) fail("the state of a body: found none that was kept, expected one");
+    if (theirs.size() != mine.size())
+        fail("the state of a body has {} fields, expected {}: the time scheme or the form differs",
+             theirs.size(), mine.size());
     for (std::size_t i = 0; i < mine.size(); ++i) LIVETET_PETSC(VecCopy(theirs[i], mine[i]));
     started = other.started;
 }

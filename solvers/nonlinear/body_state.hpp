@@ -27,7 +27,7 @@ struct BodyState {
 
     /// The vectors that there are.
     std::vector<Vec> vectors() const;
-    /// Takes the values of a state with the same vectors.
+    /// Takes the values of a state with the same vectors. Throws Error if it has others.
     void copy_from(const BodyState& other);
     /// A state with the same vectors, whose values are not set.
     BodyState duplicate() const;

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "base/stopwatch.hpp"
+#include "solvers/nonlinear/body_input.hpp"
 
 namespace livetet {
 
@@ -19,6 +20,13 @@ int team_size(const SolverOptions& options, std::size_t nodes) {
     return static_cast<int>(std::clamp<std::size_t>(nodes / nodes_a_thread, 1, cores));
 }
 
+/// The options, once all that the body is made from was checked.
+const SolverOptions& checked(const DistributedHierarchy& mesh, const ElasticModel& model,
+                             const TimeOptions& time, const SolverOptions& options) {
+    check_body_input(mesh, model, time, options);
+    return options;
+}
+
 /// With the mass that a dynamic scheme needs.
 TimeIntegrator make_time_integrator(const TimeOptions& time, LinearSolver& solver, BodyState& state,
                                     ThreadTeam& team) {
@@ -30,7 +38,7 @@ TimeIntegrator make_time_integrator(const TimeOptions& time, LinearSolver& solve
 
 DeformableBody::DeformableBody(const DistributedHierarchy& mesh, const ElasticModel& model,
                                const TimeOptions& time, const SolverOptions& options)
-    : options_(options),
+    : options_(checked(mesh, model, time, options)),
       team_(team_size(options, mesh.hierarchy.levels.front().nodes.size())),
       solver_(make_linear_solver(mesh, model, options, team_)),
       time_(make_time_integrator(time, *solver_, state_, team_)),
@@ -43,7 +51,20 @@ DeformableBody::DeformableBody(const DistributedHierarchy& mesh, const ElasticMo
     prescribed_.find_nodes();
 }
 
+void DeformableBody::check_size(std::size_t found, const char* what) const {
+    if (found != constrained_.size())
+        fail("{}: found {} values, expected {}, one for each node", what, found,
+             constrained_.size());
+}
+
+void DeformableBody::check_dynamic(const char* what) const {
+    if (!time_.is_dynamic())
+        fail("{}: a static body has no velocity, expected a dynamic TimeOptions::scheme", what);
+}
+
 void DeformableBody::set_constraints(const Constraints& constraints) {
+    check_size(constraints.components.size(), "set_constraints: components");
+    check_size(constraints.values.size(), "set_constraints: values");
     if (constraints.components != constrained_) {
         constrained_ = constraints.components;
         solver_->set_constrained(constrained_);
@@ -53,13 +74,49 @@ void DeformableBody::set_constraints(const Constraints& constraints) {
     prescribed_.set_values(constraints);
 }
 
+void DeformableBody::move_constraints(std::span<const std::int32_t> nodes,
+                                      std::span<const Vector3> values) {
+    if (nodes.size() != values.size())
+        fail("move_constraints: found {} values, expected {}, one for each node given",
+             values.size(), nodes.size());
+    const auto count = std::ssize(constrained_);
+    for (const std::int32_t n : nodes) {
+        if (n < 0 || n >= count)
+            fail("move_constraints: found node {}, expected 0 to {}", n, count - 1);
+        if (constrained_[n] == 0)
+            fail("move_constraints: node {} is not constrained: call set_constraints first", n);
+    }
+    prescribed_.move(nodes, values);
+}
+
+void DeformableBody::set_springs(const Springs& springs) {
+    if (!springs.empty()) {
+        check_size(springs.stiffness.size(), "set_springs: stiffness");
+        check_size(springs.target.size(), "set_springs: target");
+    }
+    balance_.set_springs(springs);
+}
+
+void DeformableBody::set_external_force(std::span<const Vector3> force, double share) {
+    if (!force.empty()) check_size(force.size(), "set_external_force");
+    balance_.set_external_force(force, share);
+}
+
+std::vector<Vector3> DeformableBody::velocity() const {
+    check_dynamic("velocity");
+    return gather(mesh(), state_.v.get());
+}
+
 void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
+    check_size(displacement.size(), "set_displacement");
     fill(mesh(), displacement, state_.u.get());
     if (state_.p) LIVETET_PETSC(VecSet(state_.p.get(), 0));
     state_.started = false;
 }
 
 void DeformableBody::set_velocity(std::span<const Vector3> velocity) {
+    check_dynamic("set_velocity");
+    check_size(velocity.size(), "set_velocity");
     fill(mesh(), velocity, state_.v.get());
     state_.started = false;
 }

@@ -21,28 +21,29 @@ struct BodyCosts : SolverCosts {
 /// only the K of shear. It composes BodyState, LinearSolver, TimeIntegrator, ForceBalance,
 /// NewtonSolver and FrameStepper. To use it: set constraints, springs and forces; then, as often as
 /// wanted, move what is prescribed and call `solve` (to a tolerance, by Newton's method) or
-/// `advance` (a frame that ends in time).
+/// `advance` (a frame that ends in time). Bad arguments throw Error and change nothing. One
+/// thread of a process uses bodies at a time: PETSc is not thread-safe.
 class DeformableBody {
   public:
-    /// Collective; see make_linear_solver.
+    /// Collective; see make_linear_solver. The hierarchy must outlive the body; materials and options
+    /// are copied. Throws Error if there is no PetscSession, or as check_body_input does.
     DeformableBody(const DistributedHierarchy& mesh, const ElasticModel& model,
                    const TimeOptions& time, const SolverOptions& options);
     DeformableBody(const DeformableBody&) = delete;
     DeformableBody& operator=(const DeformableBody&) = delete;
 
     /// Constraints of the finest mesh. What is constrained may change between steps; new values
-    /// alone cost nothing.
+    /// alone cost nothing. Throws Error if they are of another number of nodes.
     void set_constraints(const Constraints& constraints);
-    /// New values of components that are constrained already.
-    void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values) {
-        prescribed_.move(nodes, values);
-    }
-    /// Soft constraints; new targets alone cost nothing.
-    void set_springs(const Springs& springs) { balance_.set_springs(springs); }
+    /// New values of components that are constrained already. Throws Error if there is not one value
+    /// for each node, or if a node does not exist or has no constrained component.
+    void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
+    /// Soft constraints; new targets alone cost nothing. Throws Error if they are of another number
+    /// of nodes.
+    void set_springs(const Springs& springs);
     /// External force at each node of the finest mesh, N: `share` times what is given; empty: none.
-    void set_external_force(std::span<const Vector3> force, double share = 1) {
-        balance_.set_external_force(force, share);
-    }
+    /// Throws Error if it is of another number of nodes.
+    void set_external_force(std::span<const Vector3> force, double share = 1);
 
     /// One step of `dt` seconds (static: to equilibrium, dt unused), by Newton's method to a
     /// tolerance; one frame of `dt` seconds. Both leave a finite state: where the new one is not,
@@ -50,13 +51,15 @@ class DeformableBody {
     StepReport solve(double dt, const SolveControls& controls);
     StepReport advance(double dt, const FrameControls& controls);
 
-    /// Takes up the state of a body on the same mesh and of the same scheme.
+    /// Takes up the state of a body on the same mesh and of the same scheme. Throws Error if that is
+    /// of another scheme or form.
     void copy_state(const DeformableBody& other) { state_.copy_from(other.state_); }
     /// The state on every rank; a body of the same mesh and scheme takes it up. Collective. Throws
     /// Error where it is of another size.
     BodySnapshot gather_state() const { return livetet::gather_state(mesh(), state_); }
     void set_state(const BodySnapshot& snapshot);
-    /// Remembers the state, or takes up the one remembered last (a step that is to be done again).
+    /// Remembers the state, or takes up the one remembered last (a step that is to be done again);
+    /// throws Error if there is none.
     void keep_state();
     void return_to_kept_state() { state_.copy_from(kept_); }
 
@@ -66,8 +69,9 @@ class DeformableBody {
     void displacement(std::vector<Vector3>& values) const {
         gather(mesh(), state_.u.get(), values);
     }
-    /// Velocity, m/s, likewise; dynamic bodies only.
-    std::vector<Vector3> velocity() const { return gather(mesh(), state_.v.get()); }
+    /// Velocity, m/s, likewise. Throws Error if the body is static.
+    std::vector<Vector3> velocity() const;
+    /// Throw Error if they are of another number of nodes; the second if the body is static.
     void set_displacement(std::span<const Vector3> displacement);
     void set_velocity(std::span<const Vector3> velocity);
 
@@ -98,6 +102,8 @@ class DeformableBody {
   private:
     const LevelAssembler& level() const { return solver_->fine(); }
     const PartitionedMesh& mesh() const { return level().share(); }
+    void check_size(std::size_t found, const char* what) const;
+    void check_dynamic(const char* what) const;
     Configuration configuration();
     std::vector<TetFields> local_tet_fields();
     /// Begins a step; the largest component of the prescribed increment, m.

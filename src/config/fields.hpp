@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -37,6 +38,20 @@ struct Check {
     std::string_view text{};
     bool (*holds)(const T&) = nullptr;
 };
+
+/// Whether all numbers in a value are finite; true for values without numbers.
+template <class T>
+bool is_finite(const T& value) {
+    if constexpr (std::is_same_v<T, double>)
+        return std::isfinite(value);
+    else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
+        return value.allFinite();
+    else if constexpr (std::is_same_v<T, std::vector<double>>) {
+        for (const double x : value)
+            if (!std::isfinite(x)) return false;
+    }
+    return true;
+}
 
 namespace detail {
 template <int Limit>

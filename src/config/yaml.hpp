@@ -57,19 +57,6 @@ std::string_view type_text() {
         return "a text";
 }
 
-template <class T>
-bool is_finite(const T& value) {
-    if constexpr (std::is_same_v<T, double>)
-        return std::isfinite(value);
-    else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
-        return value.allFinite();
-    else if constexpr (std::is_same_v<T, std::vector<double>>) {
-        for (const double x : value)
-            if (!std::isfinite(x)) return false;
-    }
-    return true;
-}
-
 /// Visitor that reads a table from a YAML mapping. Every error message gives the key, the value
 /// found, the values allowed, and file:line.
 class YamlReader {

@@ -63,7 +63,7 @@ inline bool is_small_strain(std::span<const Material> materials, const ModelChoi
     });
 }
 
-/// Ratio of the largest Young's modulus to the smallest.
+/// Ratio of the largest Young's modulus to the smallest. There is at least one material.
 inline double contrast_of(std::span<const Material> materials) {
     double smallest = materials.front().young_Pa, largest = smallest;
     for (const Material& m : materials) {

@@ -24,7 +24,12 @@ struct MeshHierarchy {
     bool is_cut(std::size_t l) const { return l < parents.size() && !parents[l].empty(); }
 };
 
-/// Builds a hierarchy from levels (finest first) and computes its transfers.
+/// Throws Error if a hierarchy has no levels, a level that check_tet_mesh rejects, a level with more
+/// nodes than the one before it, or transfers that do not fit its levels.
+void check_hierarchy(const MeshHierarchy& hierarchy);
+
+/// Builds a hierarchy from levels (finest first) and computes its transfers. Throws Error as
+/// check_hierarchy does.
 MeshHierarchy make_hierarchy(std::vector<TetMesh> levels, std::string provenance);
 
 }  // namespace livetet
