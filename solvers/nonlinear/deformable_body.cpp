@@ -1,6 +1,7 @@
 #include "solvers/nonlinear/deformable_body.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "base/stopwatch.hpp"
@@ -9,6 +10,8 @@
 namespace livetet {
 
 namespace {
+
+constexpr const char* not_finite_prescribed = "a prescribed displacement is not finite";
 
 /// Only the live solver uses threads; the others use ranks. On a small mesh, threads would wait for
 /// each other longer than they work.
@@ -132,10 +135,20 @@ void DeformableBody::keep_state() {
 }
 
 double DeformableBody::begin_step(double dt, ForceBalance::DampingAt damping) {
+    if (time_.is_dynamic() && !(dt > 0 && std::isfinite(dt)))
+        fail("time step: found {} s, expected more than 0 s in a dynamic body", dt);
     time_.begin_step(dt);
     balance_.begin_step(damping);
     if (time_.is_dynamic() && !state_.started) balance_.start_acceleration();
     return prescribed_.find_increment(state_.u.get());
+}
+
+void DeformableBody::lose_step(const char* reason, StepReport& report) {
+    report.converged = false;
+    report.kept_old = true;
+    report.imbalance = 1;
+    report.reason = reason;
+    history_.clear();
 }
 
 void DeformableBody::end_step(double dt, StepReport& report) {
@@ -154,14 +167,13 @@ void DeformableBody::end_step(double dt, StepReport& report) {
 StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
     StepReport report;
     Stopwatch watch;
-    const bool moves = begin_step(dt, ForceBalance::DampingAt::start) != 0;
+    const double prescribed_size = begin_step(dt, ForceBalance::DampingAt::start);
     report.forces_s += watch.lap();
-    newton_.solve(controls, moves, report);
-    if (!balance_.is_finite()) {
-        report.converged = false;
-        report.kept_old = true;
-        report.imbalance = 1;
-        history_.clear();
+    if (!std::isfinite(prescribed_size)) {
+        lose_step(not_finite_prescribed, report);
+    } else {
+        newton_.solve(controls, prescribed_size != 0, report);
+        if (const char* fault = balance_.state_fault()) lose_step(fault, report);
     }
     end_step(dt, report);
     return report;
@@ -172,7 +184,10 @@ StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
     Stopwatch watch;
     const double prescribed_size = begin_step(dt, ForceBalance::DampingAt::present);
     report.forces_s += watch.lap();
-    stepper_.advance(prescribed_size, controls, report);
+    if (!std::isfinite(prescribed_size))
+        lose_step(not_finite_prescribed, report);
+    else if (const char* fault = stepper_.advance(prescribed_size, controls, report))
+        lose_step(fault, report);
     end_step(dt, report);
     if (!report.kept_old) stepper_.learn(report);
     return report;

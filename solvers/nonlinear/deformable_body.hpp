@@ -45,9 +45,11 @@ class DeformableBody {
     /// Throws Error if it is of another number of nodes.
     void set_external_force(std::span<const Vector3> force, double share = 1);
 
-    /// One step of `dt` seconds (static: to equilibrium, dt unused), by Newton's method to a
-    /// tolerance; one frame of `dt` seconds. Both leave a finite state: where the new one is not,
-    /// the old one is kept and the report says kept_old and not converged. Collective.
+    /// `solve`: one step of `dt` seconds, by Newton's method to a tolerance. `advance`: one frame of
+    /// `dt` seconds. A static body
+    /// goes towards equilibrium in both, and dt is not used; a dynamic one throws Error unless
+    /// dt > 0. Both leave a finite state: if the new one is not usable, the old one is kept, and the
+    /// report says kept_old, not converged, and the reason. Collective.
     StepReport solve(double dt, const SolveControls& controls);
     StepReport advance(double dt, const FrameControls& controls);
 
@@ -108,6 +110,8 @@ class DeformableBody {
     std::vector<TetFields> local_tet_fields();
     /// Begins a step; the largest component of the prescribed increment, m.
     double begin_step(double dt, ForceBalance::DampingAt damping);
+    /// The step's new state is not to be used, for this reason.
+    void lose_step(const char* reason, StepReport& report);
     void end_step(double dt, StepReport& report);
 
     const SolverOptions options_;

@@ -203,9 +203,13 @@ bool ForceBalance::assemble_half(Tangent tangent) {
     return solver_.assemble_half(configuration(), terms(tangent));
 }
 
-bool ForceBalance::is_finite() const {
-    return norm_of(state_.u.get()) <= farthest_ &&
-           (!state_.p || std::isfinite(norm_of(state_.p.get())));
+const char* ForceBalance::state_fault() const {
+    const double norm = norm_of(state_.u.get());
+    if (!std::isfinite(norm)) return "the displacement is not finite";
+    if (norm > farthest_)
+        return "the displacement is more than 100 times the body's size: is the body held?";
+    if (state_.p && !std::isfinite(norm_of(state_.p.get()))) return "the pressure is not finite";
+    return nullptr;
 }
 
 std::vector<Vector3> ForceBalance::elastic_force() {

@@ -73,8 +73,9 @@ class ForceBalance {
     /// Largest residual that `tolerance`, relative to scale(), allows, N; round-off where that is
     /// more.
     double allowed(double tolerance) const { return std::max(tolerance * scale_, round_off_); }
-    /// Whether the state is finite and not absurdly far from rest.
-    bool is_finite() const;
+    /// Why the state is not to be used, in words: it is not finite, or absurdly far from rest. Null
+    /// if it can be. Collective.
+    const char* state_fault() const;
 
     /// Force that each constraint puts on its node, N: constrained components and springs; zero
     /// elsewhere, on every rank. Collective.

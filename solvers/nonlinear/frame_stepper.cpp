@@ -47,11 +47,11 @@ void FrameStepper::watch_for_jump(double prescribed_size) {
     moved_ = prescribed_size;
     settling_steps_ =
         moved_ > jump * usual_moved_ ? steps_to_settle : std::max(0, settling_steps_ - 1);
-    if (std::isfinite(moved_)) renew_mean(usual_moved_, moved_);
+    renew_mean(usual_moved_, moved_);
 }
 
-void FrameStepper::advance(double prescribed_size, const FrameControls& controls,
-                           StepReport& report) {
+const char* FrameStepper::advance(double prescribed_size, const FrameControls& controls,
+                                  StepReport& report) {
     if (!du_) {
         du_ = make_vector(solver_.fine().share());
         if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
@@ -78,15 +78,11 @@ void FrameStepper::advance(double prescribed_size, const FrameControls& controls
         if (k == 0) history_.push(du_.get());
         imbalance = apply(k == 0, imbalance, single);
         (single ? report.finish_s : report.forces_s) += watch.lap();
-        if (!balance_.is_finite() || !std::isfinite(imbalance)) {
-            report.converged = false;
-            report.kept_old = true;
-            report.imbalance = 1;
-            history_.clear();
-            return;
-        }
+        if (const char* fault = balance_.state_fault()) return fault;
+        if (!std::isfinite(imbalance)) return "the forces are not finite";
     }
     report.imbalance = balance_.scale() > 0 ? imbalance / balance_.scale() : 0;
+    return nullptr;
 }
 
 double FrameStepper::apply(bool first, double imbalance, bool last) {
@@ -157,6 +153,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
         report.solves[report.newton_iterations] = {linear.iterations, half};
     report.cut_short |= linear.cut_short;
     report.solve_error = linear.error;
+    report.reason = linear.reason;
     return {linear, half};
 }
 

@@ -7,8 +7,8 @@
 namespace livetet {
 
 /// How far a frame goes: this many Newton iterations with frozen rotations, each linear solve to
-/// `linear_tolerance`, but not beyond `iterations` (0: as the solver's options say) nor past the
-/// deadline.
+/// `linear_tolerance`, but not beyond `iterations` (0: as the solver's options say) nor, after a
+/// first iteration, past the deadline.
 struct FrameControls {
     int newton_iterations = 1;
     double linear_tolerance = 1e-3;
@@ -21,7 +21,7 @@ struct FrameControls {
     const SolveRecords* as_done = nullptr;
 };
 
-/// Advances a body by frames that must end in time. A frame makes a fixed number of Newton
+/// Advances a body by frames that aim to end in time. A frame makes a fixed number of Newton
 /// iterations; the first applies the prescribed increment, without a line search. A deadline cuts
 /// linear solves short. When time is short, only one half of the operator is renewed. Running means
 /// of past frames decide whether it is, and whether the direction that such an operator gives is
@@ -34,9 +34,10 @@ class FrameStepper {
                  const SolverOptions& options, ThreadTeam& team);
 
     /// One frame from the state as it is, within a step that the TimeIntegrator has begun;
-    /// `prescribed_size`: the largest component of the prescribed increment, m. Where the new state
-    /// is not finite, the report says kept_old, and the state is not to be used.
-    void advance(double prescribed_size, const FrameControls& controls, StepReport& report);
+    /// `prescribed_size`: the largest component of the prescribed increment, m. Returns null, or why
+    /// the new state is not to be used (see ForceBalance::state_fault).
+    [[nodiscard]] const char* advance(double prescribed_size, const FrameControls& controls,
+                                      StepReport& report);
     /// After the step has ended, with all its times in the report.
     void learn(const StepReport& report);
 

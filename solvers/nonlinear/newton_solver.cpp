@@ -169,7 +169,7 @@ bool NewtonSolver::predict(bool moves, StepReport& report) {
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
     if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
     report.finish_s += watch.lap();
-    return balance_.is_finite();
+    return !balance_.state_fault();
 }
 
 void NewtonSolver::set_tolerances(int newton_iterations_done) {
@@ -255,7 +255,7 @@ void NewtonSolver::assemble(Vec x) {
 
 SNESConvergedReason NewtonSolver::test(int /*iteration*/, double /*x_norm*/, double /*step_norm*/,
                                        double residual) {
-    if (!std::isfinite(residual) || !balance_.is_finite()) return SNES_DIVERGED_FNORM_NAN;
+    if (!std::isfinite(residual) || balance_.state_fault()) return SNES_DIVERGED_FNORM_NAN;
     if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
     return SNES_CONVERGED_ITERATING;
 }

@@ -1,6 +1,7 @@
 #include "solvers/nonlinear/prescribed_motion.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace livetet {
 
@@ -44,9 +45,9 @@ double PrescribedMotion::find_increment(Vec u) {
             for (int c = 0; c < 3; ++c) {
                 const std::int32_t i = nodes_[k];
                 if (constrained[i] >> c & 1) to[3 * i + c] = values_[k][c] - now[3 * i + c];
-                if (const double d = std::abs(to[3 * i + c]);
-                    !(d <= largest) && !std::isnan(largest))
-                    largest = d;
+                // Infinity, unlike NaN, is the largest on every rank.
+                if (const double d = std::abs(to[3 * i + c]); !(d <= largest))
+                    largest = std::isnan(d) ? std::numeric_limits<double>::infinity() : d;
             }
     }
     if (const PartitionedMesh& mesh = level_.share(); mesh.ranks > 1)

@@ -23,7 +23,8 @@ class PrescribedMotion {
     void move(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
 
     /// increment() = value - u at constrained components, zero elsewhere; returns its largest
-    /// component in size, m: 0 where all are there already. Collective.
+    /// component in size, m: 0 where all are there already, infinity if a value is not finite.
+    /// Collective.
     double find_increment(Vec u);
     Vec increment() const { return increment_.get(); }
 

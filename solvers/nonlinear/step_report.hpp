@@ -23,7 +23,7 @@ struct [[nodiscard]] StepReport {
                              ///< own or was cut short as allowed
     bool cut_short = false;  ///< the deadline or the iterations allowed ended a linear solve
     bool half_renewed = false;  ///< the deadline left time for half of the operator
-    bool kept_old = false;      ///< the new state was not finite and was dropped
+    bool kept_old = false;      ///< the new state was not usable and was dropped
     int newton_iterations = 0;
     int iterations = 0;          ///< of all linear solves
     SolveRecords solves{};       ///< of the first Newton iterations; frames only
@@ -32,7 +32,9 @@ struct [[nodiscard]] StepReport {
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
     double solve_error = 0;      ///< what a frame left unsolved, m, RMS over the nodes, estimated
     double time_error = 0;       ///< error of the displacement by the time step, m, about
-    const char* reason = "";     ///< solve: why Newton ended, in PETSc's words
+    /// kept_old: why the new state was dropped. Else, in PETSc's words: solve: why Newton ended;
+    /// frame: why its last linear solve ended, empty if it made none.
+    const char* reason = "";
     double forces_s = 0, operator_s = 0, solve_s = 0;
     double preconditioner_s = 0;  ///< its set-up, where it has one apart from the operators
     double finish_s = 0;          ///< frame: what came after its last linear solve

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "solvers/parallel/partition.hpp"
@@ -136,6 +137,11 @@ class BadCall : public testing::Test {
     DeformableBody body;
 };
 
+class BadDynamicCall : public BadCall {
+  protected:
+    BadDynamicCall() : BadCall({.scheme = TimeScheme::newmark}) {}
+};
+
 TEST_F(BadCall, SizesAreChecked) {
     const std::size_t nodes = mesh.nodes.size();
     const std::vector<Vector3> few(10, Vector3::Zero());
@@ -193,6 +199,45 @@ TEST_F(BadCall, AStateOfAnotherSchemeIsRefused) {
                           {.scheme = TimeScheme::newmark}, {.kind = SolverKind::multigrid});
     EXPECT_NE(body_refusal([&] { moving.copy_state(body); }), "accepted");
     EXPECT_NE(body_refusal([&] { body.copy_state(moving); }), "accepted");
+}
+
+TEST_F(BadCall, ValuesThatAreNotFiniteKeepTheOldState) {
+    ASSERT_TRUE(body.solve(0, {}).converged);
+    const std::vector<Vector3> before = body.displacement();
+    std::vector<Vector3> values(pressed.size(), Vector3(0, 0, -0.002));
+    for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+        values.back().z() = bad;
+        body.move_constraints(pressed, values);
+        for (const StepReport& report : {body.advance(0, {}), body.solve(0, {})}) {
+            EXPECT_TRUE(report.kept_old && !report.converged);
+            EXPECT_STREQ(report.reason, "a prescribed displacement is not finite");
+        }
+    }
+    EXPECT_EQ(body.displacement(), before);
+    values.back().z() = -0.002;
+    body.move_constraints(pressed, values);
+    EXPECT_TRUE(body.solve(0, {}).converged);
+}
+
+TEST_F(BadCall, ABodyThatIsNotHeldSaysSo) {
+    body.set_constraints(Constraints(mesh.nodes.size()));
+    body.set_external_force(std::vector<Vector3>(mesh.nodes.size(), Vector3(1e9, 0, 0)));
+    const StepReport report = body.advance(0, {});
+    EXPECT_TRUE(report.kept_old);
+    EXPECT_NE(std::string_view(report.reason), "");
+}
+
+TEST_F(BadDynamicCall, AStepNeedsALength) {
+    EXPECT_TRUE(body.solve(0.01, {}).converged);
+    for (const double dt : {0.0, -0.01, std::nan("")}) {
+        EXPECT_NE(body_refusal([&] { (void)body.advance(dt, {}); }), "accepted") << dt;
+        EXPECT_NE(body_refusal([&] { (void)body.solve(dt, {}); }), "accepted") << dt;
+    }
+    EXPECT_EQ(body_refusal([&] { (void)body.solve(0, {}); }),
+              "time step: found 0 s, expected more than 0 s in a dynamic body");
+    EXPECT_EQ(body.velocity().size(), mesh.nodes.size());
+    EXPECT_NE(body_refusal([&] { body.set_velocity(std::vector<Vector3>(3, Vector3::Zero())); }),
+              "accepted");
 }
 
 }  // namespace
