@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <csignal>
 #include <cstdio>
 #include <iterator>
 #include <set>
@@ -22,23 +21,30 @@ constexpr const char* asked_at_the_end[] = {
 
 bool options_were_given = false;
 
+void check_may_begin() {
+    PetscBool runs = PETSC_FALSE;
+    LIVETET_PETSC(PetscInitialized(&runs));
+    if (runs) fail("PetscSession: PETSc runs already, expected one session in a program");
+    int ended = 0;
+    MPI_Finalized(&ended);
+    if (ended) fail("PetscSession: MPI has ended, expected one session in a program");
+}
+
 }  // namespace
 
 PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
     : arguments_(std::move(petsc_arguments)) {
+    check_may_begin();
     options_were_given = options_were_given || !arguments_.empty();
+    // Signals are the program's own; first, so that an option given can say otherwise.
+    arguments_.insert(arguments_.begin(), "-no_signal_handler");
     arguments_.insert(arguments_.begin(), std::move(program));
     std::vector<char*> pointers;
     for (std::string& a : arguments_) pointers.push_back(a.data());
     pointers.push_back(nullptr);
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
-    // PETSc would report these signals, which end a program, as errors of the program.
-    constexpr int ends[] = {SIGHUP, SIGTERM, SIGPIPE};
-    struct sigaction before[std::size(ends)] = {};
-    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], nullptr, &before[i]);
     LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
-    for (std::size_t i = 0; i < std::size(ends); ++i) ::sigaction(ends[i], &before[i], nullptr);
     LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks_);
