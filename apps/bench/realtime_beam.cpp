@@ -76,7 +76,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
         }
         take_times(result, frames);
         for (const Measured& m : frames)
-            result.estimate_mean += m.step.solve_error / static_cast<double>(frames.size()) / 0.02;
+            result.estimate_mean += m.step.linear_error / static_cast<double>(frames.size()) / 0.02;
         result.bytes = bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, true);
     }
     DeformableBody converged({PETSC_COMM_SELF, hierarchy}, model, time,

@@ -84,7 +84,7 @@ void take_errors(RealtimeResult& result, const std::vector<Measured>& frames) {
         result.error_worst = std::max(result.error_worst, m.error / largest);
         result.node_error_mean += m.node_error / largest;
         result.node_error_worst = std::max(result.node_error_worst, m.node_error / largest);
-        result.estimate_mean += m.step.solve_error / largest;
+        result.estimate_mean += m.step.linear_error / largest;
     }
     for (double* mean : {&result.error_mean, &result.node_error_mean, &result.estimate_mean})
         *mean /= std::max(count, 1.0);

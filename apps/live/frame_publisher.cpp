@@ -118,7 +118,7 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                         {"reference", text_of(frame.reference)},
                         {"sensors", sensors},
                         {"iterations", frame.step.iterations},
-                        {"error_estimate_mm", 1e3 * frame.step.solve_error}};
+                        {"error_estimate_mm", 1e3 * frame.step.linear_error}};
     messages.push_back(igtl::string_message(
         "LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
     return messages;
@@ -148,7 +148,7 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     }
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
     text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
-                        a.frame.step.iterations, 1e3 * a.frame.step.solve_error);
+                        a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     text += fmt::format(" | {}, {}", registration_text(a.frame), fmt::join(sensor_texts(a), ", "));
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
 }

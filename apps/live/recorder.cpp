@@ -158,7 +158,7 @@ void Recorder::write(const KeptFrame& kept) {
     value("iterations", f.step.iterations);
     value("imbalance", f.step.imbalance);
     value("residual", f.step.linear_residual);
-    if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.solve_error);
+    if (solver_ == SolverKind::live) value("error_estimate_mm", 1e3 * f.step.linear_error);
     value("cut_short",
           f.step.cut_short &&
               f.step.converged);  // a frame that did not converge failed, with or without a budget

@@ -190,6 +190,7 @@ StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
         lose_step(fault, report);
     end_step(dt, report);
     if (!report.kept_old) stepper_.learn(report);
+    report.late = controls.deadline && Clock::now() > *controls.deadline;
     return report;
 }
 

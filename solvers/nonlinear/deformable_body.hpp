@@ -21,7 +21,7 @@ struct BodyCosts : SolverCosts {
 /// only the K of shear. It composes BodyState, LinearSolver, TimeIntegrator, ForceBalance,
 /// NewtonSolver and FrameStepper. To use it: set constraints, springs and forces; then, as often as
 /// wanted, move what is prescribed and call `solve` (to a tolerance, by Newton's method) or
-/// `advance` (a frame that ends in time). Bad arguments throw Error and change nothing. One
+/// `advance` (a frame that aims at a deadline). Bad arguments throw Error and change nothing. One
 /// thread of a process uses bodies at a time: PETSc is not thread-safe.
 class DeformableBody {
   public:
@@ -46,7 +46,8 @@ class DeformableBody {
     void set_external_force(std::span<const Vector3> force, double share = 1);
 
     /// `solve`: one step of `dt` seconds, by Newton's method to a tolerance. `advance`: one frame of
-    /// `dt` seconds. A static body
+    /// `dt` seconds. It ends its linear solve so as to meet the deadline; forces, the operator and,
+    /// unless the body is at rest, one iteration are always made, so it can be late. A static body
     /// goes towards equilibrium in both, and dt is not used; a dynamic one throws Error unless
     /// dt > 0. Both leave a finite state: if the new one is not usable, the old one is kept, and the
     /// report says kept_old, not converged, and the reason. Collective.

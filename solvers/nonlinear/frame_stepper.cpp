@@ -152,7 +152,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     if (report.newton_iterations < max_recorded_solves)
         report.solves[report.newton_iterations] = {linear.iterations, half};
     report.cut_short |= linear.cut_short;
-    report.solve_error = linear.error;
+    report.linear_error = linear.error;
     report.reason = linear.reason;
     return {linear, half};
 }

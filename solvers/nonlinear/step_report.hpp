@@ -19,9 +19,12 @@ using SolveRecords = std::array<SolveRecord, max_recorded_solves>;
 
 /// Result of one step, one frame or one static solve. Times in seconds.
 struct [[nodiscard]] StepReport {
-    bool converged = true;   ///< solve: Newton met its tolerance; frame: each linear solve met its
-                             ///< own or was cut short as allowed
-    bool cut_short = false;  ///< the deadline or the iterations allowed ended a linear solve
+    /// solve: Newton met its tolerance, or reached the round-off of the solver's precision (see
+    /// `imbalance`). Frame: each linear solve met its own tolerance, or was cut short by a deadline
+    /// or by a number of iterations that FrameControls gave.
+    bool converged = true;
+    bool cut_short = false;     ///< the deadline or the iterations allowed ended a linear solve
+    bool late = false;          ///< frame: ended after its deadline
     bool half_renewed = false;  ///< the deadline left time for half of the operator
     bool kept_old = false;      ///< the new state was not usable and was dropped
     int newton_iterations = 0;
@@ -30,8 +33,11 @@ struct [[nodiscard]] StepReport {
     double imbalance = 0;        ///< residual relative to the forces at work: solve: at the end;
                                  ///< frame of one Newton iteration: before it
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
-    double solve_error = 0;      ///< what a frame left unsolved, m, RMS over the nodes, estimated
-    double time_error = 0;       ///< error of the displacement by the time step, m, about
+    /// Frame: error of its last linear solve alone, m, RMS over the nodes, estimated. It has neither
+    /// the error of linearisation nor that of discretisation, which can be 100 times larger. 0 where
+    /// it is not estimated: with solvers other than live.
+    double linear_error = 0;
+    double time_error = 0;  ///< error of the displacement by the time step, m, about
     /// kept_old: why the new state was dropped. Else, in PETSc's words: solve: why Newton ended;
     /// frame: why its last linear solve ended, empty if it made none.
     const char* reason = "";
