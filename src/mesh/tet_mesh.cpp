@@ -62,6 +62,14 @@ std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles) {
     return nodes;
 }
 
+const std::vector<std::int32_t>& node_set(const TetMesh& mesh, std::string_view name) {
+    const auto found = mesh.node_sets.find(std::string(name));
+    if (found != mesh.node_sets.end()) return found->second;
+    std::string names;
+    for (const auto& [other, nodes] : mesh.node_sets) names += (names.empty() ? "" : ", ") + other;
+    fail("no node set \"{}\", found {}", name, names.empty() ? "none" : names);
+}
+
 void drop_unused_nodes(TetMesh& mesh, std::size_t kept) {
     std::vector<std::int32_t> number(mesh.nodes.size(), -1);
     for (const Tet& t : mesh.tets)

@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "geometry/triangle_mesh.hpp"
@@ -55,6 +56,9 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets);
 
 /// The nodes of a set of triangles, sorted, without duplicates.
 std::vector<std::int32_t> nodes_of(std::span<const Triangle> triangles);
+
+/// The mesh's node set of that name. Throws Error, naming the sets that there are, if it has none.
+const std::vector<std::int32_t>& node_set(const TetMesh& mesh, std::string_view name);
 
 /// Removes unused nodes, except the first `kept`, and renumbers the tets. For P1 meshes without
 /// sets.
