@@ -44,6 +44,14 @@ struct RigidTransform {
     }
 };
 
+/// Displacement, m, of the point `x` of a body that turns by `rotation` about `pivot` and then moves
+/// by `translation`: (R - I)(x - pivot) + translation.
+inline Eigen::Vector3d rigid_displacement(const Eigen::Matrix3d& rotation,
+                                          const Eigen::Vector3d& translation,
+                                          const Eigen::Vector3d& pivot, const Eigen::Vector3d& x) {
+    return (rotation - Eigen::Matrix3d::Identity()) * (x - pivot) + translation;
+}
+
 /// Similarity transform x_to = scale * rotation * x_from + translation (metres), named as
 /// `RigidTransform`.
 template <class To, class From>
