@@ -117,8 +117,7 @@ File File::open_here(const std::filesystem::path& path) {
 
 File File::open(const std::filesystem::path& path, Validation validation) {
     begin();
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
+    check_is_file(path);
     const auto look = [&] {
         open_here(path).go_through("", 0);
         return std::vector<char>();
@@ -358,7 +357,10 @@ void write_format(File& file, const std::string& format, int version) {
 
 void check_format(const File& file, const std::string& format, int version) {
     if (!file.has("livetet_format"))
-        fail("{}: is an HDF5 file of another program, expected {}", file.shown(), format);
+        fail(
+            "{}: is an HDF5 file of another program, or damaged: found no livetet_format, expected "
+            "{}",
+            file.shown(), format);
     const std::string found = file.read_text("livetet_format");
     if (found != format) fail("{}: holds {}, expected {}", file.shown(), found, format);
     const auto number = file.read<std::int32_t>("livetet_version", 1);

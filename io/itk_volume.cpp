@@ -46,8 +46,7 @@ struct Header {
 /// ElementDataFile (MetaImage).
 Header read_header(const fs::path& path, bool nrrd) {
     const std::string where = path.string();
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    check_is_file(path);
     std::ifstream in(path, std::ios::binary);
     if (!in) fail("{}: cannot be read", where);
     Header header;

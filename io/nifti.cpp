@@ -275,8 +275,7 @@ void check_ending(const fs::path& path, const char* expected) {
 Volume read(const fs::path& path) {
     check_ending(path, ".nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd");
     const std::string where = path.string();
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    check_is_file(path);
     GzReader in(path);
     std::vector<char> bytes;
     const Header header = read_header(in, bytes, where);

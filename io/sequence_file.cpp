@@ -211,8 +211,7 @@ Recording read_sequence(const fs::path& path) {
     if (const std::string end = ending(path); end != ".mha" && end != ".mhd" && end != ".nrrd")
         fail("{}: the name ends in '{}', expected a PLUS sequence: .mha, .mhd or .nrrd", where,
              end);
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    check_is_file(path);
     std::ifstream in(path, std::ios::binary);
     if (!in) fail("{}: cannot be read", where);
     const Header header = read_header(in, path);

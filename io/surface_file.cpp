@@ -162,8 +162,7 @@ void check_stl_is_whole(const fs::path& path) {
 
 Polygons read_polygons(const fs::path& path) {
     const std::string end = ending(path);
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
+    check_is_file(path);
     if (end == ".off") return read_off(path);
     if (end == ".obj") return read_with<vtkOBJReader>(path);
     if (end == ".ply") {

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 
+#include "base/file.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
 #include "mesh/packed_mesh.hpp"
@@ -105,8 +106,7 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     if (ending(path) != ".vtu")
         fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where,
              ending(path));
-    std::error_code ignored;
-    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", where);
+    check_is_file(path);
     const TetMesh mesh = unpacked_mesh(
         parse_in_child(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
     check_tet_mesh(mesh, where);

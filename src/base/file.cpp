@@ -15,6 +15,12 @@ namespace livetet {
 
 namespace fs = std::filesystem;
 
+void check_is_file(const fs::path& path) {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) fail("{}: is a folder, expected a file", path.string());
+    if (!fs::is_regular_file(path, ignored)) fail("{}: no such file", path.string());
+}
+
 std::string read_text_file(const fs::path& path) {
     std::error_code ignored;
     if (!fs::exists(path, ignored)) fail("{}: no such file", path.string());

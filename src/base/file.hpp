@@ -9,6 +9,9 @@
 
 namespace livetet {
 
+/// Throws Error if there is no regular file at `path`; for a folder it says that.
+void check_is_file(const std::filesystem::path& path);
+
 /// The contents of a file. Throws Error if it cannot be read.
 std::string read_text_file(const std::filesystem::path& path);
 

@@ -109,12 +109,13 @@ TEST(HierarchyFile, OtherFilesAreErrors) {
     const auto folder = fresh_folder();
     EXPECT_TRUE(
         says(error_of([&] { read_hierarchy(folder / "none.h5"); }), {"none.h5", "no such file"}));
+    EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder); }), {"is a folder, expected a file"}));
     write_bytes(folder / "text.h5", "not HDF5 at all");
     EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "text.h5"); }),
                      {"text.h5", "not an HDF5 file"}));
     hdf5::File::create(folder / "empty.h5", "empty.h5");
     EXPECT_TRUE(says(error_of([&] { read_hierarchy(folder / "empty.h5"); }),
-                     {"empty.h5", "another program"}));
+                     {"empty.h5", "another program, or damaged"}));
     {
         auto file = hdf5::File::create(folder / "later.h5", "later.h5");
         hdf5::write_format(file, "livetet mesh hierarchy", 9);
