@@ -11,8 +11,9 @@ namespace livetet {
 
 std::string why_not_batched(bool has_edge_nodes, bool is_mixed,
                             std::span<const ConstitutiveModel* const> models) {
-    if (has_edge_nodes) return "found ten-node tets, expected elements: P1";
-    if (is_mixed) return "found the mixed form, expected formulation: displacement";
+    if (has_edge_nodes) return "found ten-node tets, expected four-node ones (elements: P1)";
+    if (is_mixed)
+        return "found the mixed form, expected the displacement form (formulation: displacement)";
     for (const ConstitutiveModel* model : models) {
         if (!model->is_hooke_by_rotation()) {
             std::vector<std::string_view> names;

@@ -28,10 +28,11 @@ TEST(LiveSupport, SaysWhatTheLiveSolverDoesNotTake) {
     EXPECT_EQ(reason("neohookean", displacement),
               "found model neohookean, expected linear or corotated");
     EXPECT_EQ(reason("corotated", mixed),
-              "found the mixed form, expected formulation: displacement");
+              "found the mixed form, expected the displacement form (formulation: displacement)");
     EXPECT_EQ(reason("corotated", displacement, 2, 4), "found 4 ranks, expected one");
     EXPECT_NE(reason("corotated", displacement, 1), "");
-    EXPECT_NE(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))), "");
+    EXPECT_EQ(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))),
+              "found ten-node tets, expected four-node ones (elements: P1)");
 }
 
 TEST(LiveSupport, AsksTheModelOfEachRegion) {
