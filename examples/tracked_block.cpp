@@ -3,7 +3,6 @@
 // A simulated tracker sees a reference sensor on the moving block and a second one that presses its
 // top: a patch of nodes goes with it, and one corotated solve a frame carries that through the
 // block. The deepest frame is compared with the equilibrium under its constraints.
-//
 // Sample run:  tracked_block
 #include <fmt/format.h>
 
@@ -33,15 +32,16 @@ int main(int argc, char** argv) try {
     constraints.prescribe(patch, Vector3::Zero());
     DeformableBody body({PETSC_COMM_SELF, hierarchy}, model, {}, {.kind = SolverKind::live});
     body.set_constraints(constraints);
+    // The first frame that moves sets up what the others use: make it before samples come.
+    body.move_constraints(patch, std::vector<Vector3>(patch.size(), Vector3(0, 0, -1e-6)));
+    (void)body.advance(0, {});
 
     // 2. A recording of the tools "Reference" and "Sensor", 20 samples a second.
-    SimulatedTrackerOptions tracker;
-    tracker.rotation_rms_deg = 0;
-    tracker.position_rms_mm = 0.1;
+    SimulatedTrackerOptions tracker{.position_rms_mm = 0.1, .rotation_rms_deg = 0};
     tracker.image_from_sensor_at_rest.translation = top;
     const Recording recording = simulate_press(tracker);
 
-    // 3. Frame by frame: registration, sensor, constraints, one solve that ends within 20 ms.
+    // 3. Frame by frame: registration, sensor, constraints, one solve that aims to end within 20 ms.
     LiveRegistration registration(tracker.image_from_reference);
     SensorDrive drive;
     double time_s = 0, press = 0;  // deepest so far, m

@@ -5,7 +5,9 @@
 
 namespace livetet {
 
-/// Krylov method and preconditioner of the linear systems.
+/// Krylov method and preconditioner of the linear systems. `live` is the solver of `livetet track`,
+/// made for frames; why_not_live() says what a body lacks for it. `automatic` never means it in a
+/// DeformableBody.
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
 /// How multigrid makes the operators of its coarse levels.
 enum class CoarseOperator { automatic, galerkin, rediscretised };
@@ -29,19 +31,20 @@ inline CoarseOperator resolved_coarse(CoarseOperator coarse, double contrast) {
     return coarse;
 }
 
-/// How the linear systems of a step, and the step itself, are solved.
+/// How the linear systems of a step, and the step itself, are solved. Some fields are of a scene
+/// only: a DeformableBody takes them from SolveControls and FrameControls.
 struct SolverOptions {
     SolverKind kind = SolverKind::automatic;
     CoarseOperator coarse = CoarseOperator::automatic;
     int smoothing_steps = 0;
     int threads = 0;
-    double relative_tolerance = 1e-3;
+    double relative_tolerance = 1e-3;  ///< of a scene: a body's is ...Controls::linear_tolerance
     int max_iterations = 200;
-    double newton_tolerance = 1e-8;
-    int max_newton = 50;
+    double newton_tolerance = 1e-8;  ///< of a scene: a body's is SolveControls::tolerance
+    int max_newton = 50;             ///< of a scene: a body's is SolveControls::max_newton
     TangentChoice tangent = TangentChoice::automatic;
-    Partitioner partitioner = Partitioner::metis;
-    std::string petsc_options{};
+    Partitioner partitioner = Partitioner::metis;  ///< of a scene: see partition_levels
+    std::string petsc_options{};                   ///< of a scene: see PetscSession::add_options
 };
 
 template <class Visitor>

@@ -88,7 +88,8 @@ class DeformableBody {
     /// The largest mean von Mises stress of a tet, Pa; collective.
     double largest_von_mises();
     /// Number of flat or inverted tets, of mean det F <= 0: their stresses are meaningless. (A P2
-    /// tet with an inverted corner can have a positive mean.) Collective.
+    /// tet with an inverted corner can have a positive mean.) A pass over all tets on one thread.
+    /// Collective.
     std::size_t inverted_tets();
     /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its
     /// quadrature points, where it is most accurate, and averaged over the tets at a node by their

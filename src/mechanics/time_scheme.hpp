@@ -10,18 +10,19 @@ namespace livetet {
 /// Time integration; `static_equilibrium` has no mass and no velocities.
 enum class TimeScheme { static_equilibrium, implicit_euler, newmark, generalized_alpha };
 
-/// How a scene moves in time.
+/// How a body or a scene moves in time. Some fields are of a scene only: a DeformableBody is given
+/// the length of each step, and loads as they are.
 struct TimeOptions {
     TimeScheme scheme = TimeScheme::static_equilibrium;
-    double step_s = 0.05;
-    double duration_s = 1;
+    double step_s = 0.05;   ///< of a scene: a body's is the argument of `solve` and `advance`
+    double duration_s = 1;  ///< of a scene
     double beta = 0.25;
     double gamma = 0.5;
     double rho_inf = 0.8;
-    double adaptive_tolerance_mm = 0;
+    double adaptive_tolerance_mm = 0;  ///< of a scene
     double rayleigh_alpha = 0;
     double rayleigh_beta = 0;
-    int load_steps = 1;
+    int load_steps = 1;  ///< of a scene
 };
 
 template <class Visitor>
