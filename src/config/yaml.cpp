@@ -63,7 +63,7 @@ std::string YamlReader::text_of(const YAML::Node& node) {
     YAML::Emitter out;
     out << YAML::Flow << node;
     std::string text = out.c_str();
-    if (text.size() > 60) text = text.substr(0, 57) + "...";
+    if (text.size() > 60) text.replace(57, std::string::npos, "...");
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;
 }
