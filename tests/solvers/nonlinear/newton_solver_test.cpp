@@ -7,27 +7,11 @@
 #include "base/error.hpp"
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/petsc_options.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
 namespace {
-
-/// Sets PETSc options ("-name value ...") while it lives.
-class PetscOptions {
-  public:
-    explicit PetscOptions(std::vector<std::pair<std::string, std::string>> options)
-        : options_(std::move(options)) {
-        for (const auto& [name, value] : options_)
-            LIVETET_PETSC(PetscOptionsSetValue(nullptr, name.c_str(),
-                                               value.empty() ? nullptr : value.c_str()));
-    }
-    ~PetscOptions() {
-        for (const auto& [name, value] : options_) PetscOptionsClearValue(nullptr, name.c_str());
-    }
-
-  private:
-    std::vector<std::pair<std::string, std::string>> options_;
-};
 
 /// A neo-Hookean beam on one rank, clamped at one end and pulled down by its weight, about a
 /// quarter of its length.
@@ -39,7 +23,7 @@ class NewtonSolverTest : public testing::Test {
     };
     Outcome solve(const SolveControls& controls,
                   std::vector<std::pair<std::string, std::string>> options = {}) const {
-        const PetscOptions set(std::move(options));
+        const test::PetscOptions set(std::move(options));
         DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, "neohookean"}, {},
                             {.kind = SolverKind::direct});
         const TetMesh& mesh = hierarchy.levels.front();
