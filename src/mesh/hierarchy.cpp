@@ -10,11 +10,11 @@ void check_levels(const std::vector<TetMesh>& levels) {
     if (levels.empty()) fail("mesh hierarchy: found no levels, expected at least one mesh");
     for (std::size_t l = 0; l < levels.size(); ++l) {
         check_tet_mesh(levels[l], fmt::format("mesh hierarchy, level {}", l));
-        if (l > 0 && levels[l].nodes.size() > levels[l - 1].nodes.size())
+        if (l > 0 && levels[l].tets.size() > levels[l - 1].tets.size())
             fail(
-                "mesh hierarchy: found {} nodes in level {} and {} in level {}, expected the "
-                "finest level first",
-                levels[l - 1].nodes.size(), l - 1, levels[l].nodes.size(), l);
+                "mesh hierarchy: found {} tets in level {} and {} in level {}, expected the finest "
+                "level first",
+                levels[l - 1].tets.size(), l - 1, levels[l].tets.size(), l);
     }
 }
 

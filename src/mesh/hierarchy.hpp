@@ -25,7 +25,7 @@ struct MeshHierarchy {
 };
 
 /// Throws Error if a hierarchy has no levels, a level that check_tet_mesh rejects, a level with more
-/// nodes than the one before it, or transfers that do not fit its levels.
+/// tets than the one before it, or transfers that do not fit its levels.
 void check_hierarchy(const MeshHierarchy& hierarchy);
 
 /// Builds a hierarchy from levels (finest first) and computes its transfers. Throws Error as

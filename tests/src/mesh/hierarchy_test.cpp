@@ -28,7 +28,7 @@ TEST(Hierarchy, IsMadeFromTheFinestLevelOn) {
     EXPECT_EQ(hierarchy_refusal([] {
                   (void)make_hierarchy({coarse_block, fine_block}, "");
               }),
-              "mesh hierarchy: found 27 nodes in level 0 and 125 in level 1, expected the finest "
+              "mesh hierarchy: found 48 tets in level 0 and 384 in level 1, expected the finest "
               "level first");
 }
 
