@@ -36,6 +36,7 @@ class HolzapfelGasserOgden final : public ConstitutiveModel {
     }
     void visit_keys(FieldVisitor& v) override;
     bool is_isotropic() const override { return false; }
+    bool recovers_from_inversion(bool quadratic) const override { return !quadratic; }
 
     double shear_energy(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;

@@ -111,8 +111,8 @@ class Masses {
         time->add_inertia(balance_.get());
         LIVETET_PETSC(VecScale(balance_.get(), -1));
         add_forces(1, balance_.get());
-        if (state.net)
-            LIVETET_PETSC(VecAXPY(balance_.get(), time->history_weight(), state.net.get()));
+        if (state.end_force)
+            LIVETET_PETSC(VecAXPY(balance_.get(), time->history_weight(), state.end_force.get()));
     }
 
     std::optional<LevelAssembler> level_;
