@@ -41,7 +41,7 @@ int main(int argc, char** argv) try {
     tracker.image_from_sensor_at_rest.translation = top;
     const Recording recording = simulate_press(tracker);
 
-    // 3. Frame by frame: registration, sensor, constraints, one solve that aims to end within 20 ms.
+    // 3. Frame by frame: registration, sensor, constraints, one solve that aims at 20 ms.
     LiveRegistration registration(tracker.image_from_reference);
     SensorDrive drive;
     double time_s = 0, press = 0;  // deepest so far, m

@@ -149,7 +149,7 @@ ElementRotations LevelAssembler::make_rotations() const {
     ElementRotations rotations;
     if (single_) {
         rotations.single = single_->batches.make_rotations(rotates_);
-        rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
+        if (rotates_) rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     } else if (batches_) {
         rotations.batches = batches_->make_rotations(rotates_);
     } else if (rotates_) {

@@ -118,8 +118,8 @@ class LevelAssembler {
     /// y.
     void frozen_force(Vec y, const ElementRotations& rotations, Vec f) const;
 
-    /// f += factor K v, K at `at`: with frozen rotations, or finite strain's exact tangent. Ghosts of
-    /// v are up to date.
+    /// f += factor K v, K at `at`: with frozen rotations, or finite strain's exact tangent. Ghosts
+    /// of v are up to date.
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
 
     /// |f|, f_n = sum over the tets at node n of V (|lambda| + 2 mu) |grad L_i|, N (mixed form:

@@ -25,8 +25,8 @@ struct BodyCosts : SolverCosts {
 /// thread of a process uses bodies at a time: PETSc is not thread-safe.
 class DeformableBody {
   public:
-    /// Collective; see make_linear_solver. The hierarchy must outlive the body; materials and options
-    /// are copied. Throws Error if there is no PetscSession, or as check_body_input does.
+    /// Collective; see make_linear_solver. The hierarchy must outlive the body; materials and
+    /// options are copied. Throws Error if there is no PetscSession, or as check_body_input does.
     DeformableBody(const DistributedHierarchy& mesh, const ElasticModel& model,
                    const TimeOptions& time, const SolverOptions& options);
     DeformableBody(const DeformableBody&) = delete;
@@ -35,8 +35,8 @@ class DeformableBody {
     /// Constraints of the finest mesh. What is constrained may change between steps; new values
     /// alone cost nothing. Throws Error if they are of another number of nodes.
     void set_constraints(const Constraints& constraints);
-    /// New values of components that are constrained already. Throws Error if there is not one value
-    /// for each node, or if a node does not exist or has no constrained component.
+    /// New values of components that are constrained already. Throws Error if there is not one
+    /// value for each node, or if a node does not exist or has no constrained component.
     void move_constraints(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
     /// Soft constraints; new targets alone cost nothing. Throws Error if they are of another number
     /// of nodes.
@@ -45,17 +45,17 @@ class DeformableBody {
     /// Throws Error if it is of another number of nodes.
     void set_external_force(std::span<const Vector3> force, double share = 1);
 
-    /// `solve`: one step of `dt` seconds, by Newton's method to a tolerance. `advance`: one frame of
-    /// `dt` seconds. It ends its linear solve so as to meet the deadline; forces, the operator and,
-    /// unless the body is at rest, one iteration are always made, so it can be late. A static body
-    /// goes towards equilibrium in both, and dt is not used; a dynamic one throws Error unless
-    /// dt > 0. Both leave a finite state: if the new one is not usable, the old one is kept, and the
-    /// report says kept_old, not converged, and the reason. Collective.
+    /// `solve`: one step of `dt` seconds, by Newton's method to a tolerance. `advance`: one frame
+    /// of `dt` seconds. It ends its linear solve so as to meet the deadline; forces, the operator
+    /// and, unless the body is at rest, one iteration are always made, so it can be late. A static
+    /// body goes towards equilibrium in both, and dt is not used; a dynamic one throws Error unless
+    /// dt > 0. Both leave a finite state: if the new one is not usable, the old one is kept, and
+    /// the report says kept_old, not converged, and the reason. Collective.
     StepReport solve(double dt, const SolveControls& controls);
     StepReport advance(double dt, const FrameControls& controls);
 
-    /// Takes up the state of a body on the same mesh and of the same scheme. Throws Error if that is
-    /// of another scheme or form.
+    /// Takes up the state of a body on the same mesh and of the same scheme. Throws Error if that
+    /// is of another scheme or form.
     void copy_state(const DeformableBody& other) { state_.copy_from(other.state_); }
     /// The state on every rank; a body of the same mesh and scheme takes it up. Collective. Throws
     /// Error where it is of another size.

@@ -34,8 +34,8 @@ class FrameStepper {
                  const SolverOptions& options, ThreadTeam& team);
 
     /// One frame from the state as it is, within a step that the TimeIntegrator has begun;
-    /// `prescribed_size`: the largest component of the prescribed increment, m. Returns null, or why
-    /// the new state is not to be used (see ForceBalance::state_fault).
+    /// `prescribed_size`: the largest component of the prescribed increment, m. Returns null, or
+    /// why the new state is not to be used (see ForceBalance::state_fault).
     [[nodiscard]] const char* advance(double prescribed_size, const FrameControls& controls,
                                       StepReport& report);
     /// After the step has ended, with all its times in the report.

@@ -33,9 +33,9 @@ struct [[nodiscard]] StepReport {
     double imbalance = 0;        ///< residual relative to the forces at work: solve: at the end;
                                  ///< frame of one Newton iteration: before it
     double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
-    /// Frame: error of its last linear solve alone, m, RMS over the nodes, estimated. It has neither
-    /// the error of linearisation nor that of discretisation, which can be 100 times larger. 0 where
-    /// it is not estimated: with solvers other than live.
+    /// Frame: error of its last linear solve alone, m, RMS over the nodes, estimated. It has
+    /// neither the error of linearisation nor that of discretisation, which can be 100 times
+    /// larger. 0 where it is not estimated: with solvers other than live.
     double linear_error = 0;
     double time_error = 0;  ///< error of the displacement by the time step, m, about
     /// kept_old: why the new state was dropped. Else, in PETSc's words: solve: why Newton ended;

@@ -6,10 +6,10 @@
 
 namespace livetet {
 
-/// MPI and PETSc for the life of a program. One a program; every body must end before it. If MPI runs
-/// already it is used and left running. PETSc's signal handlers are not installed, unless its option
-/// `-no_signal_handler 0` asks for them. PETSc's own error text is kept off the screen: it comes as
-/// an exception.
+/// MPI and PETSc for the life of a program. One a program; every body must end before it. If MPI
+/// runs already it is used and left running. PETSc's signal handlers are not installed, unless its
+/// option `-no_signal_handler 0` asks for them. PETSc's own error text is kept off the screen: it
+/// comes as an exception.
 class PetscSession {
   public:
     /// `petsc_arguments`: what of the command line is PETSc's ("-ksp_view", "-ksp_rtol", "1e-4").

@@ -44,8 +44,8 @@ struct RigidTransform {
     }
 };
 
-/// Displacement, m, of the point `x` of a body that turns by `rotation` about `pivot` and then moves
-/// by `translation`: (R - I)(x - pivot) + translation.
+/// Displacement, m, of the point `x` of a body that turns by `rotation` about `pivot` and then
+/// moves by `translation`: (R - I)(x - pivot) + translation.
 inline Eigen::Vector3d rigid_displacement(const Eigen::Matrix3d& rotation,
                                           const Eigen::Vector3d& translation,
                                           const Eigen::Vector3d& pivot, const Eigen::Vector3d& x) {

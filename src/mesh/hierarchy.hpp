@@ -24,8 +24,8 @@ struct MeshHierarchy {
     bool is_cut(std::size_t l) const { return l < parents.size() && !parents[l].empty(); }
 };
 
-/// Throws Error if a hierarchy has no levels, a level that check_tet_mesh rejects, a level with more
-/// tets than the one before it, or transfers that do not fit its levels.
+/// Throws Error if a hierarchy has no levels, a level that check_tet_mesh rejects, a level with
+/// more tets than the one before it, or transfers that do not fit its levels.
 void check_hierarchy(const MeshHierarchy& hierarchy);
 
 /// Builds a hierarchy from levels (finest first) and computes its transfers. Throws Error as

@@ -341,8 +341,10 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     }
     const auto outcome = livetet(folder, "solve scene.yaml -ksp_rtoll 1e-4 -ksp_max_it 500");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("PETSc option -ksp_rtoll was not used"), std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.err.find("option -ksp_max_it was not used"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("PETSc option -ksp_rtoll was not used"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(outcome.err.find("option -ksp_max_it was not used"), std::string::npos)
+        << outcome.err;
 }
 
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {

@@ -136,8 +136,8 @@ TEST(DampedSteps, TakeNoMoreNewtonIterationsThanUndampedOnes) {
             }
 }
 
-/// What holds a beam is what its momentum and its damping ask for: reactions are of the same damping
-/// as the step that was solved.
+/// What holds a beam is what its momentum and its damping ask for: reactions are of the same
+/// damping as the step that was solved.
 TEST(DampedSteps, ReactionsAreTheRateOfMomentum) {
     const MeshHierarchy hierarchy =
         make_hierarchy({test::block({6, 2, 2}, Vector3(0.2, 0.05, 0.05))}, "a beam");
