@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 struct Mode {
     double frequency = 0;        ///< Hz
-    std::vector<Vector3> shape;  ///< largest component 1
+    std::vector<Vector3> shape;  ///< largest component 1, which need not be at every node of an end
 };
 
 /// The lowest mode of a held linear body with its lumped mass: inverse iteration, K x = M y.
