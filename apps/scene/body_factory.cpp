@@ -362,6 +362,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         MeshHierarchy& h =
             scene_body.hierarchy;  // the coarser levels are only used to partition the mesh
         h.levels.resize(1);
+        if (!parts.empty()) parts.resize(1);
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
     }
