@@ -61,12 +61,16 @@ struct Tracked {
     Recording recording;
 
   private:
+    /// What is expected of sudden motions is of a filter without extrapolation, which overshoots.
     void write_scene() {
+        const std::string filter = track_.find("smoothing_Hz") == std::string::npos
+                                       ? ", smoothing_Hz: 1, ahead_ms: 0"
+                                       : "";
         write_text(folder / "scene.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
                    "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"
                    "track: {source: \"" +
-                       source_ + "\", registration: registration.json" +
+                       source_ + "\", registration: registration.json" + filter +
                        (track_.empty() ? "" : ", " + track_) + "}\n");
     }
     std::string source_ = "press.igs.mha", track_;
