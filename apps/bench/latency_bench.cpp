@@ -149,7 +149,8 @@ void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& sc
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         tracker.image_from_reference, true);
-    FramePublisher publisher(body.mesh(), source, 0, scene.track->publish);
+    ProgressLine line("track");
+    FramePublisher publisher(body.mesh(), source, 0, scene.track->publish, line.status());
     FrameReader reader(publisher.port());
     const StopSignals signals;
     const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,

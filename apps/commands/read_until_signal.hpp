@@ -1,6 +1,7 @@
 #pragma once
 
 #include "apps/live/tracker_recorder.hpp"
+#include "base/progress.hpp"
 #include "base/stop_signals.hpp"
 
 namespace livetet {
@@ -9,6 +10,8 @@ namespace livetet {
 inline Recording read_until_signal(const std::string& source, RecordingOptions options) {
     const StopSignals signals;
     options.stop = signals.token();
+    ProgressLine line(options.title);
+    options.show = line.status();
     return read_source(source, options);
 }
 

@@ -43,8 +43,11 @@ void record(const RecordArguments& a) {
     check(a);
     const StopSignals signals;  // until all is written
     const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
-    const TrackerRecording received =
-        record_tracker(a.source, {a.tools, a.seconds, signals.token(), "record", save});
+    const TrackerRecording received = [&] {
+        ProgressLine line("record");
+        return record_tracker(a.source,
+                              {a.tools, a.seconds, signals.token(), "record", line.status(), save});
+    }();
     write_sequence(a.output, received.recording);
     const auto& samples = received.recording.samples;
     const double interval_s = sample_interval(received.recording);

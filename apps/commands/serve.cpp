@@ -30,7 +30,8 @@ void serve_file(const ServeArguments& a) {
     std::fflush(stdout);
     const StopSignals signals;
     const Repeat repeat = a.loop ? Repeat::until_stopped : Repeat::once;
-    with_context(a.source, [&] { serve(server, played, repeat, signals.token()); });
+    ProgressLine line("serve");
+    with_context(a.source, [&] { serve(server, played, repeat, signals.token(), line.status()); });
 }
 
 }  // namespace

@@ -235,7 +235,9 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     FrameCounts counts;
     std::optional<std::string> problem;
     try {
-        FramePublisher publisher(body.mesh(), source, inputs.open.samples, scene.track->publish);
+        ProgressLine line("track");
+        FramePublisher publisher(body.mesh(), source, inputs.open.samples, scene.track->publish,
+                                 line.status());
         std::optional<SceneWatch> watch;
         if (!inputs.every_sample)
             watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
@@ -267,7 +269,10 @@ namespace {
 
 int replay(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     PetscSession session("livetet", petsc);
-    const ReplayReport report = replay_run(arguments.replay);
+    const ReplayReport report = [&] {
+        ProgressLine progress("replay");
+        return replay_run(arguments.replay, progress.callback());
+    }();
     fmt::print("{}: {} of {} frames are the same to the bit", arguments.replay.string(),
                report.same, report.frames);
     if (report.same == report.frames) {

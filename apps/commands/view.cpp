@@ -100,7 +100,10 @@ int view_recording(const ViewArguments& arguments) {
     // 3. outputs
     if (script) script->run(window, player.stage());
     if (!arguments.screenshot.empty()) window.write_png(arguments.screenshot);
-    if (!arguments.record.empty()) player.record(arguments.record, arguments.rate_Hz);
+    if (!arguments.record.empty()) {
+        ProgressLine progress("record");
+        player.record(arguments.record, arguments.rate_Hz, progress.callback());
+    }
     if (arguments.needs_user() && !script) player.run();
     return 0;
 }

@@ -154,8 +154,9 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
 }
 
 FramePublisher::FramePublisher(const TetMesh& mesh, const TrackerSource& source,
-                               std::size_t samples, const std::optional<PublishOptions>& publish)
-    : source_(source), samples_(samples) {
+                               std::size_t samples, const std::optional<PublishOptions>& publish,
+                               StatusCallback show)
+    : source_(source), samples_(samples), show_(std::move(show)) {
     if (publish) {
         messages_.emplace(mesh, publish->surface);
         server_ = std::make_unique<OpenIgtLinkServer>(
@@ -191,7 +192,6 @@ void FramePublisher::publish(const Frame& frame, const TrackedBody& tracked, con
 }
 
 void FramePublisher::run() {
-    ProgressLine line("track");
     double due_s = 0;
     Rate received, computed;
     for (;;) {
@@ -208,13 +208,14 @@ void FramePublisher::run() {
             due_s = std::max(due_s + period_s_, now);
             server_->publish((*messages_)(a, utc_seconds()));
         }
+        if (!show_) continue;
         const SourceStatus source = source_.status();
         const std::string text =
             status_text(a, source, received(source.samples), computed(a.frames));
         if (samples_ > 0)
-            line.update(static_cast<double>(a.sample) / static_cast<double>(samples_), text);
+            show_(static_cast<double>(a.sample) / static_cast<double>(samples_), text);
         else
-            line.say(text);
+            show_(std::nullopt, text);
     }
 }
 

@@ -47,15 +47,15 @@ class FrameMessages {
 std::string status_text(const PublishedFrame& frame, const SourceStatus& source, double received_Hz,
                         double frames_Hz);
 
-/// Publishes frames from a thread of its own: the status line on the terminal, and OpenIGTLink.
+/// Publishes frames from a thread of its own: its status to a callback, and OpenIGTLink.
 /// Only the newest frame matters: frames that arrive while another is published are skipped, and
 /// the simulation never waits.
 class FramePublisher {
   public:
-    /// `samples`: expected number of samples, 0 if unknown. Throws Error if the port cannot be
-    /// opened.
+    /// `samples`: expected number of samples, 0 if unknown. `show` is called from the publisher's
+    /// thread. Throws Error if the port cannot be opened.
     FramePublisher(const TetMesh& mesh, const TrackerSource& source, std::size_t samples,
-                   const std::optional<PublishOptions>& publish);
+                   const std::optional<PublishOptions>& publish, StatusCallback show = {});
     ~FramePublisher();
 
     /// Called from the simulation thread.
@@ -68,6 +68,7 @@ class FramePublisher {
 
     const TrackerSource& source_;
     std::size_t samples_;
+    StatusCallback show_;
     double period_s_ = 0;
     std::optional<FrameMessages> messages_;
     std::unique_ptr<OpenIgtLinkServer> server_;

@@ -58,7 +58,8 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
 
 }  // namespace
 
-ReplayReport replay_run(const std::filesystem::path& path, int threads) {
+ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallback& progress,
+                        int threads) {
     const std::string source = path.string();
     const ResultReader reader(path);
     Origin origin = read_origin(reader, source);
@@ -74,9 +75,8 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
              origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
-    ProgressLine progress("replay");
     SceneBody body = make_body(PETSC_COMM_SELF, origin.scene,
-                               load_mesh(origin.scene.mesh, progress.callback()), Use::track);
+                               load_mesh(origin.scene.mesh, progress), Use::track);
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
@@ -107,8 +107,9 @@ ReplayReport replay_run(const std::filesystem::path& path, int threads) {
                 report.largest_gap =
                     std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
         }
-        progress.update(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()),
-                        fmt::format("frame {}", k));
+        if (progress)
+            progress(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()),
+                     fmt::format("frame {}", k));
     }
     return report;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/scene/scene.hpp"
+#include "base/progress.hpp"
 
 namespace livetet {
 
@@ -27,6 +28,7 @@ struct [[nodiscard]] ReplayReport {
 /// frame, and compares each frame bit by bit. `threads`: 0 for as many as the run had. Needs a
 /// PetscSession. Throws Error if the result holds no such run, or the mesh of the scene has
 /// changed.
-ReplayReport replay_run(const std::filesystem::path& result, int threads = 0);
+ReplayReport replay_run(const std::filesystem::path& result, const ProgressCallback& progress = {},
+                        int threads = 0);
 
 }  // namespace livetet

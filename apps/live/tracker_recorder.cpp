@@ -139,7 +139,6 @@ class Saving {
 std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
                                       const RecordingOptions& options) {
     const double began_s = steady_seconds();
-    ProgressLine line(options.title);
     Rate rate;
     Saving saving(options);
     std::vector<std::string> others;
@@ -149,10 +148,10 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
         const double seconds = steady_seconds() - log.first_s().value_or(began_s);
         const std::size_t samples = log.size();
         const std::string text = status_text(source.status(), samples, rate(samples));
-        if (options.seconds > 0)
-            line.update(std::min(1.0, seconds / options.seconds), text);
-        else
-            line.say(text + " (Ctrl-C ends it)");
+        if (options.show && options.seconds > 0)
+            options.show(std::min(1.0, seconds / options.seconds), text);
+        else if (options.show)
+            options.show({}, text + " (Ctrl-C ends it)");
         if (options.seconds > 0 && seconds >= options.seconds) break;
         saving.in_time(source, log);
     }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.hpp"
 #include "base/stop_token.hpp"
 #include "tracking/sample.hpp"
 
@@ -13,7 +14,8 @@ struct RecordingOptions {
     std::vector<std::string> tools{};  ///< empty: all that come
     double seconds = 0;  ///< length from the first pose; 0: to the source's end, or until `stop`
     StopToken stop{};
-    std::string title = "record";  ///< title of the status line
+    std::string title = "record";  ///< what the recording is for
+    StatusCallback show{};
     std::function<void(const Recording&)>
         save{};                ///< of a stream: called repeatedly with all samples so far
     double save_every_s = 10;  ///< less often if saving takes long
@@ -27,7 +29,7 @@ struct TrackerRecording {
         left_out{};  ///< names that are no tools, such as "StylusTipToReference"
 };
 
-/// Records a source (see `open_source`): a stream as it comes, with a status line, until
+/// Records a source (see `open_source`): a stream as it comes, until
 /// `options.seconds` are over or `options.stop` asks for it; a file at once. The recording of a
 /// stream begins with the first sample in which a tool comes and ends with the last. Throws Error
 /// if nothing came, with the reason, or if a file lacks a requested tool.

@@ -21,8 +21,8 @@ void wait(double seconds, const StopToken& stop) {
 }
 
 /// Plays once from beginning to end, or until `stop`. `round` counts from 1.
-void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLine& line, int round,
-          const StopToken& stop) {
+void play(OpenIgtLinkServer& server, const DelayedRecording& played, int round,
+          const StopToken& stop, const StatusCallback& show) {
     const double began_s = utc_seconds(), first_s = played.recording.samples.front().time_s;
     const std::size_t samples = played.recording.samples.size();
     Playback playback(
@@ -36,10 +36,12 @@ void play(OpenIgtLinkServer& server, const DelayedRecording& played, ProgressLin
          std::this_thread::sleep_for(pause)) {
         sent = playback.status().samples;
         const auto statistics = server.statistics();
-        line.say(fmt::format(
-            "{} clients, round {}: sample {} of {}, {} messages sent, {} dropped for slow clients",
-            statistics.clients, round, sent, samples, statistics.sent,
-            statistics.dropped + statistics.skipped));
+        if (show)
+            show({},
+                 fmt::format("{} clients, round {}: sample {} of {}, {} messages sent, {} dropped "
+                             "for slow clients",
+                             statistics.clients, round, sent, samples, statistics.sent,
+                             statistics.dropped + statistics.skipped));
     }
 }
 
@@ -62,16 +64,15 @@ std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools
 }
 
 void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat,
-           const StopToken& stop) {
+           const StopToken& stop, const StatusCallback& show) {
     if (played.recording.samples.empty())
         fail("the recording has no samples, expected some to play");
     const double interval_s = sample_interval(played.recording);
-    ProgressLine line("serve");
-    line.say("it begins when the first client connects");
+    if (show) show({}, "it begins when the first client connects");
     while (!stop.stop_requested() && server.statistics().connections == 0)
         std::this_thread::sleep_for(pause);
     for (int round = 1; !stop.stop_requested(); ++round) {
-        play(server, played, line, round, stop);
+        play(server, played, round, stop, show);
         if (repeat == Repeat::once) return wait(0.2, stop);  // so that the last sample is sent
         wait(interval_s, stop);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/progress.hpp"
 #include "base/stop_token.hpp"
 #include "io/openigtlink/message.hpp"
 #include "io/openigtlink/server.hpp"
@@ -16,10 +17,9 @@ std::vector<igtl::Message> sample_messages(const std::vector<std::string>& tools
 enum class Repeat { once, until_stopped };
 
 /// Plays a recording as a tracker server would send it, from the moment the first client connects,
-/// at its own pace and with its delays. Time stamps are UTC at the time of measurement. Shows a
-/// status line. Returns at the end of the recording or when `stop` asks for it. Throws Error if the
-/// recording is empty.
+/// at its own pace and with its delays. Time stamps are UTC at the time of measurement. Returns at
+/// the end of the recording or when `stop` asks for it. Throws Error if the recording is empty.
 void serve(OpenIgtLinkServer& server, const DelayedRecording& played, Repeat repeat,
-           const StopToken& stop = {});
+           const StopToken& stop = {}, const StatusCallback& show = {});
 
 }  // namespace livetet

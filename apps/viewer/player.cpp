@@ -102,7 +102,8 @@ Stage Player::stage() {
             [this](double seconds) { return play(seconds); }};
 }
 
-void Player::record(const std::filesystem::path& path, double rate_Hz) {
+void Player::record(const std::filesystem::path& path, double rate_Hz,
+                    const ProgressCallback& progress) {
     const bool as_folder = path.extension().empty();
     if (!as_folder && ending(path) != ".ogv")
         fail(
@@ -130,12 +131,12 @@ void Player::record(const std::filesystem::path& path, double rate_Hz) {
         video->SetQuality(2);
         video->Start();
     }
-    ProgressLine progress("record");
     const auto pictures = static_cast<std::size_t>(duration_s() * rate_Hz) + 1;
     for (std::size_t k = 0; k < pictures; ++k) {
         go_to_time(static_cast<double>(k) / rate_Hz);
-        progress.update(static_cast<double>(k) / static_cast<double>(pictures),
-                        fmt::format("picture {}", k + 1));
+        if (progress)
+            progress(static_cast<double>(k) / static_cast<double>(pictures),
+                     fmt::format("picture {}", k + 1));
         if (as_folder) {
             window_.write_png(path / fmt::format("{:06}.png", k));
             continue;

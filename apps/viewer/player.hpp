@@ -3,6 +3,7 @@
 #include "apps/viewer/recording.hpp"
 #include "apps/viewer/script.hpp"
 #include "apps/viewer/window.hpp"
+#include "base/progress.hpp"
 
 namespace livetet {
 
@@ -24,7 +25,8 @@ class Player {
     /// Draws the whole recording, at `rate_Hz` pictures per second of its time, to an Ogg Theora
     /// file (.ogv) or, if the name has no ending, a folder of PNG files. Throws Error if that
     /// cannot be written.
-    void record(const std::filesystem::path& path, double rate_Hz);
+    void record(const std::filesystem::path& path, double rate_Hz,
+                const ProgressCallback& progress = {});
 
   private:
     std::size_t frame_at(double time_s) const;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,8 +12,13 @@ namespace livetet {
 /// be empty.
 using ProgressCallback = std::function<void(double fraction, std::string_view what)>;
 
-/// Progress display on stderr. On a terminal it is one line, rewritten at most ten times a second;
-/// otherwise one line for every ten per cent. The destructor ends the line.
+/// Receives the state of something that goes on, from the thread that it goes on in: how far it is,
+/// in [0, 1], or nothing where its end is unknown, and a text. May be empty.
+using StatusCallback = std::function<void(std::optional<double> fraction, std::string_view what)>;
+
+/// Progress display of a program on stderr; libraries take a callback instead. On a terminal it is
+/// one line, rewritten at most ten times a second; otherwise one line for every ten per cent. The
+/// destructor ends the line.
 class ProgressLine {
   public:
     explicit ProgressLine(std::string title);
@@ -26,6 +32,14 @@ class ProgressLine {
     void say(std::string_view what);
     ProgressCallback callback() {
         return [this](double fraction, std::string_view what) { update(fraction, what); };
+    }
+    StatusCallback status() {
+        return [this](std::optional<double> fraction, std::string_view what) {
+            if (fraction)
+                update(*fraction, what);
+            else
+                say(what);
+        };
     }
 
   private:
