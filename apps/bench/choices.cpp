@@ -22,8 +22,6 @@ constexpr std::array<std::pair<TimeScheme, const char*>, 3> schemes{
      {TimeScheme::newmark, "Newmark"},
      {TimeScheme::generalized_alpha, "generalized-alpha"}}};
 
-bool is_dynamic(const Scene& scene) { return scene.time.scheme != TimeScheme::static_equilibrium; }
-
 /// The linear tolerance that goes with a Newton tolerance: a linear solve need not outdo the last
 /// Newton iteration.
 void solve_to(Scene& scene, double tolerance) {
@@ -114,7 +112,7 @@ std::vector<SceneChoice> Choices::all() const {
         s.solver.petsc_options =
             mixed ? "-fieldsplit_displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
     });
-    if (is_dynamic(scene_))
+    if (scene_.time.is_dynamic())
         for (const auto& [scheme, name] : schemes)
             for (const int longer : {1, 2, 4})
                 if (scheme != scene_.time.scheme || longer != 1)
@@ -138,7 +136,7 @@ Scene Choices::tight(const SceneChoice& choice) const {
 Scene Choices::fine_in_time(const SceneChoice& choice) const {
     Scene s = tight(choice);
     s.time = scene_.time;
-    if (is_dynamic(s)) s.time.step_s /= finer_in_time;
+    if (s.time.is_dynamic()) s.time.step_s /= finer_in_time;
     return s;
 }
 

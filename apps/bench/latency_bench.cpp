@@ -148,13 +148,13 @@ void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& sc
     OpenIgtLinkSource source("127.0.0.1", server.port(), {"Reference", "Sensor"}, options);
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
-        tracker.image_from_reference, true);
+        tracker.image_from_reference, MisplacedSensor::wait);
     ProgressLine line("track");
     FramePublisher publisher(body.mesh(), source, 0, scene.track->publish, line.status());
     FrameReader reader(publisher.port());
     const StopSignals signals;
     const FramePlan plan{.budget_s = arguments.budget_ms / 1e3,
-                         .seconds = arguments.seconds + settling_s,
+                         .length_s = arguments.seconds + settling_s,
                          .stop = signals.token(),
                          .clock = SampleClock::arrival};
     run_frames(scene, source, tracked, &recorder, publisher, nullptr, plan, run.counts);

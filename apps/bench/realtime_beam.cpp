@@ -64,7 +64,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
                 const auto start = Clock::now();
                 body.set_constraints(constraints);
                 m.step =
-                    body.advance(dt, {.linear_tolerance = 1e-4, .iterations = size.iterations});
+                    body.advance(dt, {.linear_tolerance = 1e-4, .max_iterations = size.iterations});
                 body.displacement(reached);
                 m.seconds = seconds_since(start);
                 if (turn == 0) continue;
@@ -77,7 +77,8 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
         take_times(result, frames);
         for (const Measured& m : frames)
             result.estimate_mean += m.step.linear_error / static_cast<double>(frames.size()) / 0.02;
-        result.bytes = bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, true);
+        result.bytes =
+            bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, time.scheme);
     }
     DeformableBody converged({PETSC_COMM_SELF, hierarchy}, model, time,
                              {.kind = SolverKind::live, .threads = threads});

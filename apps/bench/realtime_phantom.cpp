@@ -45,6 +45,8 @@ Scene phantom_scene(TimeScheme scheme) {
 
 namespace {
 
+RenewalExtent extent_of(bool half) { return half ? RenewalExtent::half : RenewalExtent::whole; }
+
 Scene phantom_scene(double nu, TimeScheme scheme, double rate, int threads) {
     Scene scene = phantom_scene(scheme);
     scene.materials = {{.young_Pa = 3000, .poisson = nu, .density_kg_per_m3 = 1060}};
@@ -111,7 +113,7 @@ class Follower {
                 DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy},
                 elastic_model(scene_, Use::track), scene_.time, converged);
         }
-        const bool is_static = scene_.time.scheme == TimeScheme::static_equilibrium;
+        const bool is_static = !scene_.time.is_dynamic();
         if (!is_static) reference_->copy_state(*body_.body);
         Measured m = frame(sample, limits);
         if (is_static)
@@ -212,17 +214,16 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
             const auto allocations = allocations_of_this_thread();
             const long blocked = times_blocked();
             const Measured m = follower.frame(samples[k], {}, budget);
-            taken.push_back({{},
-                             std::max(1, m.step.solves[0].iterations),
-                             m.step.half_renewed});  // not for a repeated solve
+            taken.push_back({.max_iterations = std::max(1, m.step.solves[0].iterations),
+                             .renewal = extent_of(m.step.half_renewed)});
             if (k < first) continue;
             result.allocations += allocations_of_this_thread() - allocations;
             result.blocked += times_blocked() - blocked;
             frames.push_back(m);
         }
         take_times(result, frames);
-        result.bytes = bytes_of_frame(follower.body(), result.tets, result.nodes,
-                                      result.cycles_mean, scheme != TimeScheme::static_equilibrium);
+        result.bytes =
+            bytes_of_frame(follower.body(), result.tets, result.nodes, result.cycles_mean, scheme);
     }
     // 2. errors: the same frames with the same number of iterations, some of them judged
     const auto every =
@@ -238,10 +239,10 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
                                 : follower.frame(samples[k], taken[k]));
     }
     take_errors(result, frames);
-    result.jump = measure_jump(scene, hierarchy, rate,
-                               {{},
-                                std::max(1, static_cast<int>(std::lround(result.cycles_mean))),
-                                2 * result.half_renewed > result.frames});
+    result.jump = measure_jump(
+        scene, hierarchy, rate,
+        {.max_iterations = std::max(1, static_cast<int>(std::lround(result.cycles_mean))),
+         .renewal = extent_of(2 * result.half_renewed > result.frames)});
     return result;
 }
 

@@ -71,7 +71,7 @@ long times_blocked();
 
 /// Minimum bytes that a frame moves: each array once for each use.
 double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
-                      bool dynamic);
+                      TimeScheme scheme);
 
 /// Difference of displacements, and the largest of `b`, m.
 struct Gap {

@@ -52,15 +52,14 @@ std::vector<Variant> variants_of(const Scene& scene) {
           could_be_mixed &&
               resolved_formulation(elastic_model(scene, Use::solve)) == Formulation::displacement,
           [](Scene& s) { s.formulation = Formulation::mixed; });
-    force("mass, velocities, damping", scene.time.scheme == TimeScheme::static_equilibrium,
-          [&](Scene& s) {
-              // As many steps, each long enough for the body to come to rest.
-              s.time.scheme = TimeScheme::implicit_euler;
-              s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
-              s.time.step_s = 100;
-              s.time.duration_s = 100 * scene.time.load_steps;
-              for (DriveOptions& d : s.drive) d.ramp_s = s.time.duration_s;
-          });
+    force("mass, velocities, damping", !scene.time.is_dynamic(), [&](Scene& s) {
+        // As many steps, each long enough for the body to come to rest.
+        s.time.scheme = TimeScheme::implicit_euler;
+        s.time.rayleigh_alpha = s.time.rayleigh_beta = 0.1;
+        s.time.step_s = 100;
+        s.time.duration_s = 100 * scene.time.load_steps;
+        for (DriveOptions& d : s.drive) d.ramp_s = s.time.duration_s;
+    });
     force("every field kept", scene.output.fields.size() < 5 && scene.output.has_file(),
           [](Scene& s) {
               s.output.fields = {"stress", "von_mises", "strain_energy", "volume_change",

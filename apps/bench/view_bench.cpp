@@ -122,7 +122,7 @@ int bench_view(const ViewBenchArguments& arguments) {
                         {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
         TrackedBody tracked(
             scene, body, [&](const std::string& tool) { return source.index_of(tool); },
-            tracker.image_from_reference, true);
+            tracker.image_from_reference, MisplacedSensor::wait);
         FramePublisher publisher(body.mesh(), source, 0, {});
         run_frames(
             scene, source, tracked, &recorder, publisher, nullptr,

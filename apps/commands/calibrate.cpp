@@ -14,7 +14,7 @@ namespace {
 struct CalibrateArguments {
     std::string source, tool = "Stylus";
     std::filesystem::path tip, output;
-    double seconds = 0;
+    std::optional<double> length_s{};
 };
 
 /// Result of `calibrate` for the tool's poses. Its errors name the source and the tool.
@@ -24,7 +24,7 @@ auto calibrated(const CalibrateArguments& a, const Calibrate& calibrate) {
     refuse_to_overwrite("--output", a.output, {a.source});
     RecordingOptions options;
     options.tools = {a.tool};
-    options.seconds = a.seconds;
+    options.length_s = a.length_s;
     options.title = "calibrate";
     const Recording recording = read_until_signal(a.source, options);
     return with_context(a.source, [&] {
@@ -91,7 +91,7 @@ CLI::App* add(CLI::App* command, const std::shared_ptr<CalibrateArguments>& a, c
                      "server: the tool is "
                      "then followed until Ctrl-C or --for")
         ->required();
-    added->add_option("--for", a->seconds, "recording time in seconds, from the first pose")
+    added->add_option("--for", a->length_s, "recording time in seconds, from the first pose")
         ->check(CLI::PositiveNumber);
     added->add_option("--tool", a->tool, "name of the tool: Stylus for StylusToTracker")
         ->capture_default_str();

@@ -46,8 +46,7 @@ void explain(const std::filesystem::path& path) {
     const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 
-    std::vector<ExplainedPart> parts =
-        explain_parts(scene, tets, hierarchy.levels.size(), multigrid);
+    std::vector<ExplainedPart> parts = explain_parts(scene, tets, hierarchy.levels.size(), kind);
     if (scene.track) parts.push_back(explain_live(scene, hierarchy));
     for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);

@@ -21,7 +21,7 @@ struct RecordArguments {
     std::string source;
     std::filesystem::path output;
     std::vector<std::string> tools;
-    double seconds = 0;
+    std::optional<double> length_s{};
 };
 
 /// Refuses invalid outputs and tools before anything is recorded.
@@ -45,8 +45,8 @@ void record(const RecordArguments& a) {
     const auto save = [&](const Recording& recording) { write_sequence(a.output, recording); };
     const TrackerRecording received = [&] {
         ProgressLine line("record");
-        return record_tracker(a.source,
-                              {a.tools, a.seconds, signals.token(), "record", line.status(), save});
+        return record_tracker(
+            a.source, {a.tools, a.length_s, signals.token(), "record", line.status(), save});
     }();
     write_sequence(a.output, received.recording);
     const auto& samples = received.recording.samples;
@@ -81,7 +81,7 @@ void add_record_command(CLI::App& app) {
     command->add_option(
         "--tool", a->tools,
         "a tool to record, Stylus for StylusToTracker; may be repeated (default: all that come)");
-    command->add_option("--for", a->seconds, "stop after this time in seconds from the first pose")
+    command->add_option("--for", a->length_s, "stop after this time in seconds from the first pose")
         ->check(CLI::PositiveNumber);
     command->callback([a] { record(*a); });
 }

@@ -291,7 +291,7 @@ void add_register_command(CLI::App& app) {
                      "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
         ->required();
     command
-        ->add_option("--for", a->seconds,
+        ->add_option("--for", a->length_s,
                      "tracker server: recording time in seconds (default: until Ctrl-C)")
         ->check(CLI::PositiveNumber);
     command->add_flag(

@@ -159,7 +159,7 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
     image_from_reference = rigid_registration(registration, *scene.track);
     open =
         open_source(scene.track->source, tools_of(*scene.track),
-                    {every_sample ? 0 : scene.track->speed,
+                    {every_sample ? std::nullopt : std::optional(scene.track->speed),
                      [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
 }
 
@@ -226,7 +226,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     }
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
-        inputs.image_from_reference, streams);
+        inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
 
     // 3. frames
     const StopSignals signals;  // until all is written
@@ -243,7 +243,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
             watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
         run_frames(scene, source, tracked, recorder ? &*recorder : nullptr, publisher,
                    watch ? &*watch : nullptr,
-                   {inputs.budget_s, inputs.every_sample, arguments.seconds, signals.token(),
+                   {inputs.budget_s, inputs.every_sample, arguments.length_s, signals.token(),
                     streams ? SampleClock::arrival : SampleClock::own, observer.get()},
                    counts);
     } catch (const std::exception& error) {
@@ -290,7 +290,7 @@ void add_track_options(CLI::App& command, TrackArguments& arguments) {
     command.add_option("--publish", arguments.publish,
                        "serve the deformed surface, tools and status by OpenIGTLink on this port, "
                        "or ADDRESS:PORT; only this machine can connect unless an address is given");
-    command.add_option("--for", arguments.seconds, "stop after this time in seconds")
+    command.add_option("--for", arguments.length_s, "stop after this time in seconds")
         ->check(CLI::PositiveNumber);
     command.add_flag(
         "--every-sample", arguments.every_sample,

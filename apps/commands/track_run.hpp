@@ -17,7 +17,7 @@ struct TrackArguments {
     std::filesystem::path scene, json, replay;
     bool every_sample = false;
     std::string publish;
-    double seconds = 0;
+    std::optional<double> length_s{};
 };
 
 /// Adds the options of `livetet track` that `livetet view` has, too.

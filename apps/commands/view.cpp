@@ -165,7 +165,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
     command->callback([command, arguments, &status] {
         const std::vector<std::string> petsc = petsc_arguments(*command);
         if (!arguments->is_scene() &&
-            (!petsc.empty() || !arguments->track.publish.empty() || arguments->track.seconds > 0 ||
+            (!petsc.empty() || !arguments->track.publish.empty() || arguments->track.length_s ||
              arguments->track.every_sample || !arguments->track.json.empty()))
             fail(
                 "view {}: --publish, --for, --every-sample, --json and PETSc's options are for a "

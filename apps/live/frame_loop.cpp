@@ -95,7 +95,7 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         ++counts.frames;
         if (plan.observer) plan.observer->on_frame(frame, tracked, *sample);
         publisher.publish(frame, tracked, scene, *sample, counts.frames, counts.missed);
-        if (plan.seconds > 0 && count.seconds() >= plan.seconds) break;
+        if (plan.length_s && count.seconds() >= *plan.length_s) break;
     }
 }
 

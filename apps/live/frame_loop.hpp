@@ -35,8 +35,8 @@ class FrameObserver {
 struct FramePlan {
     std::optional<double> budget_s{};  ///< time limit of a frame, from its start
     bool every_sample = false;
-    double seconds = 0;  ///< length of the run from its first sample; 0: to the end of the source
-    StopToken stop{};    ///< stops the run
+    std::optional<double> length_s{};  ///< from the first sample; none: to the source's end
+    StopToken stop{};                  ///< stops the run
     SampleClock clock = SampleClock::own;
     FrameObserver* observer = nullptr;
 };
@@ -56,7 +56,7 @@ struct FrameCounts {
     double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
-/// Computes frames until the source ends, `plan.seconds` are over or `plan.stop` asks for it. Each
+/// Computes frames until the source ends, `plan.length_s` is over or `plan.stop` asks for it. Each
 /// frame goes to the recorder, the observer and the publisher. `recorder` may be nullptr: nothing
 /// is kept; `watch` may be nullptr: the scene does not change. Changes that `watch` reports are
 /// applied to `scene` and `tracked`. `counts` is valid even if an exception ends the run.

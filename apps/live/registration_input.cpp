@@ -70,7 +70,7 @@ Recording read_poses(const RegisterArguments& a, const SourceReader& read,
     if (!a.reference.empty()) tools.push_back(a.reference);
     RecordingOptions options;
     options.tools = std::move(tools);
-    options.seconds = is_stream(source) ? a.seconds : 0;
+    if (is_stream(source)) options.length_s = a.length_s;
     options.title = title;
     return read(source, options);
 }

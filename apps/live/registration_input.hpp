@@ -13,8 +13,8 @@ namespace livetet {
 
 /// Options of `livetet register`.
 struct RegisterArguments {
-    std::string tracker;  ///< file of points, recording or stream
-    double seconds = 0;   ///< of a stream: recording time; 0: until stopped
+    std::string tracker;               ///< file of points, recording or stream
+    std::optional<double> length_s{};  ///< of a stream: recording time; none: until stopped
     std::filesystem::path image, tip, output;
     std::vector<double> tip_mm;
     std::string tool = "Stylus", reference, dwells;

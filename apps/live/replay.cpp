@@ -81,7 +81,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
     TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
-                        true);
+                        MisplacedSensor::wait);
 
     ReplayReport report;
     auto event = origin.events.begin();

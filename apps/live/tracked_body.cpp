@@ -54,11 +54,11 @@ ToolFinder tool_finder(std::vector<std::string> tools) {
 
 TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
                          const RigidTransform<ImageFrame, Reference>& image_from_reference,
-                         bool misplaced_waits)
+                         MisplacedSensor misplaced)
     : scene_(scene),
       body_(body),
       find_tool_(std::move(find_tool)),
-      misplaced_waits_(misplaced_waits),
+      misplaced_(misplaced),
       reference_(find_tool_(scene.track->reference_tool)),
       reference_filter_(filter_options(*scene.track)),
       registration_(image_from_reference, scene.track->hold_s),
@@ -217,7 +217,7 @@ void TrackedBody::place_patches() {
             s.leaving = s.off_organ > 0;
             continue;
         }
-        if (s.off_organ > 0 && !misplaced_waits_)
+        if (s.off_organ > 0 && misplaced_ == MisplacedSensor::refuse)
             fail(
                 "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in "
                 "the image, {:.1f} mm off "
@@ -330,9 +330,9 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
     frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->newton_iterations,
                                            .linear_tolerance = scene_.solver.relative_tolerance,
-                                           .iterations = limits.iterations,
+                                           .max_iterations = limits.max_iterations,
                                            .deadline = limits.deadline,
-                                           .by_halves = limits.by_halves,
+                                           .renewal = limits.renewal,
                                            .as_done = limits.as_done});
     const auto stepped = Clock::now();
     body_.body->displacement(frame_.displacement);

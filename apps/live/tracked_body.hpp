@@ -46,16 +46,18 @@ struct Frame : FrameState {
     std::vector<Vector3> displacement;  ///< of each node of the finest mesh, m
 };
 
-/// Limits of a frame. `deadline`: when it must be done, as close to convergence as that allows.
-/// `iterations`: maximum of each solve (0: as the scene says). `by_halves`: renew only half of the
-/// operator, and the other half in the next frame; otherwise only a near deadline causes that.
-/// `as_done`: repeat the solves of a recorded frame, to the bit.
+/// Limits of a frame, as FrameControls has them. `deadline`: when the frame must be done, with its
+/// displacement read.
 struct FrameLimits {
     std::optional<Clock::time_point> deadline{};
-    int iterations = 0;
-    bool by_halves = false;
-    const std::array<SolveRecord, max_recorded_solves>* as_done = nullptr;
+    std::optional<int> max_iterations{};  ///< of each linear solve; none: as the scene says
+    RenewalExtent renewal = RenewalExtent::whole;
+    const SolveRecords* as_done = nullptr;
 };
+
+/// What becomes of a sensor that is not on the organ when it is placed: `advance` throws Error; or
+/// it is tried again in later frames, which report it.
+enum class MisplacedSensor { refuse, wait };
 
 /// Finds the index of a tool in the samples' poses. Throws Error if there is no such tool.
 using ToolFinder = std::function<std::size_t(const std::string& tool)>;
@@ -85,11 +87,10 @@ inline constexpr double farthest_from_organ = 0.02;
 class TrackedBody {
   public:
     /// Throws Error if a tool of the scene is not found, or if nothing fixes the body without
-    /// sensors. `misplaced_waits`: a sensor that is not on the organ when it is placed is tried
-    /// again in later frames, which report it; otherwise `advance` throws Error.
+    /// sensors.
     TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
-                bool misplaced_waits = false);
+                MisplacedSensor misplaced = MisplacedSensor::refuse);
 
     /// Computes a frame. Allocates nothing after the first frames, except when a patch is placed,
     /// released or taken up again.
@@ -151,7 +152,7 @@ class TrackedBody {
     Scene scene_;
     SceneBody& body_;
     ToolFinder find_tool_;
-    bool misplaced_waits_;
+    MisplacedSensor misplaced_;
     std::size_t reference_;
     OutlierGate reference_gate_;
     PoseFilter reference_filter_;

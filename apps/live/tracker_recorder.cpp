@@ -148,11 +148,11 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
         const double seconds = steady_seconds() - log.first_s().value_or(began_s);
         const std::size_t samples = log.size();
         const std::string text = status_text(source.status(), samples, rate(samples));
-        if (options.show && options.seconds > 0)
-            options.show(std::min(1.0, seconds / options.seconds), text);
+        if (options.show && options.length_s)
+            options.show(std::min(1.0, seconds / *options.length_s), text);
         else if (options.show)
             options.show({}, text + " (Ctrl-C ends it)");
-        if (options.seconds > 0 && seconds >= options.seconds) break;
+        if (options.length_s && seconds >= *options.length_s) break;
         saving.in_time(source, log);
     }
     return others;
@@ -188,7 +188,7 @@ Recording part_of(Recording whole, const RecordingOptions& options) {
     for (const std::string& tool : options.tools) places.push_back(tool_index(whole, tool));
     Recording part{options.tools.empty() ? whole.tools : options.tools, {}};
     for (TrackerSample& sample : whole.samples) {
-        if (options.seconds > 0 && sample.time_s - whole.samples.front().time_s > options.seconds)
+        if (options.length_s && sample.time_s - whole.samples.front().time_s > *options.length_s)
             break;
         TrackerSample& kept = part.samples.emplace_back();
         kept.time_s = sample.time_s;

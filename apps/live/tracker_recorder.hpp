@@ -12,7 +12,8 @@ namespace livetet {
 
 struct RecordingOptions {
     std::vector<std::string> tools{};  ///< empty: all that come
-    double seconds = 0;  ///< length from the first pose; 0: to the source's end, or until `stop`
+    /// From the first pose; none: to the source's end, or until `stop`.
+    std::optional<double> length_s{};
     StopToken stop{};
     std::string title = "record";  ///< what the recording is for
     StatusCallback show{};
@@ -30,7 +31,7 @@ struct TrackerRecording {
 };
 
 /// Records a source (see `open_source`): a stream as it comes, until
-/// `options.seconds` are over or `options.stop` asks for it; a file at once. The recording of a
+/// `options.length_s` is over or `options.stop` asks for it; a file at once. The recording of a
 /// stream begins with the first sample in which a tool comes and ends with the last. Throws Error
 /// if nothing came, with the reason, or if a file lacks a requested tool.
 TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options);

@@ -11,8 +11,8 @@
 namespace livetet {
 
 struct SourceOptions {
-    double speed =
-        1;  ///< speed of a recording relative to its own pace; 0: every sample, one after the other
+    /// Of a recording, relative to its own pace; none: every sample, one after the other.
+    std::optional<double> speed = 1;
     SampleListener listener{};        ///< called with each sample by the source's thread
     std::optional<int> request_ms{};  ///< of a stream: interval of TDATA requests
 };

@@ -56,7 +56,7 @@ vtkSmartPointer<vtkChartXY> make_chart(vtkContextScene* scene, const std::string
     chart->SetAutoSize(false);
     chart->SetSize(vtkRectf(place[0], place[1], place[2], place[3]));
     chart->SetTitle(title);
-    set_text(chart->GetTitleProperties(), look::title_size, true);
+    set_text(chart->GetTitleProperties(), look::title_size, TextWeight::bold);
     scene->AddItem(chart);
     return chart;
 }

@@ -136,7 +136,7 @@ void add_panel(vtkContextScene* scene, const GreyImage& image, const Slice& slic
     pixels->SetTransferFunction(greys);
     chart->AddPlot(pixels);
     add_marks(chart, slice, marker, radius);
-    set_text(chart->GetTitleProperties(), 15, true);
+    set_text(chart->GetTitleProperties(), 15, TextWeight::bold);
     for (const auto& [which, axis] :
          {std::pair(vtkAxis::BOTTOM, slice.u), std::pair(vtkAxis::LEFT, slice.v)})
         set_mm_axis(chart, which, names[axis], 1e3 * (slice.centre[axis] - slice.half),

@@ -49,11 +49,11 @@ class Sheet {
             colours_->InsertNextValue(static_cast<unsigned char>(255 * part));
     }
 
-    void text(const std::string& words, int size, double x, double y, bool bold = false,
-              double turned = 0) {
+    void text(const std::string& words, int size, double x, double y,
+              TextWeight weight = TextWeight::regular, double turned = 0) {
         vtkNew<vtkTextActor> actor;
         actor->SetInput(words.c_str());
-        set_text(actor->GetTextProperty(), size, bold);
+        set_text(actor->GetTextProperty(), size, weight);
         actor->GetTextProperty()->SetOrientation(turned);
         actor->SetPosition(x, y);
         renderer_->AddActor2D(actor);
@@ -89,14 +89,15 @@ void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture
     Sheet sheet;
     const double width = (right - left) / static_cast<double>(m.columns.size());
     const double height = std::min(30.0, (top - bottom) / static_cast<double>(m.rows.size()));
-    sheet.text(m.title, 26, left, look::height - 40, true);
+    sheet.text(m.title, 26, left, look::height - 40, TextWeight::bold);
     for (std::size_t k = 0; k < m.columns.size(); ++k) {
         const double x = left + width * static_cast<double>(k);
         if (k == 0 || m.columns[k][0] != m.columns[k - 1][0])
-            sheet.text(m.columns[k][0], 18, x, look::height - 72, true);
+            sheet.text(m.columns[k][0], 18, x, look::height - 72, TextWeight::bold);
         if (k == 0 || m.columns[k][1] != m.columns[k - 1][1])
             sheet.text(m.columns[k][1], 15, x, look::height - 94);
-        sheet.text(m.columns[k][2].substr(0, 7), 12, x + 0.65 * width, top + 6, false, 90);
+        sheet.text(m.columns[k][2].substr(0, 7), 12, x + 0.65 * width, top + 6, TextWeight::regular,
+                   90);
     }
     for (std::size_t r = 0; r < m.rows.size(); ++r) {
         const double y = top - height * static_cast<double>(r + 1);

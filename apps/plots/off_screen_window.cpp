@@ -28,10 +28,10 @@ vtkStandardNewMacro(LogWindow);
 
 }  // namespace
 
-void set_text(vtkTextProperty* text, int size, bool bold) {
+void set_text(vtkTextProperty* text, int size, TextWeight weight) {
     text->SetFontFamilyToArial();
     text->SetFontSize(size);
-    text->SetBold(bold);
+    text->SetBold(weight == TextWeight::bold);
     text->SetItalic(false);
     text->SetShadow(false);
     text->SetColor(look::ink.data());

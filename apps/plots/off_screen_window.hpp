@@ -20,7 +20,8 @@ inline constexpr int title_size = 30, label_size = 24, tick_size = 20;
 }  // namespace look
 
 /// Sets font, size and colour.
-void set_text(vtkTextProperty* text, int size, bool bold = false);
+enum class TextWeight { regular, bold };
+void set_text(vtkTextProperty* text, int size, TextWeight weight = TextWeight::regular);
 
 /// From pale at 0 to dark at `largest` (ColorBrewer's YlGnBu without its palest colour).
 vtkSmartPointer<vtkColorTransferFunction> organ_colours(double largest);

@@ -157,12 +157,12 @@ View choose_view(const TetMesh& mesh, std::span<const Vector3> displacement) {
 }
 
 void add_text(vtkRenderer* renderer, const std::string& text, double x, double y, int size,
-              const look::Colour& colour, bool bold = false) {
+              const look::Colour& colour, TextWeight weight = TextWeight::regular) {
     vtkNew<vtkTextActor> actor;
     actor->SetInput(text.c_str());
     actor->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     actor->SetPosition(x, y);
-    set_text(actor->GetTextProperty(), size, bold);
+    set_text(actor->GetTextProperty(), size, weight);
     actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
     actor->GetTextProperty()->SetJustificationToCentered();
     renderer->AddViewProp(actor);
@@ -249,9 +249,9 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     lights->AddLightsToRenderer(left);
     lights->AddLightsToRenderer(right);
     right->AddActor(veil(mesh, displacement, rest, largest_mm));
-    add_text(left, "At rest", 0.5, 0.93, look::title_size, look::ink, true);
+    add_text(left, "At rest", 0.5, 0.93, look::title_size, look::ink, TextWeight::bold);
     add_text(right, fmt::format("Deformed, {}: {:.1f} mm at most", when, largest_mm), 0.5, 0.93,
-             look::title_size, look::ink, true);
+             look::title_size, look::ink, TextWeight::bold);
     if (!patch.empty())
         add_text(key, "red balls: the patch that the sensor drives", 0.5, 0.62, look::tick_size,
                  look::red);

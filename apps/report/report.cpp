@@ -48,7 +48,7 @@ FrameStatistics frame_statistics(const RunResult& result) {
 void add_scene(Report& report, const RunResult& result) {
     report.scene_text = result.scene_text;
     report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(),
-                               result.info.levels, result.info.solver, true);
+                               result.info.levels, result.info.solver, Use::track);
     if (report.parts.empty()) return;
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     if (scene.track)

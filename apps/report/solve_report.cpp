@@ -164,7 +164,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
     if (!result.has_text("solve")) return r;
     r.run = with_context(r.source + ": description of the solve",
                          [&] { return parse_run(result.text("solve")); });
-    r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, false);
+    r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, Use::solve);
     if (!r.parts.empty())
         r.fixed = fixed_nodes(read_yaml<Scene>(r.scene_text, r.source), result.mesh(), source);
     return r;

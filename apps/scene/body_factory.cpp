@@ -307,7 +307,7 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
 
 void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
                           const SceneConstraints& constraints) {
-    if (scene.time.scheme != TimeScheme::static_equilibrium) return;
+    if (scene.time.is_dynamic()) return;
     std::vector<std::uint8_t> held = constraints.constraints().components;
     for (std::size_t n = 0; n < constraints.springs().stiffness.size(); ++n)
         if (constraints.springs().stiffness[n] > 0) held[n] = 7;

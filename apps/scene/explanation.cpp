@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/scene/body_factory.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "solvers/linear/live_support.hpp"
@@ -26,8 +25,9 @@ class Explanation {
 }  // namespace
 
 std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, std::size_t levels,
-                                         bool multigrid) {
-    const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
+                                         SolverKind kind) {
+    const bool is_static = !scene.time.is_dynamic();
+    const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     Explanation e;
     e.uses("elements",
            fmt::format("{} tetrahedra of {} nodes", tets, scene.elements == Elements::p2 ? 10 : 4));
@@ -36,12 +36,12 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
                fmt::format("{}: {}, {} Pa, Poisson's ratio {}",
                            m.region == 0 ? "all other regions" : fmt::format("region {}", m.region),
                            model_of(m, scene.strain).names().title, m.young_Pa, m.poisson));
-    if (resolved_formulation(elastic_model(scene, use_of(scene))) == Formulation::mixed)
+    const ChosenFormulation formulation = choose_formulation(elastic_model(scene, use_of(scene)));
+    if (formulation.formulation == Formulation::mixed)
         e.uses("pressures",
                "one at each corner, FGMRES around the preconditioner of the displacements");
     else
-        e.leaves_out("pressures",
-                     scene.track ? "`track`" : "formulation: displacement, or no poisson >= 0.49");
+        e.leaves_out("pressures", scene.track ? "`track`" : formulation.reason);
     if (!has_corotated(scene.materials, scene.strain))
         e.leaves_out("rotations", "no material is corotated");
     else
@@ -114,14 +114,15 @@ ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy) {
 
 std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,
                                        std::size_t tets, std::size_t levels,
-                                       const std::string& solver, bool tracked) {
+                                       const std::string& solver, Use use) {
     if (scene_text.empty()) return {};
     try {
         Scene scene = read_yaml<Scene>(scene_text, source);
-        if (!tracked) scene.track.reset();
+        if (use == Use::solve) scene.track.reset();
         const bool multigrid = solver.find("multigrid") != std::string::npos ||
                                solver.find("+ mg,") != std::string::npos;
-        return explain_parts(scene, tets, levels, multigrid);
+        return explain_parts(scene, tets, levels,
+                             multigrid ? SolverKind::multigrid : SolverKind::petsc);
     } catch (const Error&) {
         return {};
     }

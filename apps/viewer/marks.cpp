@@ -40,13 +40,13 @@ double size_of(const TetMesh& mesh) {
 
 MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
     : body_(body), renderer_(renderer), ball_mm_(0.012 * size_of(body.mesh)) {
-    fixed_ = add_dots(mark_colour::fixed, 4, false);
-    patches_ = add_dots(mark_colour::patch, 5, false);
-    bases_ = add_dots(mark_colour::base, ball_mm_, true);
-    sensors_ = add_dots(mark_colour::sensor, ball_mm_, true);
-    tips_ = add_dots(mark_colour::tool, 0.8 * ball_mm_, true);
-    touched_ = add_dots(mark_colour::touched, 0.6 * ball_mm_, true);
-    pulled_ = add_dots(mark_colour::pull, ball_mm_, true);
+    fixed_ = add_dots(mark_colour::fixed, 4, DotShape::square);
+    patches_ = add_dots(mark_colour::patch, 5, DotShape::square);
+    bases_ = add_dots(mark_colour::base, ball_mm_, DotShape::ball);
+    sensors_ = add_dots(mark_colour::sensor, ball_mm_, DotShape::ball);
+    tips_ = add_dots(mark_colour::tool, 0.8 * ball_mm_, DotShape::ball);
+    touched_ = add_dots(mark_colour::touched, 0.6 * ball_mm_, DotShape::ball);
+    pulled_ = add_dots(mark_colour::pull, ball_mm_, DotShape::ball);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(lines_);
     vtkNew<vtkActor> lines;
@@ -57,11 +57,11 @@ MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
 }
 
 /// Square dots of a size in pixels, drawn over the surface, or balls of a radius in mm.
-MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, bool as_balls) {
+MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, DotShape shape) {
     auto data = vtkSmartPointer<vtkPolyData>::New();
     put_points(data, {});
     auto actor = vtkSmartPointer<vtkActor>::New();
-    if (as_balls) {
+    if (shape == DotShape::ball) {
         vtkNew<vtkSphereSource> ball;
         ball->SetRadius(size);
         ball->SetThetaResolution(12);
@@ -96,7 +96,7 @@ void MarksView::label(std::size_t which, const Vector3& at, const std::string& t
         actor->GetPositionCoordinate()->SetCoordinateSystemToViewport();
         actor->GetPositionCoordinate()->SetReferenceCoordinate(marked);
         actor->SetPosition(10, 8);  // pixels: beside its ball from any direction
-        set_text(actor->GetTextProperty(), 13, true);
+        set_text(actor->GetTextProperty(), 13, TextWeight::bold);
         actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
         actor->GetTextProperty()->SetBackgroundOpacity(0.6);
         renderer_->AddActor(actor);

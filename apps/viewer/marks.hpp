@@ -26,7 +26,8 @@ class MarksView {
         vtkSmartPointer<vtkPolyData> places;
         vtkSmartPointer<vtkActor> actor;
     };
-    Dots add_dots(const look::Colour& colour, double size, bool as_balls);
+    enum class DotShape { square, ball };
+    Dots add_dots(const look::Colour& colour, double size, DotShape shape);
     void label(std::size_t which, const Vector3& at, const std::string& text,
                const look::Colour& colour);
 

@@ -50,7 +50,7 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
     bar_->SetHeight(0.6);
     bar_->SetBarRatio(0.25);
     set_text(bar_->GetLabelTextProperty(), 13);
-    set_text(bar_->GetTitleTextProperty(), 13, true);
+    set_text(bar_->GetTitleTextProperty(), 13, TextWeight::bold);
     renderer->AddViewProp(bar_);
     update_bar();
 }

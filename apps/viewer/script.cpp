@@ -113,7 +113,7 @@ const Command commands[] = {
          w.drag(a.one_of<MouseButton>(0, {{"left", MouseButton::left},
                                           {"middle", MouseButton::middle},
                                           {"right", MouseButton::right}}),
-                false, pixel(a, 1), pixel(a, 3));
+                pixel(a, 1), pixel(a, 3));
      }},
     {"key", "w", "KEY", "presses a key of the window: space, Left, c, d ...",
      [](ViewWindow& w, const Stage&, const Arguments& a) { w.press_key(a.words[0]); }},

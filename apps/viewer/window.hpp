@@ -78,7 +78,7 @@ class ViewWindow {
     /// Handles mouse and keys. False once the window is closed.
     bool process_events();
     /// Mouse and key actions, in pixels from the lower left; used by scripts, too.
-    void drag(MouseButton button, bool shift, std::array<int, 2> from, std::array<int, 2> to);
+    void drag(MouseButton button, std::array<int, 2> from, std::array<int, 2> to);
     void press_key(const std::string& key);
 
   private:

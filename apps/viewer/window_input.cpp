@@ -197,8 +197,7 @@ void ViewWindow::release() {
     if (handlers.pull) handlers.pull(pull_);
 }
 
-void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from,
-                      std::array<int, 2> to) {
+void ViewWindow::drag(MouseButton button, std::array<int, 2> from, std::array<int, 2> to) {
     static constexpr unsigned long down[] = {vtkCommand::LeftButtonPressEvent,
                                              vtkCommand::MiddleButtonPressEvent,
                                              vtkCommand::RightButtonPressEvent};
@@ -209,7 +208,7 @@ void ViewWindow::drag(MouseButton button, bool shift, std::array<int, 2> from,
     draw();  // positions are only known once drawn
     for (int k = 0; k <= steps; ++k) {
         interactor_->SetEventInformation(from[0] + (to[0] - from[0]) * k / steps,
-                                         from[1] + (to[1] - from[1]) * k / steps, 0, shift);
+                                         from[1] + (to[1] - from[1]) * k / steps);
         interactor_->InvokeEvent(k == 0 ? down[static_cast<int>(button)]
                                         : static_cast<unsigned long>(vtkCommand::MouseMoveEvent));
     }

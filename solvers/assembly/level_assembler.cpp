@@ -36,16 +36,20 @@ class LocalForces {
 
 LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
                                std::span<const Material> materials, const ModelChoice& model,
-                               Formulation formulation, std::optional<MatrixLayout> layout,
-                               ThreadTeam& team, std::span<const double> volumes)
+                               Formulation formulation, LevelStorage storage, ThreadTeam& team,
+                               std::span<const double> volumes)
     : share_(std::move(share)), team_(team), constrained_(share_.nodes.size(), 0) {
     rest_.reserve(share_.nodes.size());
     for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
     find_moduli(mesh, materials, model, volumes);
     if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_, corner_count(mesh));
-    if (is_batched()) make_batches(layout.has_value());
-    if (layout) matrix_.emplace(share_, *layout);
+    if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
+        if (is_batched()) make_double_batches();
+        matrix_.emplace(share_, *layout);
+    } else if (is_batched()) {
+        make_single_batches();
+    }
 }
 
 void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
@@ -113,20 +117,24 @@ std::vector<TetElement> LevelAssembler::elements() const {
     return all;
 }
 
-void LevelAssembler::make_batches(bool in_double) {
-    parts_ = part_batches(share_.tets, team_.size(),
-                          in_double ? batch_width<double> : batch_width<float>);
-    if (in_double) {
-        batches_.emplace(elements(), share_.tets, parts_);
-    } else {
-        const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-        single_ = std::make_unique<SinglePrecisionBatches>(
-            TetBatches<float>(elements(), share_.tets, parts_), zeros, zeros);
-    }
-    if (in_double && parts_.parts.size() == 1) {  // lanes in the order of the tets need no table
+void LevelAssembler::make_double_batches() {
+    parts_ = part_batches(share_.tets, team_.size(), batch_width<double>);
+    batches_.emplace(elements(), share_.tets, parts_);
+    if (parts_.parts.size() == 1)  // lanes in the order of the tets need no table
         std::vector<std::int32_t>().swap(parts_.tet_of_lane);
-        return;
-    }
+    else
+        number_lanes();
+}
+
+void LevelAssembler::make_single_batches() {
+    parts_ = part_batches(share_.tets, team_.size(), batch_width<float>);
+    const std::vector<float> zeros(3 * share_.nodes.size() + 1);
+    single_ = std::make_unique<SinglePrecisionBatches>(
+        TetBatches<float>(elements(), share_.tets, parts_), zeros, zeros);
+    number_lanes();
+}
+
+void LevelAssembler::number_lanes() {
     lane_of_tet_.resize(share_.tets.size());
     for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
         if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0)
@@ -148,10 +156,12 @@ void LevelAssembler::set_springs(std::span<const double> stiffness) {
 ElementRotations LevelAssembler::make_rotations() const {
     ElementRotations rotations;
     if (single_) {
-        rotations.single = single_->batches.make_rotations(rotates_);
+        rotations.single = rotates_ ? single_->batches.make_rotations()
+                                    : TetBatches<float>::make_fixed_rotations();
         if (rotates_) rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     } else if (batches_) {
-        rotations.batches = batches_->make_rotations(rotates_);
+        rotations.batches =
+            rotates_ ? batches_->make_rotations() : TetBatches<double>::make_fixed_rotations();
     } else if (rotates_) {
         const int points = share_.edge_nodes.empty() ? 1 : TetShape<10>::points;
         rotations.points.assign(share_.tets.size() * points, Eigen::Matrix3d::Identity());

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "base/thread_team.hpp"
@@ -32,6 +33,11 @@ struct SinglePrecisionBatches {
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
 };
 
+/// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
+/// double precision; or no matrix, and its tets in single precision.
+struct SinglePrecision {};
+using LevelStorage = std::variant<MatrixLayout, SinglePrecision>;
+
 /// The elements and the operator of one mesh level, of P1 or P2 tets: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
@@ -47,14 +53,12 @@ struct SinglePrecisionBatches {
 class LevelAssembler {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
-    /// does); those that name no model are of `model`. `layout`: of the matrix; none: no matrix,
-    /// but batches in single precision. `team` works on the batches and must outlive this.
-    /// `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
+    /// does); those that name no model are of `model`. `team` works on the batches and must outlive
+    /// this. `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
     /// carried_volumes).
     LevelAssembler(const TetMesh& mesh, PartitionedMesh share, std::span<const Material> materials,
-                   const ModelChoice& model, Formulation formulation,
-                   std::optional<MatrixLayout> layout, ThreadTeam& team = ThreadTeam::alone(),
-                   std::span<const double> volumes = {});
+                   const ModelChoice& model, Formulation formulation, LevelStorage storage,
+                   ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
 
     const PartitionedMesh& share() const { return share_; }
     /// Whether all models are of small strain: forces and operators are linear in u.
@@ -169,7 +173,10 @@ class LevelAssembler {
     }
     /// Whether the kernels over batches compute this level: P1 by displacements, of one model.
     bool is_batched() const;
-    void make_batches(bool in_double);
+    void make_double_batches();
+    void make_single_batches();
+    /// The table from a tet to its lane.
+    void number_lanes();
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
     void over_batches(Work&& work) const {

@@ -18,4 +18,7 @@ struct OperatorTerms {
     double whole_stiffness() const { return stiffness + damping; }
 };
 
+/// How much of the finest level's operator a renewal covers; the other half is left as it is.
+enum class RenewalExtent { whole, half };
+
 }  // namespace livetet

@@ -33,7 +33,7 @@ AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const Elastic
     : DisplacementSolver(mesh, role, ThreadTeam::alone()), kind_(kind) {
     add_level(mesh, model, MatrixLayout::scalars);
     const HeapMeter meter(&costs_.preconditioner);
-    make_krylov(mesh.comm);
+    make_krylov(mesh.comm, ErrorEstimate::none);
 }
 
 void AlgebraicSolver::configure(PC pc) {
@@ -54,10 +54,10 @@ void AlgebraicSolver::configure(PC pc) {
     }
 }
 
-bool AlgebraicSolver::renew(const Configuration& at, const OperatorTerms& terms,
-                            bool /*by_halves*/) {
+RenewalExtent AlgebraicSolver::renew(const Configuration& at, const OperatorTerms& terms,
+                                     RenewalExtent /*wanted*/) {
     fine().assemble(at, terms);
-    return false;
+    return RenewalExtent::whole;
 }
 
 void AlgebraicSolver::set_constrained(std::span<const std::uint8_t> components) {

@@ -17,7 +17,8 @@ class AlgebraicSolver : public DisplacementSolver {
     void set_springs(std::span<const double> stiffness) override;
 
   private:
-    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
+    RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
+                        RenewalExtent wanted) override;
     void configure(PC pc) override;
 
     SolverKind kind_;

@@ -34,7 +34,7 @@ DisplacementSolver::DisplacementSolver(const DistributedHierarchy& mesh, Role ro
 DisplacementSolver::~DisplacementSolver() = default;
 
 void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const ElasticModel& model,
-                                   std::optional<MatrixLayout> layout) {
+                                   LevelStorage storage) {
     const MeshHierarchy& hierarchy = mesh.hierarchy;
     const std::size_t l = levels_.size();
     const bool is_mixed = role_ == Role::preconditioner;
@@ -57,18 +57,19 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
     const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
     levels_.push_back(std::make_unique<LevelAssembler>(
         hierarchy.levels[l],
-        distribute_mesh(mesh.comm, hierarchy.levels[l],
-                        mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l],
-                        hierarchy.is_cut(l)),
+        distribute_mesh(
+            mesh.comm, hierarchy.levels[l],
+            mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l],
+            hierarchy.is_cut(l) ? MeshDistribution::in_place : MeshDistribution::by_plex),
         materials, model.strain,
-        l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, layout, team_,
+        l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_,
         volumes_));
     if (l > 0) return;
     costs_.matrix.bytes = fine().matrix_bytes();
     costs_.elements.bytes -= costs_.matrix.bytes;
 }
 
-void DisplacementSolver::make_krylov(MPI_Comm comm) {
+void DisplacementSolver::make_krylov(MPI_Comm comm, ErrorEstimate estimate) {
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
     if (role_ == Role::preconditioner) {
@@ -78,7 +79,7 @@ void DisplacementSolver::make_krylov(MPI_Comm comm) {
         read_user_tolerances();
         LIVETET_PETSC(KSPSetType(ksp, KSPCG));
         LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_UNPRECONDITIONED));
-        stopping_ = std::make_unique<StoppingTest>(team_, estimates_error_);
+        stopping_ = std::make_unique<StoppingTest>(team_, estimate);
         stopping_->install(ksp);
     }
     LIVETET_PETSC(KSPSetOperators(ksp, matrix(), matrix()));

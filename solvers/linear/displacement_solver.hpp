@@ -1,10 +1,9 @@
 #pragma once
 
 #include "solvers/linear/linear_solver.hpp"
+#include "solvers/linear/stopping_test.hpp"
 
 namespace livetet {
-
-class StoppingTest;
 
 /// Conjugate gradients for the displacements alone: all that the ways to precondition them share.
 /// In the mixed form it is one application of the preconditioner instead, inside of
@@ -30,7 +29,7 @@ class DisplacementSolver : public LinearSolver {
     /// For SaddlePointSolver, role `preconditioner`: renews the operators; how it preconditions;
     /// the Krylov solver whose preconditioner that is.
     void renew_operators(const Configuration& at, const OperatorTerms& terms) {
-        (void)renew(at, terms, false);
+        (void)renew(at, terms, RenewalExtent::whole);
     }
     virtual std::string preconditioner_name() const;
     KSP inner_krylov() const { return krylov_.get(); }
@@ -42,10 +41,10 @@ class DisplacementSolver : public LinearSolver {
     /// finest has pressures and coarse levels hold no volumetric stiffness: lambda = 0, the same
     /// mu.
     void add_level(const DistributedHierarchy& mesh, const ElasticModel& model,
-                   std::optional<MatrixLayout> layout);
+                   LevelStorage storage);
     /// To be called at the end of a derived class's construction: makes the Krylov solver, has
     /// `configure` choose the preconditioner, and takes PETSc's options.
-    void make_krylov(MPI_Comm comm);
+    void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
     virtual void configure(PC pc) = 0;
     /// Whether the preconditioner is of PETSc's type `type`: the user's options may have chosen
     /// another.
@@ -66,7 +65,6 @@ class DisplacementSolver : public LinearSolver {
     ThreadTeam& team_;
     std::vector<std::unique_ptr<LevelAssembler>> levels_;  ///< finest first
     PetscHandle<KSP> krylov_;
-    bool estimates_error_ = false;  ///< whether a solve estimates the error of x
 
   private:
     /// start_ = the best combination x of guesses, rest_ = b - A x. Whether x is not zero.

@@ -11,15 +11,20 @@
 
 namespace livetet {
 
-Formulation resolved_formulation(const ElasticModel& model) {
-    if (model.formulation != Formulation::automatic) return model.formulation;
+ChosenFormulation choose_formulation(const ElasticModel& model) {
+    constexpr double locks_from = 0.49;
+    if (model.formulation == Formulation::mixed) return {Formulation::mixed, "formulation: mixed"};
+    if (model.formulation == Formulation::displacement)
+        return {Formulation::displacement, "formulation: displacement"};
     const auto any = [&](auto&& is) {
         return std::any_of(model.materials.begin(), model.materials.end(), is);
     };
-    const bool locks = any([](const Material& m) { return m.poisson >= 0.49; });
+    if (!any([](const Material& m) { return m.poisson >= locks_from; }))
+        return {Formulation::displacement, fmt::format("no poisson >= {}", locks_from)};
     // lambda <= 0: no pressure can stand for it.
-    const bool has_no_pressure = any([](const Material& m) { return m.poisson <= 0; });
-    return locks && !has_no_pressure ? Formulation::mixed : Formulation::displacement;
+    if (any([](const Material& m) { return m.poisson <= 0; }))
+        return {Formulation::displacement, "a poisson <= 0 has no pressure"};
+    return {Formulation::mixed, fmt::format("a poisson >= {}", locks_from)};
 }
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
@@ -29,24 +34,17 @@ void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
     fine().update_rotations(u, rotations);
 }
 
-void LinearSolver::assemble(const Configuration& at, const OperatorTerms& terms) {
-    (void)assemble(at, terms, false);
-}
-
-bool LinearSolver::assemble_half(const Configuration& at, const OperatorTerms& terms) {
-    return assemble(at, terms, true);
-}
-
-bool LinearSolver::assemble(const Configuration& at, const OperatorTerms& terms, bool by_halves) {
+RenewalExtent LinearSolver::assemble(const Configuration& at, const OperatorTerms& terms,
+                                     RenewalExtent wanted) {
     const bool is_linear = fine().is_linear();
     const std::pair factors(terms.whole_stiffness(), terms.mass);
-    if (is_linear && kept_ == factors) return false;
+    if (is_linear && kept_ == factors) return RenewalExtent::whole;
     static const PetscLogEvent event = log_event("LivetetAssembly");
     const PhaseTimer timer(costs_.matrix, event);
     kept_.reset();
     if (is_linear) kept_ = factors;
     is_new_ = true;
-    return renew(at, terms, by_halves && !is_linear);
+    return renew(at, terms, is_linear ? RenewalExtent::whole : wanted);
 }
 
 void LinearSolver::set_up_preconditioner() {

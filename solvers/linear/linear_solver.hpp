@@ -50,9 +50,17 @@ struct ElasticModel {
     Formulation formulation = Formulation::automatic;
 };
 
+/// A formulation that is not `automatic`, and why it is taken.
+struct ChosenFormulation {
+    Formulation formulation;
+    std::string reason;
+};
 /// `automatic` means mixed from a Poisson's ratio of 0.49 on: below, locking costs less than
 /// pressures do.
-Formulation resolved_formulation(const ElasticModel& model);
+ChosenFormulation choose_formulation(const ElasticModel& model);
+inline Formulation resolved_formulation(const ElasticModel& model) {
+    return choose_formulation(model).formulation;
+}
 
 /// A body's mesh hierarchy as its solvers take it. `parts[l]`: the part of each tet of level l (see
 /// partition_levels); may be empty on one rank. The hierarchy must outlive the solver, so it cannot
@@ -112,10 +120,13 @@ class LinearSolver {
     /// Assembles A on all levels that need it, K at `at`; coarse levels at its restriction, with
     /// K_d taken to be K. For small strain, operator and preconditioner are reused until factors,
     /// constraints or springs change.
-    void assemble(const Configuration& at, const OperatorTerms& terms);
-    /// The same with leave to renew one half of the finest level now and the other half next time.
-    /// Returns whether it did so; LiveSolver only.
-    bool assemble_half(const Configuration& at, const OperatorTerms& terms);
+    void assemble(const Configuration& at, const OperatorTerms& terms) {
+        (void)assemble(at, terms, RenewalExtent::whole);
+    }
+    /// The same; if `wanted` is half, LiveSolver may renew one half of the finest level now and the
+    /// other half next time. Returns what was renewed.
+    RenewalExtent assemble(const Configuration& at, const OperatorTerms& terms,
+                           RenewalExtent wanted);
 
     /// What the preconditioner computes from the operators before it can be applied; nothing where
     /// it has done so already.
@@ -150,8 +161,9 @@ class LinearSolver {
   protected:
     explicit LinearSolver(std::size_t tet_count) : tet_count_(tet_count) {}
 
-    /// Renews the operators; returns whether only half of the finest level was renewed.
-    virtual bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) = 0;
+    /// Renews the operators; see assemble.
+    virtual RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
+                                RenewalExtent wanted) = 0;
     virtual KSP outer_krylov() const = 0;
     /// The Krylov solver whose preconditioner has something to set up.
     virtual KSP preconditioned_krylov() const { return outer_krylov(); }
@@ -168,8 +180,6 @@ class LinearSolver {
     double user_residual_ = 1e-50;  ///< N
 
   private:
-    bool assemble(const Configuration& at, const OperatorTerms& terms, bool by_halves);
-
     std::size_t tet_count_;
     /// Factors of K and M in a small-strain operator that is kept.
     std::optional<std::pair<double, double>> kept_;

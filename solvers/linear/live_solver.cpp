@@ -35,7 +35,7 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l) {
-        add_level(mesh, model, std::nullopt);
+        add_level(mesh, model, SinglePrecision{});
         levels.push_back(levels_.back().get());
     }
     for (const BarycentricMap& map : mesh.hierarchy.transfers) maps.push_back(&map);
@@ -44,8 +44,7 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
         std::move(levels), std::move(maps),
         options.smoothing_steps > 0 ? options.smoothing_steps : 1, team);
     make_shell(mesh.comm);
-    estimates_error_ = true;
-    make_krylov(mesh.comm);
+    make_krylov(mesh.comm, ErrorEstimate::from_steps);
 }
 
 void LiveSolver::make_shell(MPI_Comm comm) {
@@ -89,9 +88,9 @@ void LiveSolver::find_mass() {
     });
 }
 
-bool LiveSolver::renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) {
-    multigrid_->update(*at.rotations, terms.whole_stiffness(), terms.mass, by_halves);
-    return multigrid_->renewed_half();
+RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& terms,
+                                RenewalExtent wanted) {
+    return multigrid_->update(*at.rotations, terms.whole_stiffness(), terms.mass, wanted);
 }
 
 std::string LiveSolver::preconditioner_name() const {

@@ -26,7 +26,8 @@ class LiveSolver : public DisplacementSolver {
     }
 
   private:
-    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
+    RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
+                        RenewalExtent wanted) override;
     void configure(PC pc) override;
     Mat matrix() const override { return shell_.get(); }
     void make_shell(MPI_Comm comm);

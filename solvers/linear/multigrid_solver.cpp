@@ -78,7 +78,7 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
         coarse.rotations = levels_[l]->make_rotations();
     }
     const HeapMeter meter(&costs_.preconditioner);
-    make_krylov(mesh.comm);
+    make_krylov(mesh.comm, ErrorEstimate::none);
 }
 
 MultigridSolver::~MultigridSolver() = default;
@@ -148,8 +148,8 @@ void MultigridSolver::find_mass() {
     });
 }
 
-bool MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
-                            bool /*by_halves*/) {
+RenewalExtent MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
+                                     RenewalExtent /*wanted*/) {
     if (!bounds_known_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for
         // any time step.
@@ -157,7 +157,7 @@ bool MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
         massless.mass = 0;
         assemble_levels(at, massless);
         if (set_bounds()) {
-            if (terms.mass == 0) return false;
+            if (terms.mass == 0) return RenewalExtent::whole;
         } else {  // an exact tangent far from rest need not be positive, and then gives no bound
             massless.tangent = Tangent::frozen_rotation;
             assemble_levels(at, massless);
@@ -165,7 +165,7 @@ bool MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
         }
     }
     assemble_levels(at, terms);
-    return false;
+    return RenewalExtent::whole;
 }
 
 void MultigridSolver::assemble_levels(const Configuration& at, const OperatorTerms& terms) {

@@ -35,7 +35,8 @@ class MultigridSolver : public DisplacementSolver {
         PetscHandle<Mat> galerkin;  ///< P^T A P, where that is its operator
     };
 
-    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
+    RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
+                        RenewalExtent wanted) override;
     void configure(PC pc) override { configure_cycle(pc, 0); }
     /// Level l and those below it.
     void configure_cycle(PC pc, std::size_t l);

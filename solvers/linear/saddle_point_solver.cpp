@@ -72,14 +72,14 @@ void SaddlePointSolver::set_springs(std::span<const double> stiffness) {
     invalidate();
 }
 
-bool SaddlePointSolver::renew(const Configuration& at, const OperatorTerms& terms,
-                              bool /*by_halves*/) {
+RenewalExtent SaddlePointSolver::renew(const Configuration& at, const OperatorTerms& terms,
+                                       RenewalExtent /*wanted*/) {
     inner_->renew_operators(at, terms);
     coupling_->assemble(at);
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
     if (!is_connected_) connect_inner();
-    return false;
+    return RenewalExtent::whole;
 }
 
 LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,

@@ -31,7 +31,8 @@ class SaddlePointSolver : public LinearSolver {
     SolverCosts costs() const override;
 
   private:
-    bool renew(const Configuration& at, const OperatorTerms& terms, bool by_halves) override;
+    RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
+                        RenewalExtent wanted) override;
     KSP outer_krylov() const override { return krylov_.get(); }
     KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
     void make_krylov(MPI_Comm comm);

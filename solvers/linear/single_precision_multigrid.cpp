@@ -256,14 +256,14 @@ void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& fi
     }
 }
 
-void SinglePrecisionMultigrid::update(const ElementRotations& finest, double s, double m,
-                                      bool by_halves) {
+RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, double s, double m,
+                                               RenewalExtent wanted) {
     restrict_displacements(finest);
     const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
-    by_halves = by_halves && !invert;
-    half_ = !by_halves                     ? Renewal::whole
-            : half_ == Renewal::first_half ? Renewal::second_half
-                                           : Renewal::first_half;
+    const RenewalExtent renewed = invert ? RenewalExtent::whole : wanted;
+    half_ = renewed == RenewalExtent::whole ? Renewal::whole
+            : half_ == Renewal::first_half  ? Renewal::second_half
+                                            : Renewal::first_half;
     for (auto& level : levels_) {
         if (level == levels_.back() && !invert) break;
         const bool is_finest = level == levels_.front();
@@ -276,11 +276,13 @@ void SinglePrecisionMultigrid::update(const ElementRotations& finest, double s, 
         level->assemble(rotations, m / s, s, is_finest ? half_ : Renewal::whole);
     }
     s_now_ = s;
-    if (!invert) return;
-    invert_coarsest();
-    fresh_ = false;
-    s_ = s;
-    m_ = m;
+    if (invert) {
+        invert_coarsest();
+        fresh_ = false;
+        s_ = s;
+        m_ = m;
+    }
+    return renewed;
 }
 
 /// bound = |D^-1 A x| / |x| after 20 steps of power iteration. Chebyshev's interval ends a tenth

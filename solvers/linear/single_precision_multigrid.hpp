@@ -40,12 +40,11 @@ class SinglePrecisionMultigrid {
     /// Takes up the levels' constrained components and springs.
     void set_constrained();
 
-    /// Renews the operators s K(R) + m M with the rotations of the finest level. `by_halves`: of
-    /// the finest level only the half that was not renewed last, unless constraints are new or s or
-    /// m has changed by more than 5 %.
-    void update(const ElementRotations& finest, double s, double m, bool by_halves = false);
-    /// Whether the last update renewed a half only.
-    bool renewed_half() const { return half_ != Renewal::whole; }
+    /// Renews the operators s K(R) + m M with the rotations of the finest level. If `wanted` is
+    /// half: of the finest level only the half that was not renewed last, unless constraints are
+    /// new or s or m has changed by more than 5 %. Returns what was renewed.
+    RenewalExtent update(const ElementRotations& finest, double s, double m,
+                         RenewalExtent wanted = RenewalExtent::whole);
 
     /// y = A x on the finest level, x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);

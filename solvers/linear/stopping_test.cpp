@@ -39,7 +39,7 @@ KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual)
                      .max_iterations = static_cast<int>(iterations)};
         allowed_ = std::max(relative * residual, absolute);
     }
-    if (begun_ && iteration > 0 && estimates_error_) measure_step(ksp);
+    if (begun_ && iteration > 0 && estimate_ == ErrorEstimate::from_steps) measure_step(ksp);
     if (residual <= allowed_) return KSP_CONVERGED_RTOL;
     if (iteration >= controls_.max_iterations) return KSP_DIVERGED_ITS;
     if (controls_.deadline && iteration > 0) {

@@ -4,15 +4,17 @@
 
 namespace livetet {
 
+/// Whether a solve measures its iterations' steps to estimate the error of x.
+enum class ErrorEstimate { none, from_steps };
+
 /// Decides after each iteration of a Krylov solver whether to go on. PETSc's own test knows no
 /// deadline, and no tolerance relative to the right-hand side before guesses were subtracted from
 /// it. If `begin` was not called (SNES runs the KSP), the tolerances of the KSP hold, as in PETSc's
 /// own test.
 class StoppingTest {
   public:
-    /// `estimates_error`: the iterations' steps are measured. `team` must outlive this.
-    StoppingTest(ThreadTeam& team, bool estimates_error)
-        : team_(team), estimates_error_(estimates_error) {}
+    /// `team` must outlive this.
+    StoppingTest(ThreadTeam& team, ErrorEstimate estimate) : team_(team), estimate_(estimate) {}
 
     /// Makes it the test of `ksp`, unless PETSc's options name another (-ksp_convergence_test).
     void install(KSP ksp);
@@ -27,7 +29,7 @@ class StoppingTest {
     void measure_step(KSP ksp);
 
     ThreadTeam& team_;
-    bool estimates_error_;
+    ErrorEstimate estimate_;
     bool begun_ = false;
     LinearControls controls_;
     double allowed_ = 0;         ///< N

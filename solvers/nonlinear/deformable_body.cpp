@@ -11,8 +11,6 @@ namespace livetet {
 
 namespace {
 
-constexpr const char* not_finite_prescribed = "a prescribed displacement is not finite";
-
 /// Only the live solver uses threads; the others use ranks. On a small mesh, threads would wait for
 /// each other longer than they work.
 int team_size(const SolverOptions& options, std::size_t nodes) {
@@ -33,7 +31,7 @@ const SolverOptions& checked(const DistributedHierarchy& mesh, const ElasticMode
 /// With the mass that a dynamic scheme needs.
 TimeIntegrator make_time_integrator(const TimeOptions& time, LinearSolver& solver, BodyState& state,
                                     ThreadTeam& team) {
-    if (time.scheme != TimeScheme::static_equilibrium) solver.find_mass();
+    if (time.is_dynamic()) solver.find_mass();
     return TimeIntegrator(time, solver.fine(), state, team);
 }
 
@@ -134,27 +132,20 @@ void DeformableBody::keep_state() {
     kept_.copy_from(state_);
 }
 
-double DeformableBody::begin_step(double dt, ForceBalance::DampingAt damping) {
+void DeformableBody::begin_step(double dt, ForceBalance::DampingAt damping) {
     if (time_.is_dynamic() && !(dt > 0 && std::isfinite(dt)))
         fail("time step: found {} s, expected more than 0 s in a dynamic body", dt);
     time_.begin_step(dt);
     balance_.begin_step(damping);
     if (time_.is_dynamic() && !state_.started) balance_.start_acceleration();
-    return prescribed_.find_increment(state_.u.get());
-}
-
-void DeformableBody::lose_step(const char* reason, StepReport& report) {
-    report.converged = false;
-    report.kept_old = true;
-    report.imbalance = 1;
-    report.reason = reason;
-    history_.clear();
+    prescribed_.find_increment(state_.u.get());
 }
 
 void DeformableBody::end_step(double dt, StepReport& report) {
     linear_solves_.seconds += report.solve_s;
     linear_solves_.times += report.iterations;
     if (report.kept_old) {  // velocity and acceleration are unchanged too
+        history_.clear();
         time_.return_to_start();
         balance_.update_rotations();
         return;
@@ -164,31 +155,28 @@ void DeformableBody::end_step(double dt, StepReport& report) {
     report.finish_s += watch.lap();
 }
 
-StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
-    StepReport report;
+template <class Work>
+StepReport DeformableBody::make_step(double dt, ForceBalance::DampingAt damping, Work&& work) {
     Stopwatch watch;
-    const double prescribed_size = begin_step(dt, ForceBalance::DampingAt::start);
-    report.forces_s += watch.lap();
-    if (!std::isfinite(prescribed_size)) {
-        lose_step(not_finite_prescribed, report);
-    } else {
-        newton_.solve(controls, prescribed_size != 0, report);
-        if (const char* fault = balance_.state_fault()) lose_step(fault, report);
-    }
+    begin_step(dt, damping);
+    const double begin_s = watch.lap();
+    StepReport report;
+    if (std::isfinite(prescribed_.increment_size()))
+        report = work();
+    else
+        report.drop("a prescribed displacement is not finite");
+    report.forces_s += begin_s;
     end_step(dt, report);
     return report;
 }
 
+StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
+    return make_step(dt, ForceBalance::DampingAt::start, [&] { return newton_.solve(controls); });
+}
+
 StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
-    StepReport report;
-    Stopwatch watch;
-    const double prescribed_size = begin_step(dt, ForceBalance::DampingAt::present);
-    report.forces_s += watch.lap();
-    if (!std::isfinite(prescribed_size))
-        lose_step(not_finite_prescribed, report);
-    else if (const char* fault = stepper_.advance(prescribed_size, controls, report))
-        lose_step(fault, report);
-    end_step(dt, report);
+    StepReport report =
+        make_step(dt, ForceBalance::DampingAt::present, [&] { return stepper_.advance(controls); });
     if (!report.kept_old) stepper_.learn(report);
     report.late = controls.deadline && Clock::now() > *controls.deadline;
     return report;

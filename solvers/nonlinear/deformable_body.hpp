@@ -110,10 +110,10 @@ class DeformableBody {
     void check_dynamic(const char* what) const;
     Configuration configuration();
     std::vector<TetFields> local_tet_fields();
-    /// Begins a step; the largest component of the prescribed increment, m.
-    double begin_step(double dt, ForceBalance::DampingAt damping);
-    /// The step's new state is not to be used, for this reason.
-    void lose_step(const char* reason, StepReport& report);
+    /// One step of `dt` seconds: begins it, has `work` find the new state, ends it.
+    template <class Work>
+    StepReport make_step(double dt, ForceBalance::DampingAt damping, Work&& work);
+    void begin_step(double dt, ForceBalance::DampingAt damping);
     void end_step(double dt, StepReport& report);
 
     const SolverOptions options_;

@@ -91,15 +91,16 @@ double ForceBalance::residual_norm() const {
                    : norm_of(residual_.get());
 }
 
-void ForceBalance::evaluate_frozen(bool with_prescribed) {
+void ForceBalance::evaluate_frozen(ForcesAt forces_at) {
     // With frozen rotations forces are affine: f(u) + beta K v1 + (1 + beta v_u) K w is the force
     // at one displacement, u + (1 + beta v_u) w + beta v1.
     const double beta = time_.rayleigh_beta();
     Vec at = state_.u.get();
     const bool adds_velocity = time_.is_dynamic() && beta > 0 && !damps_from_start();
-    if (with_prescribed || adds_velocity) {
+    const bool adds_prescribed = forces_at == ForcesAt::prescribed;
+    if (adds_prescribed || adds_velocity) {
         at = at_.get();
-        const double of_w = with_prescribed ? time_.stiffness_factor() : 0;
+        const double of_w = adds_prescribed ? time_.stiffness_factor() : 0;
         const ReadArray u(state_.u.get()), w(prescribed_.increment()),
             v1(adds_velocity ? time_.velocity() : state_.u.get());
         const double of_v = adds_velocity ? beta : 0;
@@ -112,13 +113,13 @@ void ForceBalance::evaluate_frozen(bool with_prescribed) {
     level().frozen_force(at, rotations_, force_.get());
 }
 
-double ForceBalance::evaluate(bool with_prescribed) {
+double ForceBalance::evaluate(ForcesAt forces_at) {
     static const PetscLogEvent event = log_event("LivetetForces");
     const PhaseTimer timer(cost_, event);
     const LevelAssembler& fine = level();
     if (time_.is_dynamic()) time_.find_velocity();
     if (fine.has_frozen_force())
-        evaluate_frozen(with_prescribed);
+        evaluate_frozen(forces_at);
     else
         fine.elastic_force(configuration(), force_.get());
     // evaluate_frozen has damped by the present stiffness.
@@ -197,10 +198,8 @@ OperatorTerms ForceBalance::terms(Tangent tangent) const {
     return terms;
 }
 
-void ForceBalance::assemble(Tangent tangent) { solver_.assemble(configuration(), terms(tangent)); }
-
-bool ForceBalance::assemble_half(Tangent tangent) {
-    return solver_.assemble_half(configuration(), terms(tangent));
+RenewalExtent ForceBalance::assemble(Tangent tangent, RenewalExtent wanted) {
+    return solver_.assemble(configuration(), terms(tangent), wanted);
 }
 
 const char* ForceBalance::state_fault() const {

@@ -42,9 +42,11 @@ class ForceBalance {
     /// Where the body is; update_rotations() was called at this u.
     Configuration configuration() const { return {state_.u.get(), state_.p.get(), &rotations_}; }
 
-    /// Residuals at u; returns their norm and renews scale(). `with_prescribed`: at u and, to first
-    /// order, with the prescribed increment applied: only where the level has_frozen_force().
-    double evaluate(bool with_prescribed = false);
+    /// Residuals at u; returns their norm and renews scale().
+    double evaluate() { return evaluate(ForcesAt::present); }
+    /// The same with the prescribed increment applied to first order; only where the level
+    /// has_frozen_force().
+    double evaluate_with_prescribed() { return evaluate(ForcesAt::prescribed); }
     /// Applies the prescribed increment to the residuals to first order: r(u + w) = r(u) - A w
     /// about. Evaluating forces at u avoids inverting the elements beside the prescribed nodes.
     /// Returns the residuals' norm.
@@ -59,10 +61,10 @@ class ForceBalance {
     /// acceleration starts from.
     void start_acceleration();
 
-    /// The operator at configuration() into the linear solver.
-    void assemble(Tangent tangent);
-    /// The same, where the solver can, for one half of the finest level; whether it did so.
-    bool assemble_half(Tangent tangent);
+    /// The operator at configuration() into the linear solver. Returns what was renewed: a half
+    /// only if that is wanted and the solver can.
+    RenewalExtent assemble(Tangent tangent, RenewalExtent wanted);
+    void assemble(Tangent tangent) { (void)assemble(tangent, RenewalExtent::whole); }
 
     /// Size of the forces at work, N: now, or after keep_scale() if that was more.
     double scale() const { return scale_; }
@@ -88,7 +90,9 @@ class ForceBalance {
     const LevelAssembler& level() const { return solver_.fine(); }
 
   private:
-    void evaluate_frozen(bool with_prescribed);
+    enum class ForcesAt { present, prescribed };
+    double evaluate(ForcesAt forces_at);
+    void evaluate_frozen(ForcesAt forces_at);
     /// Whether K_d is kept from the step's start.
     bool damps_from_start() const;
     /// force_ += beta K_d v, or beta K v at the present u; ghosts of v are updated.

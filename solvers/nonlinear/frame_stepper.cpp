@@ -43,28 +43,28 @@ FrameStepper::FrameStepper(ForceBalance& balance, TimeIntegrator& time,
       options_(options),
       team_(team) {}
 
-void FrameStepper::watch_for_jump(double prescribed_size) {
-    moved_ = prescribed_size;
+void FrameStepper::watch_for_jump() {
+    moved_ = prescribed_.increment_size();
     settling_steps_ =
         moved_ > jump * usual_moved_ ? steps_to_settle : std::max(0, settling_steps_ - 1);
     renew_mean(usual_moved_, moved_);
 }
 
-const char* FrameStepper::advance(double prescribed_size, const FrameControls& controls,
-                                  StepReport& report) {
+StepReport FrameStepper::advance(const FrameControls& controls) {
     if (!du_) {
         du_ = make_vector(solver_.fine().share());
         if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
     }
+    StepReport report;
     Stopwatch watch;
-    watch_for_jump(prescribed_size);
+    watch_for_jump();
     const bool moves = moved_ != 0, at_once = solver_.fine().has_frozen_force();
-    double imbalance = balance_.evaluate(at_once && moves);
+    double imbalance = at_once && moves ? balance_.evaluate_with_prescribed() : balance_.evaluate();
     balance_.keep_scale();
     if (moves && !at_once) imbalance = balance_.subtract_prescribed();
     report.forces_s += watch.lap();
     const bool may_end_early =
-        controls.deadline || controls.iterations > 0 || controls.as_done != nullptr;
+        controls.deadline || controls.max_iterations || controls.as_done != nullptr;
     const bool single = controls.newton_iterations == 1;
     for (int k = 0; k < controls.newton_iterations; ++k) {
         // A released body approaches rest: end before its forces become denormal numbers.
@@ -76,22 +76,30 @@ const char* FrameStepper::advance(double prescribed_size, const FrameControls& c
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.newton_iterations;
         if (k == 0) history_.push(du_.get());
-        imbalance = apply(k == 0, imbalance, single);
+        if (k == 0) {
+            apply_first();
+            if (!single) {  // a frame of one iteration does not need the residual after it
+                balance_.update_rotations();
+                imbalance = balance_.evaluate();
+            }
+        } else {
+            imbalance = line_search(imbalance);
+        }
         (single ? report.finish_s : report.forces_s) += watch.lap();
-        if (const char* fault = balance_.state_fault()) return fault;
-        if (!std::isfinite(imbalance)) return "the forces are not finite";
+        const char* fault = balance_.state_fault();
+        if (!fault && !std::isfinite(imbalance)) fault = "the forces are not finite";
+        if (fault) {
+            report.drop(fault);
+            return report;
+        }
     }
     report.imbalance = balance_.scale() > 0 ? imbalance / balance_.scale() : 0;
-    return nullptr;
+    return report;
 }
 
-double FrameStepper::apply(bool first, double imbalance, bool last) {
-    if (!first) return line_search(imbalance);
+void FrameStepper::apply_first() {
     move(1);
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
-    if (last) return imbalance;  // a frame of one iteration does not need the residual after it
-    balance_.update_rotations();
-    return balance_.evaluate();
 }
 
 void FrameStepper::learn(const StepReport& report) {
@@ -108,29 +116,29 @@ LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepRepor
                                   ? &(*controls.as_done)[report.newton_iterations]
                                   : nullptr;
     const bool half = done ? done->half_renewed
-                           : settling_steps_ == 0 && (controls.by_halves || is_late(controls));
+                           : settling_steps_ == 0 &&
+                                 (controls.renewal == RenewalExtent::half || is_late(controls));
+    const RenewalExtent wanted = half ? RenewalExtent::half : RenewalExtent::whole;
     const bool exact = options_.tangent == TangentChoice::exact;
     const Tangent tangent = exact ? Tangent::exact : Tangent::frozen_rotation;
-    Solved solved = solve_once(controls, done, tangent, half, report);
-    if (solved.by_half && !done && must_reject_partial_update(solved.linear)) {
+    Solved solved = solve_once(controls, done, tangent, wanted, report);
+    if (solved.renewed == RenewalExtent::half && !done &&
+        must_reject_partial_update(solved.linear)) {
         report.half_renewed = false;
-        solved = solve_once(controls, done, tangent, false, report);
+        solved = solve_once(controls, done, tangent, RenewalExtent::whole, report);
     }
     // If an exact tangent is not positive, the energy may rise along its direction.
     if (exact && !(solved.linear.converged && balance_.slope(du_.get(), dp_.get()) > 0))
-        solved = solve_once(controls, done, Tangent::positive, false, report);
+        solved = solve_once(controls, done, Tangent::positive, RenewalExtent::whole, report);
     return solved.linear;
 }
 
 FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
                                               const SolveRecord* done, Tangent tangent,
-                                              bool by_halves, StepReport& report) {
+                                              RenewalExtent wanted, StepReport& report) {
     Stopwatch watch;
-    bool half = false;
-    if (by_halves)
-        half = balance_.assemble_half(tangent);
-    else
-        balance_.assemble(tangent);
+    const RenewalExtent renewed = balance_.assemble(tangent, wanted);
+    const bool half = renewed == RenewalExtent::half;
     const double assembly_s = watch.lap();
     report.half_renewed |= half;
     report.operator_s += assembly_s;
@@ -139,9 +147,8 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     renew_mean(renewal_s_, renewal_s_ > 0 ? std::min(whole_s, 2 * renewal_s_) : whole_s);
     solver_.set_up_preconditioner();
     report.preconditioner_s += watch.lap();
-    const int max_iterations = done                      ? std::max(done->iterations, 1)
-                               : controls.iterations > 0 ? controls.iterations
-                                                         : options_.max_iterations;
+    const int max_iterations = done ? std::max(done->iterations, 1)
+                                    : controls.max_iterations.value_or(options_.max_iterations);
     const bool first = report.newton_iterations == 0;
     const LinearReport linear =
         solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
@@ -154,7 +161,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     report.cut_short |= linear.cut_short;
     report.linear_error = linear.error;
     report.reason = linear.reason;
-    return {linear, half};
+    return {linear, renewed};
 }
 
 bool FrameStepper::must_reject_partial_update(const LinearReport& linear) const {

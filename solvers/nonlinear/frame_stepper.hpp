@@ -7,16 +7,16 @@
 namespace livetet {
 
 /// How far a frame goes: this many Newton iterations with frozen rotations, each linear solve to
-/// `linear_tolerance`, but not beyond `iterations` (0: as the solver's options say) nor, after a
-/// first iteration, past the deadline.
+/// `linear_tolerance`, but not beyond `max_iterations` (none: as the solver's options say) nor,
+/// after a first iteration, past the deadline.
 struct FrameControls {
     int newton_iterations = 1;
     double linear_tolerance = 1e-3;
-    int iterations = 0;
+    std::optional<int> max_iterations{};
     std::optional<Clock::time_point> deadline{};
-    /// Renew one half of the operator now and the other in the next frame, however far the deadline
-    /// is; not soon after a jump.
-    bool by_halves = false;
+    /// half: renew one half of the operator now and the other in the next frame, however far the
+    /// deadline is; not soon after a jump. whole: renew a half only where time is short.
+    RenewalExtent renewal = RenewalExtent::whole;
     /// Solves of a recorded frame to repeat bit for bit, without a deadline.
     const SolveRecords* as_done = nullptr;
 };
@@ -33,11 +33,10 @@ class FrameStepper {
                  LinearSolver& solver, BodyState& state, IncrementHistory& history,
                  const SolverOptions& options, ThreadTeam& team);
 
-    /// One frame from the state as it is, within a step that the TimeIntegrator has begun;
-    /// `prescribed_size`: the largest component of the prescribed increment, m. Returns null, or
-    /// why the new state is not to be used (see ForceBalance::state_fault).
-    [[nodiscard]] const char* advance(double prescribed_size, const FrameControls& controls,
-                                      StepReport& report);
+    /// One frame from the state as it is, within a step that the TimeIntegrator has begun and whose
+    /// prescribed increment was found. If the report says kept_old, the new state is not to be used
+    /// (see ForceBalance::state_fault).
+    StepReport advance(const FrameControls& controls);
     /// After the step has ended, with all its times in the report.
     void learn(const StepReport& report);
 
@@ -45,19 +44,18 @@ class FrameStepper {
     LinearReport solve_linear(const FrameControls& controls, StepReport& report);
     struct Solved {
         LinearReport linear;
-        bool by_half;  ///< only half of the operator was renewed
+        RenewalExtent renewed;
     };
     Solved solve_once(const FrameControls& controls, const SolveRecord* done, Tangent tangent,
-                      bool by_halves, StepReport& report);
+                      RenewalExtent wanted, StepReport& report);
     /// Whether a whole operator, one iteration and what follows would miss the deadline.
     bool is_late(const FrameControls& controls) const;
     /// Whether the result of an operator whose one half is a step old must be rejected: if tets
     /// have flipped since, the halves may not fit together.
     bool must_reject_partial_update(const LinearReport& linear) const;
-    /// Applies the solved increment, and in the first iteration the prescribed one; the residual's
-    /// norm where a further iteration asks for it.
-    double apply(bool first, double imbalance, bool last);
-    void watch_for_jump(double prescribed_size);
+    /// Applies the first iteration's increment and the prescribed one.
+    void apply_first();
+    void watch_for_jump();
     double line_search(double norm_before);
     void move(double length);
 

@@ -122,76 +122,80 @@ void NewtonSolver::make_line_search() {
     LIVETET_PETSC(SNESLineSearchSetPreCheck(search, check, this));
 }
 
-void NewtonSolver::solve(const SolveControls& controls, bool moves, StepReport& report) {
+StepReport NewtonSolver::solve(const SolveControls& controls) {
     if (!snes_) make_snes(solver_.fine().share().comm);
     controls_ = controls;
     positive_steps_ = 0;
-    report_ = &report;
+    report_ = {};
     Stopwatch watch;
     const double imbalance = balance_.evaluate();
     balance_.keep_scale();
-    report.forces_s += watch.lap();
+    report_.forces_s += watch.lap();
     const bool is_linear = solver_.fine().is_linear();
     if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may differ in direction
-    const bool predicts = moves || (is_linear && imbalance > balance_.negligible());
-    if (!predicts || predict(moves, report)) solve_by_snes(report);
-    report_ = nullptr;
+    const bool predicts =
+        prescribed_.increment_size() != 0 || (is_linear && imbalance > balance_.negligible());
+    if (!predicts || predict()) solve_by_snes();
+    if (const char* fault = balance_.state_fault()) report_.drop(fault);
+    return report_;
 }
 
-bool NewtonSolver::predict(bool moves, StepReport& report) {
+bool NewtonSolver::predict() {
+    const bool moves = prescribed_.increment_size() != 0;
     if (!du_) {
         du_ = make_vector(solver_.fine().share());
         if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
     }
     Stopwatch watch;
     const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();
-    report.forces_s += watch.lap();
+    report_.forces_s += watch.lap();
     const LinearControls controls{controls_.linear_tolerance, options_.max_iterations, {}};
     for (tangent_ = next_tangent();;) {
         balance_.assemble(tangent_);
-        report.operator_s += watch.lap();
+        report_.operator_s += watch.lap();
         solver_.set_up_preconditioner();
-        report.preconditioner_s += watch.lap();
+        report_.preconditioner_s += watch.lap();
         const LinearReport linear =
             solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
                           controls, history_.guesses());
-        report.solve_s += watch.lap();
-        report.iterations += linear.iterations;
-        report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
+        report_.solve_s += watch.lap();
+        report_.iterations += linear.iterations;
+        report_.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         const bool is_good = linear.converged && balance_.slope(du_.get(), dp_.get()) > 0;
         if (is_good || tangent_ != Tangent::exact) break;
         tangent_ = Tangent::positive;
         positive_steps_ = 2;
     }
-    ++report.newton_iterations;
+    ++report_.newton_iterations;
     history_.push(du_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
     if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
-    report.finish_s += watch.lap();
+    report_.finish_s += watch.lap();
     return !balance_.state_fault();
 }
 
-void NewtonSolver::set_tolerances(int newton_iterations_done) {
+void NewtonSolver::set_tolerances() {
     if (has_user_limit_) return;
     PetscReal absolute = 0, relative = 0, step = 0;
     PetscInt evaluations = 0;
     LIVETET_PETSC(
         SNESGetTolerances(snes_.get(), &absolute, &relative, &step, nullptr, &evaluations));
-    const int left = std::max(0, controls_.max_newton - newton_iterations_done);
+    const int left = std::max(0, controls_.max_newton - report_.newton_iterations);
     LIVETET_PETSC(SNESSetTolerances(snes_.get(), absolute, relative, step, left, evaluations));
 }
 
-void NewtonSolver::solve_by_snes(StepReport& report) {
-    set_tolerances(report.newton_iterations);
+void NewtonSolver::solve_by_snes() {
+    set_tolerances();
     const ForcingTerms terms(
         solver_.krylov({controls_.linear_tolerance, options_.max_iterations, {}}), snes_.get());
     copy_from_state();
-    const double ours_before = report.forces_s + report.operator_s + report.preconditioner_s;
+    const double ours_before = report_.forces_s + report_.operator_s + report_.preconditioner_s;
     Stopwatch watch;
     LIVETET_PETSC(SNESSolve(snes_.get(), nullptr, x_.get()));
-    const double ours = report.forces_s + report.operator_s + report.preconditioner_s - ours_before;
-    report.solve_s += std::max(0.0, watch.lap() - ours);
+    const double ours =
+        report_.forces_s + report_.operator_s + report_.preconditioner_s - ours_before;
+    report_.solve_s += std::max(0.0, watch.lap() - ours);
     copy_to_state(x_.get());
     PetscInt iterations = 0, linear_iterations = 0;
     PetscReal residual = 0;
@@ -200,11 +204,11 @@ void NewtonSolver::solve_by_snes(StepReport& report) {
     LIVETET_PETSC(SNESGetLinearSolveIterations(snes_.get(), &linear_iterations));
     LIVETET_PETSC(SNESGetFunctionNorm(snes_.get(), &residual));
     LIVETET_PETSC(SNESGetConvergedReason(snes_.get(), &reason));
-    LIVETET_PETSC(SNESGetConvergedReasonString(snes_.get(), &report.reason));
-    report.newton_iterations += static_cast<int>(iterations);
-    report.iterations += static_cast<int>(linear_iterations);
-    report.converged = reason > 0;
-    report.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
+    LIVETET_PETSC(SNESGetConvergedReasonString(snes_.get(), &report_.reason));
+    report_.newton_iterations += static_cast<int>(iterations);
+    report_.iterations += static_cast<int>(linear_iterations);
+    report_.converged = reason > 0;
+    report_.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
 }
 
 Tangent NewtonSolver::next_tangent() {
@@ -240,7 +244,7 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
     LIVETET_PETSC(VecCopy(balance_.residual(), to.u));
     LIVETET_PETSC(VecScale(to.u, -1));
     if (to.p) LIVETET_PETSC(VecCopy(balance_.volume_residual(), to.p));
-    report_->forces_s += watch.lap();
+    report_.forces_s += watch.lap();
 }
 
 void NewtonSolver::assemble(Vec x) {
@@ -248,9 +252,9 @@ void NewtonSolver::assemble(Vec x) {
     copy_to_state(x);  // PETSc's line searches may have evaluated another state last
     tangent_ = next_tangent();
     balance_.assemble(tangent_);
-    report_->operator_s += watch.lap();
+    report_.operator_s += watch.lap();
     solver_.set_up_preconditioner();
-    report_->preconditioner_s += watch.lap();
+    report_.preconditioner_s += watch.lap();
 }
 
 SNESConvergedReason NewtonSolver::test(int /*iteration*/, double /*x_norm*/, double /*step_norm*/,
@@ -279,13 +283,13 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     tangent_ = Tangent::positive;
     positive_steps_ = 2;
     balance_.assemble(tangent_);
-    report_->operator_s += watch.lap();
+    report_.operator_s += watch.lap();
     solver_.set_up_preconditioner();
-    report_->preconditioner_s += watch.lap();
+    report_.preconditioner_s += watch.lap();
     LIVETET_PETSC(KSPSolve(ksp, f, direction));
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
-    report_->iterations += static_cast<int>(iterations);
+    report_.iterations += static_cast<int>(iterations);
     return true;
 }
 

@@ -42,17 +42,18 @@ class NewtonSolver {
                  LinearSolver& solver, BodyState& state, IncrementHistory& history,
                  const SolverOptions& options);
 
-    /// Solves from the state as it is, within a step that the TimeIntegrator has begun; `moves`:
-    /// the prescribed increment is not zero. The state is the last iterate, whatever the outcome.
-    void solve(const SolveControls& controls, bool moves, StepReport& report);
+    /// Solves from the state as it is, within a step that the TimeIntegrator has begun and whose
+    /// prescribed increment was found. The state is the last iterate, whatever the outcome; the
+    /// report's kept_old says that it is not to be used.
+    StepReport solve(const SolveControls& controls);
 
   private:
     void make_snes(MPI_Comm comm);
     void make_line_search();
-    void solve_by_snes(StepReport& report);
+    void solve_by_snes();
     /// The first iteration; whether it left a finite state.
-    bool predict(bool moves, StepReport& report);
-    void set_tolerances(int newton_iterations_done);
+    bool predict();
+    void set_tolerances();
     Tangent next_tangent();
     void copy_from_state();
     void copy_to_state(Vec x);
@@ -73,7 +74,7 @@ class NewtonSolver {
     IncrementHistory& history_;
     const SolverOptions& options_;
     SolveControls controls_;
-    StepReport* report_ = nullptr;  ///< during a solve
+    StepReport report_;  ///< of the solve under way
     PetscHandle<SNES> snes_;
     PetscHandle<Vec> x_, f_, du_, dp_;
     bool has_user_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given

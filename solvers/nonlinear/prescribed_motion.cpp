@@ -35,7 +35,7 @@ void PrescribedMotion::move(std::span<const std::int32_t> nodes, std::span<const
     }
 }
 
-double PrescribedMotion::find_increment(Vec u) {
+void PrescribedMotion::find_increment(Vec u) {
     const auto constrained = level_.constrained();
     double largest = 0;
     {
@@ -52,7 +52,7 @@ double PrescribedMotion::find_increment(Vec u) {
     }
     if (const PartitionedMesh& mesh = level_.share(); mesh.ranks > 1)
         MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, mesh.comm);
-    return largest;
+    increment_size_ = largest;
 }
 
 }  // namespace livetet

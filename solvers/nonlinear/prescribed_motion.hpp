@@ -22,11 +22,12 @@ class PrescribedMotion {
     /// New values, m, at nodes of the whole mesh; those that are not constrained are passed over.
     void move(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
 
-    /// increment() = value - u at constrained components, zero elsewhere; returns its largest
-    /// component in size, m: 0 where all are there already, infinity if a value is not finite.
-    /// Collective.
-    double find_increment(Vec u);
+    /// increment() = value - u at constrained components, zero elsewhere. Collective.
+    void find_increment(Vec u);
     Vec increment() const { return increment_.get(); }
+    /// Largest component of increment() in size, m: 0 where all are there already, infinity if a
+    /// value is not finite. The same on all ranks.
+    double increment_size() const { return increment_size_; }
 
   private:
     const LevelAssembler& level_;
@@ -34,6 +35,7 @@ class PrescribedMotion {
     std::vector<Vector3> values_;      ///< of these, m
     std::vector<std::int32_t> at_;     ///< of each owned node: its place in nodes_, or -1
     PetscHandle<Vec> increment_;
+    double increment_size_ = 0;  ///< m
 };
 
 }  // namespace livetet

@@ -47,6 +47,14 @@ struct [[nodiscard]] StepReport {
 
     /// All stages together.
     double seconds() const { return forces_s + operator_s + preconditioner_s + solve_s + finish_s; }
+
+    /// The new state is not usable, for this reason; the body takes up the old one.
+    void drop(const char* why) {
+        converged = false;
+        kept_old = true;
+        imbalance = 1;
+        reason = why;
+    }
 };
 
 }  // namespace livetet

@@ -37,7 +37,7 @@ class TimeIntegrator {
 
     /// Memory of velocities and accelerations on this rank.
     const PhaseCost& cost() const { return cost_; }
-    bool is_dynamic() const { return time_.scheme != TimeScheme::static_equilibrium; }
+    bool is_dynamic() const { return time_.is_dynamic(); }
     double rayleigh_beta() const { return time_.rayleigh_beta; }
     const TimeCoefficients& coefficients() const { return c_; }
     /// The step's operator is stiffness_factor() K + mass_factor() M.

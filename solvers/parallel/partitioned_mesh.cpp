@@ -133,7 +133,8 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
 }
 
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
-                                std::span<const std::int32_t> parts, bool cut) {
+                                std::span<const std::int32_t> parts,
+                                MeshDistribution distribution) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
     PartitionedMesh share;
@@ -151,8 +152,9 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
-    const Distributed d =
-        cut ? find_share(mesh, parts, rank) : distribute(comm, mesh, parts, rank, share.ranks);
+    const Distributed d = distribution == MeshDistribution::in_place
+                              ? find_share(mesh, parts, rank)
+                              : distribute(comm, mesh, parts, rank, share.ranks);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
     share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);

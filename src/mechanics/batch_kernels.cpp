@@ -339,10 +339,15 @@ TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
 }
 
 template <class Real>
-std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations(bool turning) const {
+std::vector<RotationBatch<Real>> TetBatches<Real>::make_fixed_rotations() {
     RotationBatch<Real> identity{};
     for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
-    return std::vector<RotationBatch<Real>>(turning ? batches_.size() : 1, identity);
+    return {identity};
+}
+
+template <class Real>
+std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations() const {
+    return std::vector<RotationBatch<Real>>(batches_.size(), make_fixed_rotations().front());
 }
 
 template <class Real>

@@ -71,9 +71,10 @@ class TetBatches {
     }
     BatchRange all() const { return {0, batches_.size()}; }
     const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
-    /// A rotation store filled with identities: one for each batch, or where no tet turns one for
-    /// all.
-    std::vector<RotationBatch<Real>> make_rotations(bool turning = true) const;
+    /// A rotation store filled with identities: one for each batch.
+    std::vector<RotationBatch<Real>> make_rotations() const;
+    /// The same where no tet turns: one identity for all batches.
+    static std::vector<RotationBatch<Real>> make_fixed_rotations();
 
   private:
     std::vector<std::int32_t> tet_of_lane_;

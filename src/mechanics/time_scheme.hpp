@@ -14,6 +14,7 @@ enum class TimeScheme { static_equilibrium, implicit_euler, newmark, generalized
 /// the length of each step, and loads as they are.
 struct TimeOptions {
     TimeScheme scheme = TimeScheme::static_equilibrium;
+    bool is_dynamic() const { return scheme != TimeScheme::static_equilibrium; }
     double step_s = 0.05;   ///< of a scene: a body's is the argument of `solve` and `advance`
     double duration_s = 1;  ///< of a scene
     double beta = 0.25;

@@ -12,7 +12,8 @@ namespace livetet {
 Playback::Playback(Recording recording, PlaybackOptions options)
     : recording_(std::move(recording)), options_(std::move(options)) {
     if (recording_.samples.empty()) fail("playback: the recording has no samples");
-    if (!(options_.speed >= 0)) fail("playback: speed = {} must be >= 0", options_.speed);
+    if (options_.speed && !(*options_.speed > 0))
+        fail("playback: speed = {} must be > 0", *options_.speed);
     if (!options_.delays_s.empty() && options_.delays_s.size() != recording_.samples.size())
         fail("playback: {} delays for {} samples", options_.delays_s.size(),
              recording_.samples.size());
@@ -28,7 +29,7 @@ StreamSample Playback::sample(std::size_t i) const {
 }
 
 const StreamSample* Playback::next() {
-    if (options_.speed > 0) {
+    if (options_.speed) {
         if (!thread_.joinable())
             thread_ = std::jthread([this](const std::stop_token& stop) { play(stop); });
         return TrackerSource::next();
@@ -46,7 +47,7 @@ void Playback::play(const std::stop_token& stop) {
     const auto start = std::chrono::steady_clock::now();
     const double first = recording_.samples.front().time_s;
     const auto until = [&](double seconds) {  // returns at once if playback is stopped
-        const std::chrono::duration<double> way(seconds / options_.speed);
+        const std::chrono::duration<double> way(seconds / *options_.speed);
         sleep.wait_until(
             lock, stop,
             start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(way),

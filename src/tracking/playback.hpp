@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <thread>
 
 #include "tracking/source.hpp"
@@ -8,8 +9,8 @@
 namespace livetet {
 
 struct PlaybackOptions {
-    double speed =
-        1;  ///< playback rate; 0: one sample for each call of `next`, without skipping any
+    /// Relative to the recording's own pace; none: one sample for each call of `next`.
+    std::optional<double> speed = 1;
     /// Delay of each sample after its time stamp, seconds; empty: no delay.
     std::vector<double> delays_s{};
     SampleListener listener{};  ///< called with each sample on the source's thread
@@ -18,8 +19,8 @@ struct PlaybackOptions {
 /// Plays a recording as a tracker source. Playback starts at the first call of `next`.
 class Playback : public TrackerSource {
   public:
-    /// Throws Error if the recording has no samples, if the speed is negative, or if the number of
-    /// delays differs from the number of samples.
+    /// Throws Error if the recording has no samples, if the speed is not positive, or if the number
+    /// of delays differs from the number of samples.
     explicit Playback(Recording recording, PlaybackOptions options = {});
     ~Playback() override;
 
@@ -36,8 +37,7 @@ class Playback : public TrackerSource {
     const Recording recording_;
     PlaybackOptions options_;
     std::atomic<std::uint64_t> played_{0};
-    // at speed 0: the sample last returned
-    StreamSample taken_;
+    StreamSample taken_;  ///< without a speed: the sample last returned
     std::jthread thread_;
 };
 

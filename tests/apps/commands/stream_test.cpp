@@ -157,7 +157,7 @@ TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
     write_text(folder / "pivot.yaml", pivot_script);
     Server server(folder, "pivot.yaml");
     std::vector<std::size_t> saved;
-    RecordingOptions options{.tools = {"Stylus"}, .seconds = 2, .save_every_s = 0.2};
+    RecordingOptions options{.tools = {"Stylus"}, .length_s = 2, .save_every_s = 0.2};
     options.save = [&](const Recording& recording) {
         saved.push_back(recording.samples.size());
         if (saved.size() == 2) fail("the disk is full");
@@ -175,7 +175,7 @@ TEST(Stream, TwoNamesThatTheWireCannotTellApartEndNoRecording) {
     ListeningPeer server;
     auto received = std::async(std::launch::async, [&] {
         return record_tracker(fmt::format("openigtlink://127.0.0.1:{}", server.port()),
-                              {.seconds = 1});
+                              {.length_s = 1});
     });
     Peer peer = server.accept();
     const auto came = [&] {

@@ -117,7 +117,7 @@ TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
     for (const int iterations : {4, 16, 32}) {
         const auto live = body({.kind = SolverKind::live});
         const StepReport report =
-            live->advance(0, {.linear_tolerance = 1e-6, .iterations = iterations});
+            live->advance(0, {.linear_tolerance = 1e-6, .max_iterations = iterations});
         EXPECT_EQ(report.iterations, iterations);
         EXPECT_TRUE(report.cut_short);
         const double gap = largest_gap(live->displacement(), exact->displacement());
@@ -133,7 +133,7 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
     StepReport report;
     for (int k = 1; k <= 6; ++k) {
         live->set_constraints(pressed(k / 60.0));
-        report = live->advance(0, {.linear_tolerance = 1e-9, .iterations = 1});
+        report = live->advance(0, {.linear_tolerance = 1e-9, .max_iterations = 1});
         if (k == 1) first = report.linear_error;
     }
     EXPECT_LT(report.linear_error, 0.3 * first);
@@ -158,12 +158,13 @@ TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     };
     int asked = 0;
     double worst[2] = {0, 0};
-    for (const bool halves : {false, true}) {
+    for (const RenewalExtent renewal : {RenewalExtent::whole, RenewalExtent::half}) {
+        const bool halves = renewal == RenewalExtent::half;
         const auto live = body({.kind = SolverKind::live});
         for (int k = 1; k <= 60; ++k) {
             live->set_constraints(turned(turn_of(k)));
-            const StepReport report =
-                live->advance(0, {.linear_tolerance = 1e-3, .iterations = 3, .by_halves = halves});
+            const StepReport report = live->advance(
+                0, {.linear_tolerance = 1e-3, .max_iterations = 3, .renewal = renewal});
             asked += halves && k > 15 && !report.half_renewed;
             const auto u = live->displacement();
             for (std::size_t n = 0; n < u.size(); ++n)
@@ -194,13 +195,14 @@ TEST_F(LiveSolver, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
 TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
     const auto exact = body({.kind = SolverKind::live});
     double worst[2] = {0, 0};
-    for (const bool halves : {false, true}) {
+    for (const RenewalExtent renewal : {RenewalExtent::whole, RenewalExtent::half}) {
+        const bool halves = renewal == RenewalExtent::half;
         const auto live = body({.kind = SolverKind::live, .threads = 2});
         for (int k = 1; k <= 60; ++k) {
             const Constraints constraints = pressed(k <= 40 ? k / 40.0 : (80 - k) / 40.0);
             live->set_constraints(constraints);
-            const StepReport report =
-                live->advance(0, {.linear_tolerance = 1e-9, .iterations = 4, .by_halves = halves});
+            const StepReport report = live->advance(
+                0, {.linear_tolerance = 1e-9, .max_iterations = 4, .renewal = renewal});
             EXPECT_EQ(report.half_renewed, halves && k > 11) << k;  // setting off is a jump
             if (k % 20) continue;
             exact->set_constraints(constraints);
@@ -221,11 +223,13 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
                by_halves = body({.kind = SolverKind::live}, time);
     for (int k = 1; k <= 20; ++k)
         for (DeformableBody* b : {whole.get(), by_halves.get()}) {
+            const bool halves = b == by_halves.get();
             b->set_constraints(pressed(1e-3 * k));
             const StepReport report =
                 b->advance(0.02 * (1 + 0.02 * (k % 2)),
-                           {.linear_tolerance = 1e-6, .by_halves = b == by_halves.get()});
-            EXPECT_EQ(report.half_renewed, b == by_halves.get() && k > 11) << k;
+                           {.linear_tolerance = 1e-6,
+                            .renewal = halves ? RenewalExtent::half : RenewalExtent::whole});
+            EXPECT_EQ(report.half_renewed, halves && k > 11) << k;
         }
     EXPECT_LT(largest_gap(whole->displacement(), by_halves->displacement()), 1e-2 * 0.0155 * 0.02);
 

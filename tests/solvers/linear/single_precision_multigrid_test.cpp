@@ -20,7 +20,7 @@ class SinglePrecisionMultigridTest : public testing::Test {
         if (ranks > 1) GTEST_SKIP() << "it is for one rank";
         for (std::size_t l = 0; l < 2; ++l) {
             const TetMesh& mesh = hierarchy.levels[l];
-            levels.push_back(make(mesh, std::nullopt));
+            levels.push_back(make(mesh, SinglePrecision{}));
             std::vector<std::uint8_t> held(mesh.nodes.size(), 0);
             for (const std::int32_t n :
                  test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }))
@@ -43,10 +43,10 @@ class SinglePrecisionMultigridTest : public testing::Test {
         multigrid->set_constrained();
         multigrid->update(rotations, 1, 0);
     }
-    std::unique_ptr<LevelAssembler> make(const TetMesh& mesh, std::optional<MatrixLayout> layout) {
+    std::unique_ptr<LevelAssembler> make(const TetMesh& mesh, LevelStorage storage) {
         return std::make_unique<LevelAssembler>(mesh, distribute_mesh(PETSC_COMM_SELF, mesh, {}),
                                                 materials, "corotated", Formulation::displacement,
-                                                layout);
+                                                storage);
     }
     Eigen::VectorXd wave(double frequency) const {
         Eigen::VectorXd x(n);
@@ -118,13 +118,11 @@ TEST_F(SinglePrecisionMultigridTest, TwoHalfRenewalsMakeAWholeOne) {
     fill(plain->share(), more, u.get());
     levels.front()->update_rotations(u.get(), rotations);
     const Eigen::VectorXd x = wave(0.7), old = times(x);
-    multigrid->update(rotations, 1, 0, true);
-    EXPECT_TRUE(multigrid->renewed_half());
+    EXPECT_EQ(multigrid->update(rotations, 1, 0, RenewalExtent::half), RenewalExtent::half);
     const Eigen::VectorXd half = times(x);
-    multigrid->update(rotations, 1, 0, true);
+    multigrid->update(rotations, 1, 0, RenewalExtent::half);
     const Eigen::VectorXd both = times(x);
-    multigrid->update(rotations, 1, 0);
-    EXPECT_FALSE(multigrid->renewed_half());
+    EXPECT_EQ(multigrid->update(rotations, 1, 0), RenewalExtent::whole);
     const Eigen::VectorXd whole = times(x);
     EXPECT_GT((half - old).norm(), 1e-3 * old.norm());
     EXPECT_GT((whole - half).norm(), 1e-3 * old.norm());

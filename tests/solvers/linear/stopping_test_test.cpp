@@ -56,7 +56,7 @@ class Stopping : public testing::Test {
     PetscHandle<KSP> ksp;
     std::array<PetscReal, 200> residuals{};
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    StoppingTest stopping{ThreadTeam::alone(), false};
+    StoppingTest stopping{ThreadTeam::alone(), ErrorEstimate::none};
 };
 
 TEST_F(Stopping, EndsAtTheFirstResidualThatIsAllowed) {
@@ -121,7 +121,7 @@ TEST_F(Stopping, LeavesATestThatTheOptionsName) {
 /// Richardson's iteration on A = I with half of the residual a time: each step is half of the one
 /// before, and all that are still to come add up to the last one.
 TEST_F(Stopping, EstimatesTheErrorFromTheRatioOfSteps) {
-    StoppingTest estimating(ThreadTeam::alone(), true);
+    StoppingTest estimating(ThreadTeam::alone(), ErrorEstimate::from_steps);
     LIVETET_PETSC(MatZeroEntries(A.get()));
     LIVETET_PETSC(MatShift(A.get(), 1));
     LIVETET_PETSC(KSPSetType(ksp.get(), KSPRICHARDSON));

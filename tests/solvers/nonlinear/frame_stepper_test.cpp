@@ -50,10 +50,11 @@ class PressedBlock {
         prescribed_.set_values(constraints);
     }
     StepReport frame(const FrameControls& controls) {
-        StepReport report;
         time_.begin_step(0);
         balance_.begin_step(ForceBalance::DampingAt::present);
-        if (stepper_.advance(prescribed_.find_increment(state.u.get()), controls, report))
+        prescribed_.find_increment(state.u.get());
+        const StepReport report = stepper_.advance(controls);
+        if (report.kept_old)
             time_.return_to_start();
         else
             (void)time_.finish_step(0);
@@ -132,7 +133,8 @@ TEST(FrameStepperTest, RenewsHalvesButNotSoonAfterAJump) {
     for (int k = 1; k <= 40; ++k) {
         at.z() += k == 20 ? -2e-3 : -1e-4;
         block.press(at);
-        const StepReport report = block.frame({.linear_tolerance = 1e-6, .by_halves = true});
+        const StepReport report =
+            block.frame({.linear_tolerance = 1e-6, .renewal = RenewalExtent::half});
         EXPECT_EQ(report.half_renewed, (k > 11 && k < 20) || k >= 30) << k;
     }
 }
@@ -142,7 +144,7 @@ TEST(FrameStepperTest, RepeatsAFrameToTheBit) {
     for (int k = 1; k <= 4; ++k) {
         for (PressedBlock* block : {&first, &again}) block->press({0, 0, -0.002 * k});
         FrameControls controls{.newton_iterations = 2, .linear_tolerance = 1e-6};
-        if (k % 2) controls.iterations = k;  // as if by the clock
+        if (k % 2) controls.max_iterations = k;  // as if by the clock
         const StepReport done = first.frame(controls);
         const StepReport report = again.frame(
             {.newton_iterations = 2, .linear_tolerance = 1e-6, .as_done = &done.solves});

@@ -21,9 +21,9 @@ Recording ten_samples() {
 
 TEST(Playback, FrameByFrameNoneIsMissed) {
     std::vector<std::uint64_t> heard;
-    Playback playback(ten_samples(), {.speed = 0, .listener = [&](const StreamSample& s) {
-                                          heard.push_back(s.number);
-                                      }});
+    Playback playback(ten_samples(),
+                      {.speed = std::nullopt,
+                       .listener = [&](const StreamSample& s) { heard.push_back(s.number); }});
     for (std::uint64_t i = 1; i <= 10; ++i) {
         const StreamSample* sample = playback.next();
         ASSERT_TRUE(sample);
