@@ -10,7 +10,7 @@ std::vector<ProfileRow> solve_profile(MPI_Comm comm, const Scene& scene,
                                       const SceneBody& scene_body, double mesh_s,
                                       const PhaseCost& output) {
     const BodyCosts c = scene_body.body->costs();
-    const bool is_static = scene.time.scheme == TimeScheme::static_equilibrium;
+    const bool is_static = !scene.time.is_dynamic();
     const bool is_mixed = scene_body.body->linear_solver().is_mixed();
     const bool has_levels = scene_body.body->linear_solver().level_count() > 1;
     std::vector<ProfileRow> rows{

@@ -69,8 +69,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
     row.outputs.emplace_back("largest_von_mises_Pa", body.body->largest_von_mises());
     row.outputs.emplace_back(inverted_tets_output, static_cast<double>(body.body->inverted_tets()));
-    if (scene.time.scheme == TimeScheme::static_equilibrium)
-        row.outputs.emplace_back("share_of_load", history.share);
+    if (!scene.time.is_dynamic()) row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
         add_vector(row, key + "_force", "N", force);
     const std::vector<Vector3> at_probes =

@@ -1,0 +1,116 @@
+#include "apps/simulation/state_keeper.hpp"
+
+#include <tuple>
+
+#include "apps/scene/scene_files.hpp"
+#include "apps/simulation/result_fields.hpp"
+#include "base/error.hpp"
+#include "base/stopwatch.hpp"
+#include "config/yaml.hpp"
+#include "solvers/parallel/first_rank.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Whether the run writes checkpoints. Throws Error if it should but cannot.
+bool keeps_checkpoints(const Scene& scene, RunStart start) {
+    const bool restarts = start == RunStart::from_checkpoint;
+    const bool keeps = scene.time.is_dynamic() && (scene.output.checkpoint_every > 0 || restarts);
+    if (keeps && !scene.output.has_file())
+        fail("output.file = none: checkpoints end up in this file, expected a name");
+    if (restarts && !scene.time.is_dynamic())
+        fail("--restart: the scene is static, expected a dynamic one with checkpoints");
+    return keeps;
+}
+
+/// What a restarted run must have in common with its first part. Collective.
+std::string run_identity(const Scene& scene, bool keeps) {
+    Scene of_results = scene;
+    of_results.output.checkpoint_every = 0;  // may change at a restart
+    std::string identity = to_yaml(of_results);
+    if (keeps) {
+        std::string stamps;
+        on_first_rank([&] { stamps = stamps_of(mesh_files(scene)); });
+        identity += same_on_all(std::move(stamps));
+    }
+    return identity;
+}
+
+bool is_first_rank() {
+    int rank = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    return rank == 0;
+}
+
+}  // namespace
+
+StateKeeper::StateKeeper(const Scene& scene, SceneBody& body, RunStart start)
+    : scene_(scene),
+      body_(*body.body),
+      is_first_rank_(is_first_rank()),
+      keeps_checkpoints_(keeps_checkpoints(scene, start)),
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_)) {
+    if (start == RunStart::from_checkpoint) {
+        BodySnapshot state;
+        std::tie(start_, state) = store_.read();
+        body_.set_state(state);
+    } else if (keeps_checkpoints_ && is_first_rank_) {
+        store_.begin();
+    }
+    frames_ = start_.frames;
+    if (scene.output.has_file())
+        writer_.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::full,
+                        PETSC_COMM_WORLD);
+}
+
+RunHooks StateKeeper::hooks(ProgressCallback progress) {
+    RunHooks hooks{.progress = std::move(progress), .start = start_};
+    hooks.keep = [this](std::size_t number, double time) { keep(number, time); };
+    if (scene_.output.checkpoint_every > 0)
+        hooks.checkpoint = [this](const RunPlace& place) {
+            const BodySnapshot state = body_.gather_state();
+            on_first_rank([&] { store_.write(place, state); });
+        };
+    return hooks;
+}
+
+void StateKeeper::close(const std::string& description) {
+    const auto began = std::chrono::steady_clock::now();
+    MPI_Barrier(PETSC_COMM_WORLD);  // the first rank has written its frames
+    if (keeps_checkpoints_) {
+        on_first_rank([&] { store_.check_frames(frames_); });
+        for (std::size_t k = 0; k < frames_; ++k) append_frame(*writer_, store_.frame(k));
+    }
+    if (writer_ && frames_ > 0) {
+        writer_->write_text("solve", same_on_all(description));
+        writer_->close();
+    }
+    output_s_ += seconds_since(began);
+}
+
+void StateKeeper::remove_checkpoints() const {
+    if (keeps_checkpoints_) store_.remove();
+}
+
+const std::vector<Vector3>& StateKeeper::displacement() {
+    if (last_.displacement.empty()) last_.displacement = body_.displacement();
+    return last_.displacement;
+}
+
+void StateKeeper::keep(std::size_t number, double time) {
+    const auto began = std::chrono::steady_clock::now();
+    last_ = {};  // frees the last displacement before the next is gathered
+    last_ = {time, body_.displacement(), {}};
+    frames_ = number + 1;
+    if (!writer_) return;
+    last_.fields = result_fields(scene_, body_);
+    if (!keeps_checkpoints_)
+        append_frame(*writer_, last_);
+    else
+        on_first_rank([&] { store_.keep(number, last_); });
+    last_.fields.clear();
+    output_s_ += seconds_since(began);
+}
+
+}  // namespace livetet

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "apps/simulation/checkpoint.hpp"
+#include "apps/simulation/scene_run.hpp"
+
+namespace livetet {
+
+/// Whether a run begins at the scene's start, or at the last checkpoint of an earlier run.
+enum class RunStart { anew, from_checkpoint };
+
+/// Keeps the states of a run: in the result as they come or, where the run may be restarted, as
+/// files of the first rank that `close` puts into the result. All functions are collective.
+class StateKeeper {
+  public:
+    /// Throws Error if the run should write or read checkpoints and cannot. All must outlive this.
+    StateKeeper(const Scene& scene, SceneBody& body, RunStart start);
+
+    RunHooks hooks(ProgressCallback progress);
+
+    /// Completes the result; `description` is the run's (see describe_run). Leaves an older result
+    /// alone where no state was reached.
+    void close(const std::string& description);
+    /// By the first rank, after `close`: removes what a restart would need.
+    void remove_checkpoints() const;
+
+    std::size_t frames() const { return frames_; }
+    double start_s() const { return start_.time_s; }
+    double output_s() const { return output_s_; }
+    /// Of the last state that was kept, m; the body's own where none was.
+    const std::vector<Vector3>& displacement();
+
+  private:
+    void keep(std::size_t number, double time);
+
+    const Scene& scene_;
+    DeformableBody& body_;
+    bool is_first_rank_, keeps_checkpoints_;
+    CheckpointStore store_;
+    RunPlace start_;
+    std::optional<ResultWriter> writer_;
+    ResultFrame last_;
+    std::size_t frames_ = 0;
+    double output_s_ = 0;
+};
+
+}  // namespace livetet

@@ -1,0 +1,35 @@
+#include "solvers/parallel/first_rank.hpp"
+
+#include <cstdint>
+#include <exception>
+
+#include "base/error.hpp"
+#include "base/petsc.hpp"
+
+namespace livetet {
+
+std::string same_on_all(std::string text) {
+    auto size = static_cast<std::int64_t>(text.size());
+    MPI_Bcast(&size, 1, MPI_INT64_T, 0, PETSC_COMM_WORLD);
+    text.resize(static_cast<std::size_t>(size));
+    MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, PETSC_COMM_WORLD);
+    return text;
+}
+
+void on_first_rank(const std::function<void()>& work) {
+    int rank = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    std::exception_ptr own;
+    std::string problem;
+    try {
+        if (rank == 0) work();
+    } catch (const std::exception& error) {
+        own = std::current_exception();
+        problem = error.what();
+    }
+    problem = same_on_all(std::move(problem));
+    if (own) std::rethrow_exception(own);  // keeps its type: not every error is the user's
+    if (!problem.empty()) throw Error(problem);
+}
+
+}  // namespace livetet

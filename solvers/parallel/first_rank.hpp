@@ -1,0 +1,15 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace livetet {
+
+/// Returns the text of PETSC_COMM_WORLD's first rank on every rank. Collective.
+std::string same_on_all(std::string text);
+
+/// Runs `work` on the first rank of PETSC_COMM_WORLD. If it throws, all ranks throw: the others
+/// would wait for ever. Collective.
+void on_first_rank(const std::function<void()>& work);
+
+}  // namespace livetet
