@@ -72,7 +72,7 @@ head -n 5 "$out/machine.txt"
 printf '# Measurements, %s\n\n```text\n%s\n```\n' "$today" "$(<"$out/machine.txt")" >"$out/report.md"
 
 verification() { measure verification verification $(full '' '--only patch') --csv "$out/verification.csv" $(full "--figure $out/verification.png" ''); }
-convergence() { measure convergence convergence $(full '' '--most-nodes 1100 --only nodes') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
+convergence() { measure convergence convergence $(full '' '--max-nodes 1100 --only nodes') --csv "$out/convergence.csv" --figure "$out/convergence.png"; }
 stability() { measure stability stability --cells 2 --budget 50 $(full '--noise-frames 10000' '--noise-frames 1000 --only step') --csv "$out/stability.csv" --figure "$out/stability.png"; }
 savings() { measure savings savings "$out/scenes/$(full linear layers).yaml" $(full '' '--repeats 1') --json "$out/savings.json"; }
 workprecision() {

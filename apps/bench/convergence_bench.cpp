@@ -323,10 +323,10 @@ void add_convergence_benchmark(CLI::App& bench, int& status) {
         "contrast, anisotropy, levels and smoothing steps; exit status 1 if multigrid's "
         "iterations grow by more than a fifth");
     auto a = std::make_shared<ConvergenceArguments>();
-    command->add_option("--least-nodes", a->min_nodes, "nodes of the smallest mesh")
+    command->add_option("--min-nodes", a->min_nodes, "nodes of the smallest mesh")
         ->capture_default_str()
         ->check(CLI::Range(300., 1e9));
-    command->add_option("--most-nodes", a->max_nodes, "nodes of the largest mesh")
+    command->add_option("--max-nodes", a->max_nodes, "nodes of the largest mesh")
         ->capture_default_str()
         ->check(CLI::Range(1e3, 1e9));
     command

@@ -19,14 +19,14 @@ long times_blocked() {
 
 // Batches and rotations in float, read once for rotations and once for forces; about forty passes
 // over vectors of doubles in a step and nine more in an iteration.
-double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
-                      TimeScheme scheme) {
+double bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
+                      double iterations, TimeScheme scheme) {
     const double batches = static_cast<double>(tets) / batch_width<float>;
     const double forces =
         batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
     const double vectors = 24.0 * static_cast<double>(nodes) *
                            ((scheme == TimeScheme::static_equilibrium ? 28 : 45) + 9 * iterations);
-    LinearSolver& op = body.linear_solver();
+    const LinearSolver& op = body.linear_solver();
     return forces + vectors + op.bytes_of_update() + op.bytes_of_solve(iterations);
 }
 

@@ -70,8 +70,8 @@ struct RealtimeResult {
 long times_blocked();
 
 /// Minimum bytes that a frame moves: each array once for each use.
-double bytes_of_frame(DeformableBody& body, std::size_t tets, std::size_t nodes, double iterations,
-                      TimeScheme scheme);
+double bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
+                      double iterations, TimeScheme scheme);
 
 /// Difference of displacements, and the largest of `b`, m.
 struct Gap {

@@ -24,8 +24,7 @@ struct Mode {
 Mode lowest_mode(Problem& problem, const std::function<Vector3(const Vector3& x)>& guess) {
     problem.apply();
     DeformableBody& body = problem.body();
-    body.linear_solver().find_mass();  // of a static body: it has none of its own
-    const auto mass = body.linear_solver().fine().node_mass();
+    const auto mass = body.node_mass();
     std::vector<Vector3> y, force(problem.node_count());
     for (const Vector3& x : problem.mesh().nodes) y.push_back(guess(x));
     Mode mode;
@@ -190,7 +189,7 @@ std::vector<Outcome> free_flight() {
     for (const Vector3& x : problem.mesh().nodes)
         velocity.push_back(flight + spin.cross(x - centre));
     body.set_velocity(velocity);
-    const auto mass = body.linear_solver().fine().node_mass();
+    const auto mass = body.node_mass();
     double total = 0;
     for (const double m : mass) total += m;
     const auto mean = [&] {

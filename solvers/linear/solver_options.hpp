@@ -89,9 +89,10 @@ void visit_fields(Visitor& v, SolverOptions& s) {
         "tangent", s.tangent, "which derivative of the forces a Newton iteration takes",
         {{TangentChoice::automatic, "automatic",
           "exact in `solve` and `study`, frozen rotations in `track`"},
-         {TangentChoice::frozen_rotation, "held-rotation",
+         {TangentChoice::frozen_rotation, "frozen-rotation",
           "R K R^T with R frozen: cheap, always positive; the other models take their positive "
           "part"},
+         {TangentChoice::frozen_rotation, "held-rotation", "the same: its name before 0.2"},
          {TangentChoice::exact, "exact",
           "with the rotation's derivative; its positive part wherever the whole is not positive"}});
     v.choice("partitioner", s.partitioner, "library that partitions the mesh",

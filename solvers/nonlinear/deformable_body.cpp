@@ -182,9 +182,14 @@ StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
     return report;
 }
 
+std::span<const double> DeformableBody::node_mass() {
+    if (level().node_mass().empty()) solver_->find_mass();
+    return level().node_mass();
+}
+
 BodyCosts DeformableBody::costs() const {
     BodyCosts costs{solver_->costs(), time_.cost(), balance_.cost(), linear_solves_};
-    costs.rotations.bytes += balance_.rotation_bytes();
+    costs.solver.rotations.bytes += balance_.rotation_bytes();
     return costs;
 }
 

@@ -11,7 +11,8 @@ namespace livetet {
 
 /// Time and memory of a body's parts on this rank: the linear solver's; velocities, with all that a
 /// dynamic body keeps beside its mass; forces; iterations of linear solves.
-struct BodyCosts : SolverCosts {
+struct BodyCosts {
+    SolverCosts solver;
     PhaseCost velocities, forces, linear_solves;
 };
 
@@ -100,7 +101,9 @@ class DeformableBody {
     double kinetic_energy();
 
     BodyCosts costs() const;
-    LinearSolver& linear_solver() { return *solver_; }
+    /// Lumped mass of each node that this rank owns, kg; a static body computes it now.
+    std::span<const double> node_mass();
+    const LinearSolver& linear_solver() const { return *solver_; }
     int threads() const { return team_.size(); }
 
   private:

@@ -144,8 +144,8 @@ TEST(WorkPrecision, WhatIsWrongIsOneLine) {
 
 TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     const Folder folder;
-    const auto outcome = livetet(
-        folder, "bench convergence --most-nodes 1100 --nodes 400 --json c.json --csv c.csv");
+    const auto outcome =
+        livetet(folder, "bench convergence --max-nodes 1100 --nodes 400 --json c.json --csv c.csv");
     EXPECT_EQ(outcome.status, 0) << "no mesh of 10^4 nodes to judge by: " << outcome.err;
     std::map<std::string, json> rows;
     const json all = json::parse(text_of(folder / "c.json"));

@@ -58,10 +58,10 @@ TEST_F(LeftOut, AStaticBodyHasNoMassAndNoVelocities) {
             ASSERT_FALSE(b->advance(0.1, {}).kept_old);
         }
         EXPECT_TRUE(at_rest->linear_solver().fine().node_mass().empty());
-        EXPECT_EQ(at_rest->costs().mass.bytes, 0);
+        EXPECT_EQ(at_rest->costs().solver.mass.bytes, 0);
         EXPECT_EQ(at_rest->costs().velocities.bytes, 0);
         const double nodes = static_cast<double>(hierarchy.levels.front().nodes.size());
-        EXPECT_GE(moving->costs().mass.bytes, 8 * nodes);
+        EXPECT_GE(moving->costs().solver.mass.bytes, 8 * nodes);
         EXPECT_GE(moving->costs().velocities.bytes, 3 * 24 * nodes);
     }
 }
@@ -74,9 +74,10 @@ TEST_F(LeftOut, ALinearBodyComputesNoRotationsAndKeepsNone) {
             b->set_constraints(pressed(1));
             (void)b->advance(0, {});
         }
-        EXPECT_EQ(linear->costs().rotations.times, 0);
-        EXPECT_LT(linear->costs().rotations.bytes, 0.02 * corotated->costs().rotations.bytes);
-        EXPECT_GT(corotated->costs().rotations.times, 0);
+        EXPECT_EQ(linear->costs().solver.rotations.times, 0);
+        EXPECT_LT(linear->costs().solver.rotations.bytes,
+                  0.02 * corotated->costs().solver.rotations.bytes);
+        EXPECT_GT(corotated->costs().solver.rotations.times, 0);
     }
 }
 
