@@ -2,6 +2,7 @@
 
 #include <petscmat.h>
 
+#include <bit>
 #include <cmath>
 
 #include "solvers/assembly/level_assembler_points.hpp"
@@ -21,6 +22,14 @@ PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns,
     return A;
 }
 
+/// integral N_i N_j over a tet.
+double mass(const TetElement& t, int i, int j) { return t.volume / 20 * (i == j ? 2 : 1); }
+
+/// Dohrmann and Bochev's term of C, for P1 (see the class).
+double stabilisation(const TetElement& t, int i, int j, int nodes) {
+    return nodes == 4 ? (mass(t, i, j) - t.volume / 16) / (2 * t.mu) : 0;
+}
+
 }  // namespace
 
 PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) {
@@ -37,7 +46,6 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
     sums[3] = space.owned;
     MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, share.comm);
     scale_ = std::sqrt(sums[0] / sums[2] / (sums[1] / sums[3]));
-    schur_ = make_vector(space);
 
     const int n = share.nodes_per_tet();
     std::vector<PetscInt> rows, columns;
@@ -50,35 +58,46 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
                 }
     values_.resize(rows.size());
     b_ = make_matrix(share.comm, space.owned, 3 * share.owned, rows, columns);
-    make_c();
+    fill(minus_c_, [&](std::size_t, const TetElement& t, int i, int j) {
+        return -(mass(t, i, j) / t.lambda + stabilisation(t, i, j, n));
+    });
+    set_constrained();
 }
 
-void PressureCoupling::make_c() {
+template <class Value>
+void PressureCoupling::fill(PetscHandle<Mat>& matrix, Value&& value) const {
     const PressureSpace& space = *level_.pressure_space();
-    const bool linear = level_.share().edge_nodes.empty();
     std::vector<PetscInt> rows, columns;
     std::vector<PetscScalar> values;
-    LIVETET_PETSC(VecSet(schur_.get(), 0));
-    {
-        WriteArray schur(schur_.get());
-        for (std::size_t e = 0; e < space.tets.size(); ++e) {
-            const TetElement t = level_.element(e);
-            for (int i = 0; i < 4; ++i) {
+    for (std::size_t e = 0; e < space.tets.size(); ++e) {
+        const TetElement t = level_.element(e);
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) {
                 const std::int32_t row = space.tets[e][i];
-                for (int j = 0; j < 4; ++j) {
-                    const double mass = t.volume / 20 * (i == j ? 2 : 1);
-                    const double projected = linear ? (mass - t.volume / 16) / (2 * t.mu) : 0;
-                    rows.push_back(row < space.owned ? space.numbers[row] : -1);
-                    columns.push_back(space.numbers[space.tets[e][j]]);
-                    values.push_back(-scale_ * scale_ * (mass / t.lambda + projected));
-                }
-                if (row < space.owned)
-                    schur[row] += scale_ * scale_ * t.volume / 4 * (1 / t.lambda + 1 / (2 * t.mu));
+                rows.push_back(row < space.owned ? space.numbers[row] : -1);
+                columns.push_back(space.numbers[space.tets[e][j]]);
+                values.push_back(scale_ * scale_ * value(e, t, i, j));
             }
-        }
     }
-    minus_c_ = make_matrix(space.comm, space.owned, space.owned, rows, columns);
-    LIVETET_PETSC(MatSetValuesCOO(minus_c_.get(), values.data(), INSERT_VALUES));
+    if (!matrix) matrix = make_matrix(space.comm, space.owned, space.owned, rows, columns);
+    LIVETET_PETSC(MatSetValuesCOO(matrix.get(), values.data(), INSERT_VALUES));
+}
+
+double PressureCoupling::free_share(std::size_t e) const {
+    const PartitionedMesh& share = level_.share();
+    const int n = share.nodes_per_tet();
+    int free = 0;
+    for (int i = 0; i < n; ++i) free += 3 - std::popcount(level_.constrained()[share.node(e, i)]);
+    return free / (3.0 * n);
+}
+
+void PressureCoupling::set_constrained() {
+    const int n = level_.share().nodes_per_tet();
+    fill(minus_schur_, [&](std::size_t e, const TetElement& t, int i, int j) {
+        const double f = free_share(e);
+        return -(mass(t, i, j) * (1 / t.lambda + f / (2 * t.mu)) +
+                 (1 - f) * stabilisation(t, i, j, n));
+    });
 }
 
 void PressureCoupling::assemble(const Configuration& at) {
@@ -127,18 +146,6 @@ void PressureCoupling::add_residual_increment(const Configuration& at, Vec v, Ve
             if (const std::int32_t row = space.tets[e][q]; row < space.owned)
                 values[row] += scale_ * weight * L[q] * increment;
     });
-}
-
-PetscHandle<Mat> PressureCoupling::minus_schur() const {
-    PetscInt rows = 0, all_rows = 0;
-    LIVETET_PETSC(VecGetLocalSize(schur_.get(), &rows));
-    LIVETET_PETSC(VecGetSize(schur_.get(), &all_rows));
-    PetscHandle<Mat> S;
-    LIVETET_PETSC(MatCreateAIJ(level_.share().comm, rows, rows, all_rows, all_rows, 1, nullptr, 0,
-                               nullptr, S.out()));
-    LIVETET_PETSC(MatDiagonalSet(S.get(), schur_.get(), INSERT_VALUES));
-    LIVETET_PETSC(MatScale(S.get(), -1));
-    return S;
 }
 
 }  // namespace livetet

@@ -31,17 +31,25 @@ class PressureCoupling {
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
 
-    /// -S, diagonal, for an approximate Schur complement S = C + B K^-1 B^T: lumped mass / lambda +
-    /// lumped mass / (2 mu).
-    PetscHandle<Mat> minus_schur() const;
+    /// -S, an approximation of the Schur complement C + B K^-1 B^T, which a tet adds to by
+    ///     S_e = M_e / lambda + f_e M_e / (2 mu),    M_e = integral N_i N_j;
+    /// with P1, (1 - f_e) times the stabilisation is added. f_e is the free share of the tet's
+    /// displacement components: B has no columns for constrained ones, so that a tet whose nodes
+    /// are all held adds C alone. Renewed by set_constrained(); the diagonally scaled matrix has
+    /// its eigenvalues in [1/2, 5/2] (Wathen 1987).
+    Mat minus_schur() const { return minus_schur_.get(); }
+    /// The level's constrained components are new.
+    void set_constrained();
 
   private:
-    void make_c();
+    /// A matrix between pressures of the sum of value(e, element, i, j) over all tets.
+    template <class Value>
+    void fill(PetscHandle<Mat>& matrix, Value&& value) const;
+    double free_share(std::size_t e) const;
 
     const LevelAssembler& level_;
     double scale_ = 1;
-    PetscHandle<Mat> b_, minus_c_;
-    PetscHandle<Vec> schur_;  ///< the diagonal of S
+    PetscHandle<Mat> b_, minus_c_, minus_schur_;
     std::vector<PetscScalar> values_;
 };
 

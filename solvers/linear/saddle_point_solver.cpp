@@ -4,6 +4,27 @@
 
 namespace livetet {
 
+namespace {
+
+/// Two Chebyshev steps on S, scaled by its diagonal. The KSP around `pc` would apply the exact Schur
+/// complement, so the steps are those of a PCKSP, which takes S.
+void configure_schur_inverse(PC pc) {
+    constexpr double largest = 2.5, smallest = 0.5;  // see PressureCoupling::minus_schur
+    constexpr int steps = 2;
+    LIVETET_PETSC(PCSetType(pc, PCKSP));
+    KSP ksp = nullptr;
+    LIVETET_PETSC(PCKSPGetKSP(pc, &ksp));
+    LIVETET_PETSC(KSPSetType(ksp, KSPCHEBYSHEV));
+    LIVETET_PETSC(KSPChebyshevSetEigenvalues(ksp, largest, smallest));
+    LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_NONE));
+    LIVETET_PETSC(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps));
+    PC of_steps = nullptr;
+    LIVETET_PETSC(KSPGetPC(ksp, &of_steps));
+    LIVETET_PETSC(PCSetType(of_steps, PCJACOBI));
+}
+
+}  // namespace
+
 SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
     : LinearSolver(inner->tet_count()), inner_(std::move(inner)) {
     {
@@ -19,7 +40,6 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
     LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
     fields_ = {fields[0], fields[1]};
     LIVETET_PETSC(MatCreateVecs(matrix_.get(), x_.out(), b_.out()));
-    minus_schur_ = coupling_->minus_schur();
     make_krylov(comm);
 }
 
@@ -37,7 +57,8 @@ void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     LIVETET_PETSC(PCFieldSplitSetIS(pc, "pressure", fields_.pressure));
     LIVETET_PETSC(PCFieldSplitSetType(pc, PC_COMPOSITE_SCHUR));
     LIVETET_PETSC(PCFieldSplitSetSchurFactType(pc, PC_FIELDSPLIT_SCHUR_FACT_UPPER));
-    LIVETET_PETSC(PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_USER, minus_schur_.get()));
+    LIVETET_PETSC(
+        PCFieldSplitSetSchurPre(pc, PC_FIELDSPLIT_SCHUR_PRE_USER, coupling_->minus_schur()));
     take_options(ksp);
 }
 
@@ -57,13 +78,14 @@ void SaddlePointSolver::connect_inner() {
     LIVETET_PETSC(KSPSetPC(parts[0], of_part));
     LIVETET_PETSC(KSPSetType(parts[1], KSPPREONLY));
     LIVETET_PETSC(KSPGetPC(parts[1], &of_part));
-    LIVETET_PETSC(PCSetType(of_part, PCJACOBI));
+    configure_schur_inverse(of_part);
     for (PetscInt i = 0; i < 2; ++i) take_options(parts[i]);
     LIVETET_PETSC(PetscFree(parts));
 }
 
 void SaddlePointSolver::set_constrained(std::span<const std::uint8_t> components) {
     inner_->set_constrained(components);
+    coupling_->set_constrained();
     invalidate();
 }
 

@@ -7,10 +7,11 @@ namespace livetet {
 /// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
 /// block triangle
 ///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p),
-/// PETSc's PCFIELDSPLIT with its upper Schur factor. S^-1 is the inverse of the lumped pressure
-/// mass, K^-1 one application of the inner solver's preconditioner. K holds no volumetric
-/// stiffness, so that it is as well conditioned as at a Poisson's ratio of zero. The iterations
-/// stay bounded up to nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4).
+/// PETSc's PCFIELDSPLIT with its upper Schur factor. S is a weighted pressure mass
+/// (PressureCoupling::minus_schur), S^-1 two Chebyshev steps on it, K^-1 one application of the
+/// inner solver's preconditioner. K holds no volumetric stiffness, so that it is as well
+/// conditioned as at a Poisson's ratio of zero. The iterations stay bounded up to nu = 1/2 (Elman,
+/// Silvester and Wathen 2014, chapter 4).
 class SaddlePointSolver : public LinearSolver {
   public:
     /// `inner`: of role `preconditioner`.
@@ -42,7 +43,7 @@ class SaddlePointSolver : public LinearSolver {
 
     std::unique_ptr<DisplacementSolver> inner_;
     std::unique_ptr<PressureCoupling> coupling_;
-    PetscHandle<Mat> b_transposed_, matrix_, minus_schur_;
+    PetscHandle<Mat> b_transposed_, matrix_;
     UnknownFields fields_;  ///< owned by matrix_
     PetscHandle<KSP> krylov_;
     PetscHandle<Vec> b_, x_;
