@@ -66,7 +66,7 @@ std::string scene_text(const std::string& mesh, int refine, const std::string& s
 std::string solver_of(const std::string& kind) {
     if (kind != "multigrid" && kind != "gamg" && kind != "boomeramg")
         fail("--compare {}: expected gamg or boomeramg", kind);
-    return solver_at_its_best(kind) + ", relative_tolerance: 1.0e-3";
+    return "kind: " + kind + ", relative_tolerance: 1.0e-3";
 }
 
 void print_runs(const std::vector<SolveRun>& runs) {

@@ -57,19 +57,6 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     return run;
 }
 
-std::string solver_at_its_best(const std::string& kind) {
-    const std::string plain = "kind: " + kind;
-    if (kind == "gamg") return plain + ", petsc_options: -pc_gamg_reuse_interpolation true";
-    if (kind == "boomeramg")
-        return plain +
-               ", petsc_options: -pc_hypre_boomeramg_nodal_coarsen 0 "
-               "-pc_hypre_boomeramg_vec_interp_variant 0 "
-               "-pc_hypre_boomeramg_agg_nl 1 -pc_hypre_boomeramg_P_max 4 "
-               "-pc_hypre_boomeramg_coarsen_type HMIS "
-               "-pc_hypre_boomeramg_interp_type ext+i";
-    return plain;
-}
-
 json json_of(const SolveRun& r) {
     return {{"name", r.name},
             {"solver", r.solver},

@@ -36,8 +36,4 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
 
 nlohmann::json json_of(const SolveRun& run);
 
-/// Keys of a scene's `solver` for a kind; those of other preconditioners with the best of their
-/// options found on a pressed beam (the documentation says which were tried).
-std::string solver_at_its_best(const std::string& kind);
-
 }  // namespace livetet

@@ -6,8 +6,9 @@ namespace livetet {
 
 namespace {
 
-/// What hypre needs to treat elasticity as a system whose near-nullspace are the rigid motions
-/// (Baker, Kolev, Yang 2010).
+/// Aggressive coarsening with short interpolation, each displacement component by itself: on organs,
+/// boxes and a machine part up to ten times faster than the options for elasticity's near-nullspace
+/// (Baker, Kolev, Yang 2010), whose interpolation fills the coarse operators.
 void configure_boomeramg(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCHYPRE));
     LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));
@@ -20,10 +21,10 @@ void configure_boomeramg(PC pc) {
         if (!given) LIVETET_PETSC(PetscOptionsSetValue(nullptr, option.c_str(), value));
     };
     set_option("pc_hypre_boomeramg_strong_threshold", "0.5");
-    set_option("pc_hypre_boomeramg_nodal_coarsen", "4");
-    set_option("pc_hypre_boomeramg_nodal_coarsen_diag", "1");
-    set_option("pc_hypre_boomeramg_vec_interp_variant", "2");
-    set_option("pc_hypre_boomeramg_vec_interp_qmax", "4");
+    set_option("pc_hypre_boomeramg_coarsen_type", "HMIS");
+    set_option("pc_hypre_boomeramg_agg_nl", "1");
+    set_option("pc_hypre_boomeramg_interp_type", "ext+i");
+    set_option("pc_hypre_boomeramg_P_max", "4");
 }
 
 }  // namespace
@@ -42,6 +43,8 @@ void AlgebraicSolver::configure(PC pc) {
             return configure_boomeramg(pc);
         case SolverKind::gamg:
             LIVETET_PETSC(PCSetType(pc, PCGAMG));
+            // A Newton iteration's operator differs little from the one before.
+            LIVETET_PETSC(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
             return;
         case SolverKind::direct:  // L D L^T: an exact tangent need not be positive
             LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));

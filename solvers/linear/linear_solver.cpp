@@ -103,7 +103,8 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
                                                              DisplacementSolver::Role role,
                                                              ThreadTeam& team) {
     const std::size_t levels = mesh.hierarchy.levels.size();
-    switch (const SolverKind kind = resolved_kind(options.kind, levels)) {
+    switch (const SolverKind kind =
+                resolved_kind(options.kind, levels, mesh.hierarchy.levels.front().nodes.size())) {
         case SolverKind::multigrid:
             if (levels < 2)
                 fail(

@@ -14,11 +14,14 @@ enum class CoarseOperator { automatic, galerkin, rediscretised };
 /// Tangent of a Newton iteration.
 enum class TangentChoice { automatic, frozen_rotation, exact };
 
-/// What `automatic` means for a mesh of so many levels.
-inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
-    if (kind == SolverKind::automatic)
-        return levels > 1 ? SolverKind::multigrid : SolverKind::boomeramg;
-    return kind;
+/// What `automatic` means for a mesh of so many levels, the finest of so many nodes. On one level a
+/// factorisation is the quickest up to some 5000 nodes, then GAMG (organs, boxes and a machine part,
+/// P1 and P2: docs/theory/multigrid.md).
+inline SolverKind resolved_kind(SolverKind kind, std::size_t levels, std::size_t nodes) {
+    constexpr std::size_t max_factored_nodes = 5000;
+    if (kind != SolverKind::automatic) return kind;
+    if (levels > 1) return SolverKind::multigrid;
+    return nodes <= max_factored_nodes ? SolverKind::direct : SolverKind::gamg;
 }
 
 /// What `automatic` means where Young's moduli are so many times apart: beyond this a
@@ -52,13 +55,14 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice(
         "kind", s.kind, "conjugate gradients preconditioned by ...",
         {{SolverKind::automatic, "automatic",
-          "multigrid where the mesh has levels, else boomeramg; `track`: live where it can"},
+          "multigrid where the mesh has levels; else direct up to 5000 nodes, and gamg beyond; "
+          "`track`: live where it can"},
          {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
          {SolverKind::live, "live",
           "the same cycle in single precision on kernels of our own: one rank, P1, linear or "
           "corotated, by "
           "displacements; what `track` takes where it can"},
-         {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid, elasticity options"},
+         {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid"},
          {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
          {SolverKind::direct, "direct", "sparse L D L^T factorisation (MUMPS)"},
          {SolverKind::petsc, "petsc", "whatever petsc_options or the command line say"}});
