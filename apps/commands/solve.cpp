@@ -10,6 +10,7 @@
 #include "apps/simulation/state_keeper.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "io/points_csv.hpp"
 #include "mesh/quadratic.hpp"
@@ -65,7 +66,9 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
     fmt::print("steps            {}, {} Newton iterations, {} Krylov iterations, {}\n",
                history.steps.size(), figures.sum.newton_iterations, figures.sum.iterations,
                history.converged ? "converged" : "NOT converged");
-    fmt::print("imbalance        {:.2e} (last step)\n", history.steps.back().report.imbalance);
+    const StepReport& last = history.steps.back().report;
+    fmt::print("imbalance        {:.2e}, allowed {:.2e} (last step)\n", last.imbalance,
+               last.allowed_imbalance);
     if (figures.inverted_tets > 0)
         fmt::print(
             "inverted         {} tets: their stresses are meaningless; use a finer mesh or a "
@@ -76,6 +79,17 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
                    force.z());
     fmt::print("seconds          mesh {:.2f}, set-up {:.2f}, solve {:.2f}\n", figures.mesh_s,
                figures.setup_s, figures.sum.seconds());
+}
+
+/// Says that a mesh is too small for its ranks: they wait for each other longer than they work.
+void warn_of_small_parts(std::size_t tets, int ranks) {
+    constexpr std::size_t min_tets = 5000;  // of a rank
+    const std::size_t useful = std::max<std::size_t>(1, tets / min_tets);
+    if (static_cast<std::size_t>(ranks) > useful)
+        log_warning(
+            fmt::format("{} tets on {} ranks: found {} tets a rank, expected {} or more: "
+                        "{} rank(s) would be as fast",
+                        tets, ranks, tets / ranks, min_tets, useful));
 }
 
 /// Which files hold the run's results.
@@ -110,6 +124,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     figures.setup_s = seconds_since(start) - figures.mesh_s;
     std::optional<Probes> probes;
     if (scene.probes) probes.emplace(*scene.probes, body.mesh());
+
+    if (first) warn_of_small_parts(body.mesh().tets.size(), session.ranks());
 
     // 3. steps
     StateKeeper states(scene, body, arguments.restart ? RunStart::from_checkpoint : RunStart::anew);

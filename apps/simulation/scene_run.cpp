@@ -14,6 +14,20 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
 
 constexpr double min_part = 1.0 / 32;
 
+/// The scene's controls; each iteration is shown as progress of `what` at `fraction`.
+SolveControls shown_controls(const Scene& scene, const RunHooks& hooks, double fraction,
+                             const std::string& what) {
+    SolveControls controls = solve_controls(scene);
+    if (hooks.progress)
+        controls.observe = [&hooks, fraction, what](const NewtonProgress& p) {
+            hooks.progress(fraction, fmt::format("{}: Newton iteration {}, imbalance {:.1e}, "
+                                                 "Krylov iteration {}, residual {:.1e}",
+                                                 what, p.newton_iterations + 1, p.imbalance,
+                                                 p.iterations, p.linear_residual));
+        };
+    return controls;
+}
+
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                       const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
@@ -34,11 +48,11 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
     history.share = 0;
     for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
         const double begin = history.share;
-        if (hooks.progress)
-            hooks.progress(begin,
-                           fmt::format("load step {} of {}", planned, scene.time.load_steps));
+        const std::string load_step =
+            fmt::format("load step {} of {}", planned, scene.time.load_steps);
+        if (hooks.progress) hooks.progress(begin, load_step);
         const double reached = step_in_parts(
-            body, 0, solve_controls(scene),
+            body, 0, shown_controls(scene, hooks, begin, load_step),
             [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
                 history.steps.push_back({begin + share * (planned * whole - begin),
@@ -54,9 +68,9 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             history.converged = false;
             history.failure = fmt::format(
                 "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of "
-                "forces is {:.1e} after {} Newton iterations (tolerance {:.0e}); {}",
+                "forces is {:.1e} after {} Newton iterations (allowed {:.1e}); {}",
                 history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
-                scene.solver.newton_tolerance,
+                last.report.allowed_imbalance,
                 history.share > 0
                     ? fmt::format("the result holds the equilibrium at {:.4g}", history.share)
                     : "nothing is kept");
@@ -122,15 +136,17 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
             history.steps.push_back({time + share * step, part * step, report, report.converged});
         };
         double reached = 0;
+        const std::string step_text = fmt::format("step to {:.4g} s", time + step);
         if (hooks.progress && place.steps == hooks.start.steps)
-            hooks.progress(time / end, fmt::format("step to {:.4g} s", time + step));
+            hooks.progress(time / end, step_text);
+        const SolveControls controls = shown_controls(scene, hooks, time / end, step_text);
         if (tolerance > 0)
             body.keep_state();
         else
-            reached = step_in_parts(body, step, solve_controls(scene), move, take);
+            reached = step_in_parts(body, step, controls, move, take);
         if (reached < 1) {
             move(1);
-            take(1, 1 - reached, body.solve((1 - reached) * step, solve_controls(scene)));
+            take(1, 1 - reached, body.solve((1 - reached) * step, controls));
             history.steps.back().kept = true;  // even if not converged
         }
         const StepReport& report = history.steps.back().report;
@@ -145,8 +161,8 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         history.converged = history.converged && report.converged;
         if (!report.converged && history.failure.empty())
             history.failure = fmt::format(
-                "the step to {:.4g} s left an imbalance of forces of {:.1e} (tolerance {:.0e})",
-                time + step, report.imbalance, scene.solver.newton_tolerance);
+                "the step to {:.4g} s left an imbalance of forces of {:.1e} (allowed {:.1e})",
+                time + step, report.imbalance, report.allowed_imbalance);
         if (report.kept_old) {
             history.failure = fmt::format(
                 "the step to {:.4g} s reached no finite state; the run ends at {:.4g} s",

@@ -100,6 +100,29 @@ void NewtonSolver::make_snes(MPI_Comm comm) {
     LIVETET_PETSC(SNESSetFromOptions(snes));
     has_user_tests_ = is_given("-snes_rtol") || is_given("-snes_atol") || is_given("-snes_stol");
     has_user_limit_ = is_given("-snes_max_it");
+    watch_linear_solver();
+}
+
+void NewtonSolver::watch_linear_solver() {
+    const auto monitor = [](KSP, PetscInt iteration, PetscReal residual,
+                            void* self) noexcept -> PetscErrorCode {
+        return in_callback([&] {
+            static_cast<NewtonSolver*>(self)->on_linear_iteration(static_cast<int>(iteration),
+                                                                  residual);
+        });
+    };
+    LIVETET_PETSC(KSPMonitorSet(solver_.krylov({}), monitor, this, nullptr));
+}
+
+void NewtonSolver::on_linear_iteration(int iteration, double residual) {
+    if (!controls_.observe) return;
+    if (iteration == 0) {
+        first_residual_ = residual;
+        return;
+    }
+    progress_.iterations = iteration;
+    progress_.linear_residual = first_residual_ > 0 ? residual / first_residual_ : 0;
+    controls_.observe(progress_);
 }
 
 void NewtonSolver::make_line_search() {
@@ -127,6 +150,7 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     controls_ = controls;
     positive_steps_ = 0;
     report_ = {};
+    progress_ = {};
     Stopwatch watch;
     const double imbalance = balance_.evaluate();
     balance_.keep_scale();
@@ -136,7 +160,10 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     const bool predicts =
         prescribed_.increment_size() != 0 || (is_linear && imbalance > balance_.negligible());
     if (!predicts || predict()) solve_by_snes();
+    if (balance_.scale() > 0)
+        report_.allowed_imbalance = balance_.allowed(controls_.tolerance) / balance_.scale();
     if (const char* fault = balance_.state_fault()) report_.drop(fault);
+    controls_.observe = {};  // a frame's linear solves are not observed
     return report_;
 }
 
@@ -257,8 +284,10 @@ void NewtonSolver::assemble(Vec x) {
     report_.preconditioner_s += watch.lap();
 }
 
-SNESConvergedReason NewtonSolver::test(int /*iteration*/, double /*x_norm*/, double /*step_norm*/,
+SNESConvergedReason NewtonSolver::test(int iteration, double /*x_norm*/, double /*step_norm*/,
                                        double residual) {
+    progress_.newton_iterations = report_.newton_iterations + iteration;
+    progress_.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
     if (!std::isfinite(residual) || balance_.state_fault()) return SNES_DIVERGED_FNORM_NAN;
     if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
     return SNES_CONVERGED_ITERATING;

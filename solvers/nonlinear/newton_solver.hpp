@@ -2,11 +2,21 @@
 
 #include <petscsnes.h>
 
+#include <functional>
+
 #include "solvers/nonlinear/force_balance.hpp"
 #include "solvers/nonlinear/increment_history.hpp"
 #include "solvers/nonlinear/step_report.hpp"
 
 namespace livetet {
+
+/// How far a nonlinear solve has come.
+struct NewtonProgress {
+    int newton_iterations = 0;
+    double imbalance = 0;  ///< residual relative to the forces at work, after the last iteration
+    int iterations = 0;    ///< of the linear solve under way
+    double linear_residual = 0;  ///< of it, relative to its right-hand side
+};
 
 /// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
 /// after `max_newton` iterations; each linear solve at `linear_tolerance`. Of PETSc's options
@@ -16,6 +26,8 @@ struct SolveControls {
     int max_newton = 50;
     double tolerance = 1e-8;
     double linear_tolerance = 1e-3;
+    /// Called after each iteration of each linear solve; may be empty.
+    std::function<void(const NewtonProgress&)> observe{};
 };
 
 /// Newton's method on a ForceBalance, by PETSc's SNES: all its options (-snes_type, -snes_monitor,
@@ -54,6 +66,9 @@ class NewtonSolver {
     /// The first iteration; whether it left a finite state.
     bool predict();
     void set_tolerances();
+    /// Has the linear solver's iterations call controls_.observe.
+    void watch_linear_solver();
+    void on_linear_iteration(int iteration, double residual);
     Tangent next_tangent();
     void copy_from_state();
     void copy_to_state(Vec x);
@@ -75,6 +90,8 @@ class NewtonSolver {
     const SolverOptions& options_;
     SolveControls controls_;
     StepReport report_;  ///< of the solve under way
+    NewtonProgress progress_;
+    double first_residual_ = 0;  ///< N, of the linear solve under way
     PetscHandle<SNES> snes_;
     PetscHandle<Vec> x_, f_, du_, dp_;
     bool has_user_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given

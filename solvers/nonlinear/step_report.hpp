@@ -28,11 +28,13 @@ struct [[nodiscard]] StepReport {
     bool half_renewed = false;  ///< the deadline left time for half of the operator
     bool kept_old = false;      ///< the new state was not usable and was dropped
     int newton_iterations = 0;
-    int iterations = 0;          ///< of all linear solves
-    SolveRecords solves{};       ///< of the first Newton iterations; frames only
-    double imbalance = 0;        ///< residual relative to the forces at work: solve: at the end;
-                                 ///< frame of one Newton iteration: before it
-    double linear_residual = 0;  ///< of the last linear solve, relative to its right-hand side
+    int iterations = 0;            ///< of all linear solves
+    SolveRecords solves{};         ///< of the first Newton iterations; frames only
+    double imbalance = 0;          ///< residual relative to the forces at work: solve: at the end;
+                                   ///< frame of one Newton iteration: before it
+    double allowed_imbalance = 0;  ///< solve: what Newton had to meet: its tolerance, or round-off
+                                   ///< where that is more
+    double linear_residual = 0;    ///< of the last linear solve, relative to its right-hand side
     /// Frame: error of its last linear solve alone, m, RMS over the nodes, estimated. It has
     /// neither the error of linearisation nor that of discretisation, which can be 100 times
     /// larger. 0 where it is not estimated: with solvers other than live.

@@ -1,10 +1,12 @@
 #include "base/progress.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 
 namespace livetet {
 
@@ -13,10 +15,14 @@ namespace {
 /// Ignores write errors: a closed terminal must not end the program, and fmt::print would throw.
 void print(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
+std::string time_of_day() { return fmt::format("{:%H:%M:%S}", fmt::localtime(std::time(nullptr))); }
+
 }  // namespace
 
-ProgressLine::ProgressLine(std::string title)
-    : title_(std::move(title)), terminal_(::isatty(STDERR_FILENO) != 0) {}
+ProgressLine::ProgressLine(std::string title, Clock::duration longest_silence)
+    : title_(std::move(title)),
+      longest_silence_(longest_silence),
+      terminal_(::isatty(STDERR_FILENO) != 0) {}
 
 ProgressLine::~ProgressLine() {
     if (terminal_ && width_ > 0) std::fputc('\n', stderr);
@@ -31,9 +37,10 @@ void ProgressLine::update(double fraction, std::string_view what) {
         last_ = now;
         rewrite(fmt::format("{} [{:<20}] {:3.0f} % {}", title_, std::string(2 * tenth, '#'),
                             100 * fraction, what));
-    } else if (tenth != tenth_) {
-        print(fmt::format("{} {:3.0f} % {}\n", title_, 100 * fraction, what));
+    } else if (tenth != tenth_ || now - last_ >= longest_silence_) {
+        print(fmt::format("{} {} {:3.0f} % {}\n", time_of_day(), title_, 100 * fraction, what));
         tenth_ = tenth;
+        last_ = now;
     }
 }
 

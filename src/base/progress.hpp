@@ -17,11 +17,13 @@ using ProgressCallback = std::function<void(double fraction, std::string_view wh
 using StatusCallback = std::function<void(std::optional<double> fraction, std::string_view what)>;
 
 /// Progress display of a program on stderr; libraries take a callback instead. On a terminal it is
-/// one line, rewritten at most ten times a second; otherwise one line for every ten per cent. The
-/// destructor ends the line.
+/// one line, rewritten at most ten times a second; otherwise a line with the time of day for every
+/// ten per cent, and at the first update after `longest_silence`. The destructor ends the line.
 class ProgressLine {
   public:
-    explicit ProgressLine(std::string title);
+    using Clock = std::chrono::steady_clock;
+    explicit ProgressLine(std::string title,
+                          Clock::duration longest_silence = std::chrono::seconds(30));
     ~ProgressLine();
     ProgressLine(const ProgressLine&) = delete;
     ProgressLine& operator=(const ProgressLine&) = delete;
@@ -43,10 +45,10 @@ class ProgressLine {
     }
 
   private:
-    using Clock = std::chrono::steady_clock;
     void rewrite(const std::string& line);
 
     std::string title_;
+    Clock::duration longest_silence_;
     bool terminal_;
     int tenth_ = -1;
     std::size_t width_ = 0;

@@ -66,6 +66,20 @@ TEST_F(NewtonSolverTest, ConvergesQuadraticallyNearTheSolution) {
     EXPECT_LT(close.report.imbalance, 1e-12);
 }
 
+TEST_F(NewtonSolverTest, ShowsItsIterationsAndWhatItHadToMeet) {
+    std::vector<NewtonProgress> seen;
+    SolveControls watched = tight;
+    watched.observe = [&](const NewtonProgress& p) { seen.push_back(p); };
+    const StepReport report = solve(watched).report;
+    ASSERT_TRUE(report.converged);
+    ASSERT_GE(seen.size(), static_cast<std::size_t>(report.newton_iterations));
+    EXPECT_EQ(seen.back().newton_iterations, report.newton_iterations - 1);
+    EXPECT_LT(seen.back().imbalance, seen.front().imbalance);
+    EXPECT_LT(seen.back().linear_residual, 1e-6);
+    EXPECT_NEAR(report.allowed_imbalance, tight.tolerance, 1e-3 * tight.tolerance);
+    EXPECT_LE(report.imbalance, report.allowed_imbalance);
+}
+
 TEST_F(NewtonSolverTest, OtherSearchesAndTrustRegionsReachTheSameEquilibrium) {
     const Outcome ours = solve(tight);
     ASSERT_TRUE(ours.report.converged);
