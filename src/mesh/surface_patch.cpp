@@ -3,10 +3,9 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <queue>
-#include <unordered_map>
 
 #include "geometry/nearest_triangle.hpp"
+#include "mesh/geodesic.hpp"
 
 namespace livetet {
 
@@ -20,27 +19,9 @@ SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double rad
         *std::min_element(nearest.begin(), nearest.end(), [&](std::int32_t a, std::int32_t b) {
             return (mesh.nodes[a] - place).squaredNorm() < (mesh.nodes[b] - place).squaredNorm();
         });
-    std::unordered_map<std::int32_t, std::vector<std::int32_t>> neighbours;
-    for (const Triangle& t : surface)
-        for (int i = 0; i < 3; ++i) {
-            neighbours[t[i]].push_back(t[(i + 1) % 3]);
-            neighbours[t[i]].push_back(t[(i + 2) % 3]);
-        }
-    using Entry = std::pair<double, std::int32_t>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-    std::unordered_map<std::int32_t, double> reached;
-    front.push({0, patch.centre});
-    while (!front.empty()) {
-        const auto [distance, node] = front.top();
-        front.pop();
-        if (!reached.emplace(node, distance).second) continue;
-        for (const std::int32_t next : neighbours[node])
-            if (const double d = distance + (mesh.nodes[next] - mesh.nodes[node]).norm();
-                d <= radius)
-                front.push({d, next});
-    }
-    for (const auto& [node, distance] : reached) patch.nodes.push_back(node);
-    std::sort(patch.nodes.begin(), patch.nodes.end());
+    for (const auto& [node, distance] :
+         distances_on_surface(mesh.nodes, surface, patch.centre, radius))
+        patch.nodes.push_back(node);
     return patch;
 }
 

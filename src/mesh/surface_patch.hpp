@@ -15,10 +15,10 @@ struct SurfacePatch {
     double distance = 0;  ///< distance from the place to that triangle, metres
 };
 
-/// The surface nodes within `radius` (metres) of the patch's centre, measured along surface edges
-/// (Dijkstra), so that a patch on a thin rim does not reach through to the other side. The centre
-/// is chosen through the triangle nearest to `place`: the nearest node could lie on the other side
-/// of a rim thinner than an edge.
+/// The surface nodes within `radius` (metres) of the patch's centre, measured along the surface
+/// (see `distances_on_surface`), so that a patch on a thin rim does not reach through to the other
+/// side. The centre is chosen through the triangle nearest to `place`: the nearest node could lie
+/// on the other side of a rim thinner than an edge.
 SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double radius);
 
 }  // namespace livetet
