@@ -145,6 +145,13 @@ GreyImage grey_image(const Volume& volume, const fs::path& path) {
     });  // false for NaN
 }
 
+GreyImage grey_image_with_gaps(const Volume& volume, const fs::path& path) {
+    constexpr double max_value = std::numeric_limits<float>::max();
+    return convert<float, Error>(volume, path, "a number of 32 bits", [](double v) {
+        return std::abs(v) <= max_value || !std::isfinite(v);
+    });
+}
+
 LabelImage label_image(const Volume& volume, const fs::path& path) {
     constexpr double min_value = std::numeric_limits<std::int32_t>::min(),
                      max_value = std::numeric_limits<std::int32_t>::max();

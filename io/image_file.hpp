@@ -53,6 +53,8 @@ LabelImage read_mask(const std::filesystem::path& path);
 /// file, for messages.
 Volume read_volume(const std::filesystem::path& path);
 GreyImage grey_image(const Volume& volume, const std::filesystem::path& path);
+/// Where values that are not finite, such as NaN outside a scanner's field of view, are kept.
+GreyImage grey_image_with_gaps(const Volume& volume, const std::filesystem::path& path);
 LabelImage label_image(const Volume& volume, const std::filesystem::path& path);
 
 /// Writes a NIfTI 1 image (.nii, or compressed .nii.gz) in mm, with sform and, if the axes are

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "base/error.hpp"
@@ -75,14 +76,20 @@ std::vector<std::size_t> flood(Mask& mask, std::size_t seed, Voxel from, Voxel t
     return part;
 }
 
-std::vector<std::size_t> largest_component(Mask& mask) {
-    std::vector<std::size_t> largest;
-    for (std::size_t v = 0; v < mask.values.size(); ++v) {
-        if (mask.values[v] != picked) continue;
-        std::vector<std::size_t> part = flood(mask, v, picked, seen);
-        if (part.size() > largest.size()) largest = std::move(part);
-    }
-    return largest;
+struct Component {
+    std::size_t seed = 0;
+    std::int64_t voxels = 0;
+};
+
+/// The parts of the picked voxels, the largest first. Marks them as seen.
+std::vector<Component> components(Mask& mask) {
+    std::vector<Component> parts;
+    for (std::size_t v = 0; v < mask.values.size(); ++v)
+        if (mask.values[v] == picked)
+            parts.push_back({v, static_cast<std::int64_t>(flood(mask, v, picked, seen).size())});
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const Component& a, const Component& b) { return a.voxels > b.voxels; });
+    return parts;
 }
 
 /// Crops to the given voxels plus a margin of one empty voxel. `corner` receives the image index of
@@ -113,18 +120,72 @@ Mask cropped(const Mask& image, const std::vector<std::size_t>& voxels,
     return crop;
 }
 
+/// Fills the cavities of the mask, or those smaller than a speck, and records all of them. Leaves 1
+/// in the body and 0 elsewhere.
+void sort_cavities(BodyMask& body, Cavities cavities, double speck_voxels) {
+    Mask& mask = body.mask;
+    flood(mask, 0, empty, outside);  // the empty margin is connected
+    for (std::size_t v = 0; v < mask.values.size(); ++v) {
+        if (mask.values[v] != empty) continue;
+        const std::vector<std::size_t> hollow = flood(mask, v, empty, seen);
+        const auto size = static_cast<std::int64_t>(hollow.size());
+        if (cavities == Cavities::keep && static_cast<double>(size) >= speck_voxels) {
+            body.cavities.push_back(size);
+            for (const std::size_t h : hollow) mask.values[h] = outside;
+            continue;
+        }
+        ++body.filled.count;
+        body.filled.voxels += size;
+    }
+    std::sort(body.cavities.begin(), body.cavities.end(), std::greater<>());
+    for (std::uint8_t& v : mask.values) v = v == outside ? 0 : 1;
+}
+
 }  // namespace
 
-BodyMask largest_component(const LabelImage& image, std::span<const std::int32_t> labels) {
+BodyMask body_mask(const LabelImage& image, std::span<const std::int32_t> labels,
+                   const BodyChoice& choice) {
     check_image(image);
     Mask all = pick(image, labels);
     BodyMask body;
     body.picked_voxels = std::count(all.values.begin(), all.values.end(), picked);
-    const std::vector<std::size_t> part = largest_component(all);
-    for (const std::size_t v : part) ++body.label_voxels[image.values[v]];
-    body.mask = cropped(all, part, body.corner);
-    flood(body.mask, 0, empty, outside);  // the empty margin is connected
-    for (std::uint8_t& v : body.mask.values) v = v == outside ? 0 : 1;
+    const std::vector<Component> parts = components(all);
+    const double voxel_m3 = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+    const double speck =
+        choice.speck_m3(voxel_m3 * static_cast<double>(parts[0].voxels)) / voxel_m3;
+    std::vector<std::size_t> voxels, others;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const bool is_speck = p > 0 && static_cast<double>(parts[p].voxels) < speck;
+        if (is_speck) {
+            ++body.specks.count;
+            body.specks.voxels += parts[p].voxels;
+            continue;
+        }
+        const bool kept = p == 0 || choice.parts == Parts::all;
+        const std::vector<std::size_t> part = flood(all, parts[p].seed, seen, picked);
+        if (kept) body.parts.push_back(parts[p].voxels);
+        std::vector<std::size_t>& list = kept ? voxels : others;
+        list.insert(list.end(), part.begin(), part.end());
+    }
+    body.mask = cropped(all, voxels, body.corner);
+    sort_cavities(body, choice.cavities, speck);
+    const auto in_body = [&](std::size_t v) {
+        const auto nx = static_cast<std::size_t>(image.size[0]),
+                   ny = static_cast<std::size_t>(image.size[1]);
+        const std::array<std::size_t, 3> at{v % nx, v / nx % ny, v / nx / ny};
+        std::array<int, 3> place{};
+        for (int d = 0; d < 3; ++d) place[d] = static_cast<int>(at[d]) - body.corner[d];
+        return body.mask.contains(place[0], place[1], place[2]) &&
+               body.mask.at(place[0], place[1], place[2]) != 0;
+    };
+    for (const std::size_t v : others)  // a filled cavity takes what is in it into the body
+        ++(in_body(v) ? body.label_voxels : body.left_out)[image.values[v]];
+    for (const std::size_t v : voxels) ++body.label_voxels[image.values[v]];
+    if (body.specks.count > 0)
+        for (const std::int32_t label : labels_in(image))
+            if (is_picked(label, labels) && !body.label_voxels.contains(label) &&
+                !body.left_out.contains(label))
+                body.lost_labels.push_back(label);
     body.body_voxels = std::count(body.mask.values.begin(), body.mask.values.end(), 1);
     return body;
 }

@@ -6,11 +6,13 @@
 #include <array>
 #include <cstdlib>
 #include <future>
+#include <span>
 
 #include "base/error.hpp"
 #include "mesh/packed_mesh.hpp"
 #include "meshing/locality.hpp"
 #include "meshing/mesh_pipe.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -37,22 +39,35 @@ void set_options(Algorithm algorithm, double edge_length_mm) {
     gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
 }
 
-void add_surface(const TriangleMesh& surface) {
+/// Adds a shell as the discrete entity `tag`; node i of the whole surface has the tag i + 1.
+void add_shell(const TriangleMesh& surface, std::span<const Triangle> triangles, int tag) {
     std::vector<std::size_t> tags, corners;
     std::vector<double> coordinates;
-    for (std::size_t i = 0; i < surface.nodes.size(); ++i) {
-        tags.push_back(i + 1);
-        for (int d = 0; d < 3; ++d) coordinates.push_back(mm_per_m * surface.nodes[i][d]);
+    for (const std::int32_t n : nodes_of(triangles)) {
+        tags.push_back(static_cast<std::size_t>(n) + 1);
+        for (int d = 0; d < 3; ++d) coordinates.push_back(mm_per_m * surface.nodes[n][d]);
     }
-    for (const Triangle& t : surface.triangles)
+    for (const Triangle& t : triangles)
         for (const std::int32_t n : t) corners.push_back(static_cast<std::size_t>(n) + 1);
     constexpr int three_node_triangle = 2;
+    gmsh::model::addDiscreteEntity(2, tag);
+    gmsh::model::mesh::addNodes(2, tag, tags, coordinates);
+    gmsh::model::mesh::addElementsByType(tag, three_node_triangle, {}, corners);
+}
+
+/// Adds a volume for each outer shell, with the cavities in it as holes.
+void add_surface(const TriangleMesh& surface) {
     gmsh::model::add("body");
-    gmsh::model::addDiscreteEntity(2, 1);
-    gmsh::model::mesh::addNodes(2, 1, tags, coordinates);
-    gmsh::model::mesh::addElementsByType(1, three_node_triangle, {}, corners);
-    const int loop = gmsh::model::geo::addSurfaceLoop({1});
-    gmsh::model::geo::addVolume({loop}, 1);
+    const std::vector<std::vector<std::vector<Triangle>>> volumes = shells_by_piece(surface);
+    int tag = 0, volume = 0;
+    for (const auto& shells : volumes) {
+        std::vector<int> loops;
+        for (const std::vector<Triangle>& shell : shells) {
+            add_shell(surface, shell, ++tag);
+            loops.push_back(gmsh::model::geo::addSurfaceLoop({tag}));
+        }
+        gmsh::model::geo::addVolume(loops, ++volume);
+    }
     gmsh::model::geo::synchronize();
 }
 

@@ -18,8 +18,9 @@ struct GmshOptions {
         run_in_child;
 };
 
-/// Fills a closed surface with tets, with edges as long as those of the nearby triangles at the
-/// surface and up to 1.5 times as long inside. The triangles become the mesh's boundary unchanged.
+/// Fills a closed surface with tets, but for its cavities (shells wound inwards within another).
+/// Edges are as long as those of the nearby triangles at the surface and up to 1.5 times as long
+/// inside. The triangles become the mesh's boundary unchanged.
 ///
 /// Tries Gmsh's HXT first and then its Delaunay algorithm, in reverse order if inner edge lengths
 /// are given, which HXT ignores (C. Geuzaine and J.-F. Remacle, Gmsh, 2009; C. Marot et al., One

@@ -55,13 +55,13 @@ std::vector<std::array<std::int32_t, 4>> neighbours_of(const TetMesh& mesh) {
 /// Implementation of `make_one_body`.
 class BodyCutter {
   public:
-    explicit BodyCutter(TetMesh& mesh)
-        : mesh_(mesh), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
+    BodyCutter(TetMesh& mesh, const KeptPieces& kept)
+        : mesh_(mesh), kept_(kept), next_(neighbours_of(mesh)), stars_(stars_of(mesh)) {}
 
     void run() {
         constexpr int max_rounds = 30;
         for (int round = 0; round < max_rounds; ++round) {
-            bool changed = keep_largest_piece();
+            bool changed = cut_small_pieces();
             changed |= fill_hollows();
             for (std::size_t n = 0; n < stars_.size(); ++n)
                 if (mend(static_cast<std::int32_t>(n))) {
@@ -112,15 +112,20 @@ class BodyCutter {
         return found;
     }
 
-    bool keep_largest_piece() {
+    bool cut_small_pieces() {
         const std::vector<Piece> all = pieces(true);
         if (all.empty()) fail("the labels' tets: there are none, edges are too long for the body");
         std::vector<double> volumes;
         for (const Piece& piece : all) volumes.push_back(volume_of(piece));
-        const auto largest = std::max_element(volumes.begin(), volumes.end()) - volumes.begin();
-        for (std::size_t p = 0; p < all.size(); ++p)
-            if (p != static_cast<std::size_t>(largest)) cut(all[p]);
-        return all.size() > 1;
+        const auto largest = static_cast<std::size_t>(
+            std::max_element(volumes.begin(), volumes.end()) - volumes.begin());
+        bool changed = false;
+        for (std::size_t p = 0; p < all.size(); ++p) {
+            if (p == largest || volumes[p] >= kept_.part_m3) continue;
+            cut(all[p]);
+            changed = true;
+        }
+        return changed;
     }
 
     bool reaches_out(const Piece& piece) const {
@@ -132,7 +137,7 @@ class BodyCutter {
     bool fill_hollows() {
         bool changed = false;
         for (const Piece& piece : pieces(false))
-            if (!reaches_out(piece)) {
+            if (!reaches_out(piece) && volume_of(piece) < kept_.cavity_m3) {
                 fill(piece);
                 changed = true;
             }
@@ -216,6 +221,7 @@ class BodyCutter {
     }
 
     TetMesh& mesh_;
+    KeptPieces kept_;
     std::vector<std::array<std::int32_t, 4>> next_;
     std::vector<Star> stars_;
     std::int32_t last_ = 0;
@@ -331,16 +337,16 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
     }
 }
 
-void make_one_body(TetMesh& mesh) {
-    BodyCutter(mesh).run();
-    std::size_t kept = 0;
+void make_one_body(TetMesh& mesh, const KeptPieces& kept) {
+    BodyCutter(mesh, kept).run();
+    std::size_t left = 0;
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)
         if (mesh.regions[t] != 0) {
-            mesh.regions[kept] = mesh.regions[t];
-            mesh.tets[kept++] = mesh.tets[t];
+            mesh.regions[left] = mesh.regions[t];
+            mesh.tets[left++] = mesh.tets[t];
         }
-    mesh.tets.resize(kept);
-    mesh.regions.resize(kept);
+    mesh.tets.resize(left);
+    mesh.regions.resize(left);
     drop_unused_nodes(mesh);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -34,11 +35,19 @@ void keep_region_volumes(TetMesh& mesh, const std::map<std::int32_t, double>& wa
 /// Volume of each region, m^3. A mesh without regions has the single region 1.
 std::map<std::int32_t, double> region_volumes(const TetMesh& mesh);
 
-/// Makes the tets with a region other than 0 one body: connected by faces, without cavities, with a
-/// manifold boundary. Region 0 is the outside, which fills the rest of a convex hull. Smaller
-/// pieces, and parts connected only by a node or an edge, become outside; gaps that close at a node
-/// are filled if they are smaller than their surroundings. Then drops the outside and unused nodes.
-/// Throws Error, with the position, if this does not terminate.
-void make_one_body(TetMesh& mesh);
+/// Smallest parts and cavities that a body keeps, m^3. By default it is its largest part, without
+/// cavities.
+struct KeptPieces {
+    double part_m3 = std::numeric_limits<double>::infinity();
+    double cavity_m3 = std::numeric_limits<double>::infinity();
+};
+
+/// Makes the tets with a region other than 0 one body: connected by faces but for the parts that
+/// are `kept`, with no cavities but those, with a manifold boundary. Region 0 is the outside, which
+/// fills the rest of a convex hull. Smaller pieces, and parts connected only by a node or an edge,
+/// become outside; gaps that close at a node are filled if they are smaller than their
+/// surroundings. Then drops the outside and unused nodes. Throws Error, with the position, if this
+/// does not terminate.
+void make_one_body(TetMesh& mesh, const KeptPieces& kept = {});
 
 }  // namespace livetet

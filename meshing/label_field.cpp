@@ -25,8 +25,8 @@ constexpr double max_weight = 2.5;
 
 constexpr int steps[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
-/// Material numbers of the body's voxels, `off_body` elsewhere. Filled holes take the nearest label
-/// by steps through faces.
+/// Material numbers of the body's voxels, `off_body` elsewhere. Filled cavities take the nearest
+/// label by steps through faces.
 Image<std::uint16_t> materials_of(const BodyMask& body, const LabelImage& image,
                                   std::span<const std::int32_t> labels,
                                   std::vector<std::int32_t>& found) {
@@ -104,7 +104,12 @@ std::vector<Box> boxes_of(const Image<std::uint16_t>& voxels, std::size_t materi
 
 LabelField::LabelField(const LabelImage& image, const LabelFieldOptions& options)
     : iso_level_(static_cast<float>(options.iso_level)) {
-    const BodyMask body = largest_component(image, options.labels);
+    const BodyMask body = body_mask(image, options.labels, options.body);
+    const double voxel_m3 = std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+    if (body.parts.size() > 1)
+        kept_.part_m3 = 0.5 * voxel_m3 * static_cast<double>(body.parts.back());
+    if (!body.cavities.empty())
+        kept_.cavity_m3 = 0.5 * voxel_m3 * static_cast<double>(body.cavities.back());
     std::vector<std::int32_t> labels;
     const Image<std::uint16_t> voxels = materials_of(body, image, options.labels, labels);
     for (const std::int32_t label : labels) materials_.push_back({label});
@@ -302,8 +307,9 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
         for (int j = 0; j < size_[1]; ++j)
             for (int i = 0; i < size_[0]; ++i) {
                 const std::uint16_t m = at[index(i, j, k)];
-                if (m == off_body || seen[index(i, j, k)]) continue;
+                if (seen[index(i, j, k)]) continue;
                 Piece piece{m, 0, {}};
+                bool at_border = false;
                 std::vector<Place> front{{i, j, k}};
                 seen[index(i, j, k)] = true;
                 for (std::size_t next = 0; next < front.size(); ++next) {
@@ -312,6 +318,7 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
                         const Place there{here[0] + step[0], here[1] + step[1], here[2] + step[2]};
                         bool in = true;
                         for (int d = 0; d < 3; ++d) in = in && there[d] >= 0 && there[d] < size_[d];
+                        at_border |= !in;
                         if (!in) continue;
                         const std::size_t s = index(there[0], there[1], there[2]);
                         if (at[s] != m) piece.edges.push_back({here, there});
@@ -321,7 +328,8 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
                     }
                 }
                 piece.m3 = sample_m3 * static_cast<double>(front.size());
-                largest[m] = std::max(largest[m], piece.m3);
+                if (m == off_body && at_border) continue;  // the outside
+                if (m != off_body) largest[m] = std::max(largest[m], piece.m3);
                 pieces.push_back(std::move(piece));
             }
     const auto on_interface = [&](const std::array<Place, 2>& edge) {
@@ -336,7 +344,8 @@ std::vector<Vector3> LabelField::interface_places(double spacing_m, std::size_t 
     std::vector<Vector3> places;
     std::mt19937 random(1);
     for (Piece& piece : pieces) {
-        if (piece.m3 < std::min(min_m3, largest[piece.material])) continue;
+        const bool cavity = piece.material == off_body;
+        if (piece.m3 < (cavity ? min_m3 : std::min(min_m3, largest[piece.material]))) continue;
         const double apart = std::min(spacing_m, 0.5 * std::cbrt(piece.m3));
         const std::size_t before = places.size();
         std::size_t left = std::min<std::size_t>(piece.edges.size(), 50 * max_count);

@@ -6,6 +6,8 @@
 
 #include "image/image.hpp"
 #include "mesh/tet_mesh.hpp"
+#include "meshing/interfaces.hpp"
+#include "meshing/options.hpp"
 
 namespace livetet {
 
@@ -16,35 +18,39 @@ struct LabelFieldOptions {
     double voxel_mm = 1.5;
     /// Standard deviation of the Gaussian; at least 0.6 voxels along each axis.
     double smoothing_mm = 1.5;
-    double iso_level = 0.5;  ///< sum of all votes on the body's outer surface
+    double iso_level = 0.5;  ///< sum of all votes on the body's boundary
+    BodyChoice body{};
 };
 
 /// Label map with smooth interfaces. At each position the surrounding voxels vote with the weights
 /// of a Gaussian, and the label with the most votes wins; if the sum of all votes is below the
 /// iso-level, the position is outside. A label's votes are scaled up to compensate for the volume
 /// that smoothing would take from it. Interfaces of any number of labels meet without gaps. The
-/// body is that of `largest_component`; filled holes take the labels next to them.
+/// body is that of `body_mask`; filled cavities take the labels next to them.
 class LabelField {
   public:
     /// A material of the body.
     struct Material {
         std::int32_t label = 0;
-        double voxels_m3 = 0;  ///< volume of its voxels in the body, filled holes included
+        double voxels_m3 = 0;  ///< volume of its voxels in the body, filled cavities included
     };
 
-    /// Throws Error as `largest_component` does.
+    /// Throws Error as `body_mask` does.
     LabelField(const LabelImage& image, const LabelFieldOptions& options);
 
     /// The label at a position (metres, RAS); 0: outside.
     std::int32_t label_at(const Vector3& place) const;
     /// The materials in the order of their labels.
     const std::vector<Material>& materials() const { return materials_; }
+    /// Volumes of the smallest part of the body and of the smallest cavity; infinite if there is
+    /// one part, or no cavity.
+    const KeptPieces& kept() const { return kept_; }
     /// Bounding box of the body (metres): low and high corner.
     const std::array<Vector3, 2>& bounds() const { return bounds_; }
     /// Positions on the interfaces (accurate to 1/100 of a sample) of each connected piece of a
-    /// label: at least `spacing_m` apart within a piece, closer in small pieces, at most
-    /// `max_count` for each piece. Skips pieces smaller than `min_m3` if their label has a larger
-    /// one.
+    /// label, and of each cavity: at least `spacing_m` apart within a piece, closer in small
+    /// pieces, at most `max_count` for each piece. Skips pieces smaller than `min_m3` if their
+    /// label has a larger one.
     std::vector<Vector3> interface_places(double spacing_m, std::size_t max_count,
                                           double min_m3) const;
 
@@ -75,6 +81,7 @@ class LabelField {
     std::vector<std::uint16_t> cells_;
     std::vector<Material> materials_;
     std::vector<float> weights_;  ///< weight of each material's votes
+    KeptPieces kept_;
     std::array<Vector3, 2> bounds_;
     float iso_level_ = 0.5f;
 };

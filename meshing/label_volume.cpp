@@ -144,7 +144,7 @@ TetMesh fill_labels(const LabelField& field, double edge_length_m,
              box_mm(field.bounds()), 1e3 * edge_length_m,
              describe_end(child, options.time_limit_s));
     TetMesh mesh = unpacked_mesh(child.result, "CGAL");
-    make_one_body(mesh);
+    make_one_body(mesh, field.kept());
     return mesh;
 }
 

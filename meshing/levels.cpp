@@ -16,6 +16,7 @@
 #include "meshing/locality.hpp"
 #include "meshing/mesh_pipe.hpp"
 #include "meshing/remesh.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -51,6 +52,9 @@ constexpr double aim_over_bound_deg = 5;
 /// note.
 constexpr double volume_limit = 0.01, volume_worth_a_note = 0.1;
 
+/// Smallest shell that a level represents: cube root of its volume, in edge lengths.
+constexpr double smallest_shell = 0.8;
+
 /// Growth of the edge length with the distance from a refined place.
 constexpr double gradation = 0.3;
 
@@ -60,8 +64,22 @@ struct Level {
 };
 
 TriangleMesh boundary_surface(const TetMesh& mesh) {
-    TriangleMesh surface{mesh.nodes, boundary_triangles(mesh.tets)};
-    return largest_part(surface);
+    return joined(parts_of({mesh.nodes, boundary_triangles(mesh.tets)}));
+}
+
+double size_of(const TriangleMesh& shell) { return std::cbrt(std::abs(signed_volume(shell))); }
+
+/// The shells that edges of this length can represent. The largest one always.
+TriangleMesh without_small_shells(const TriangleMesh& surface, double edge_length_m) {
+    std::vector<BodyPiece> pieces = pieces_of(surface);
+    for (BodyPiece& piece : pieces)
+        std::erase_if(piece.cavities, [&](const TriangleMesh& cavity) {
+            return size_of(cavity) < smallest_shell * edge_length_m;
+        });
+    for (std::size_t p = pieces.size(); p-- > 1;)
+        if (size_of(pieces[p].outer) < smallest_shell * edge_length_m)
+            pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(p));
+    return joined(pieces);
 }
 
 /// `remesh_surface` in a child process: CGAL's removal of self-intersections may not terminate.
@@ -102,6 +120,7 @@ struct Maker {
     const GmshOptions& gmsh;
     const Materials& materials;
     NearestTriangle body{surface.nodes, surface.triangles};
+    ShellCount shells = count_shells(pieces_of(surface));
     double body_volume = materials.volume_m3.value_or(signed_volume(surface));
     /// The finest level's surface; coarser levels are remeshed from it, which is faster.
     TriangleMesh finest{};
@@ -167,7 +186,8 @@ struct Maker {
                             TriangleMesh& tried) const {
         Level level;
         LevelReport& report = level.report;
-        const TriangleMesh& from = finest.nodes.empty() ? surface : finest;
+        const TriangleMesh from =
+            finest.nodes.empty() ? surface : without_small_shells(finest, edge_length_m);
         const EdgeLengthField shorter_at = on_surface(edge_length_m, scale);
         tried = from;
         const int tries =
@@ -247,6 +267,10 @@ struct Maker {
                  place_mm(worst.place), worst.min_dihedral_deg, options.min_dihedral_deg);
         if (const SelfIntersections cuts = find_self_intersections(tried); cuts.pairs > 0)
             fail("the boundary cuts itself at {}", place_mm(cuts.place));
+        report.shells = count_shells(pieces_of(tried));
+        if (scale == 1 && !(report.shells == shells))
+            fail("it has {} of the body's {} parts and {} of its {} cavities", report.shells.pieces,
+                 shells.pieces, report.shells.cavities, shells.cavities);
         report.volume_ratio = report.quality.volume_m3 / body_volume;
         report.distance = hausdorff_distance(tried, surface, body);
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
@@ -341,6 +365,28 @@ void note_missing(HierarchyResult& result, const TetMesh& finest) {
                 m.label, 1e6 * m.voxels_m3));
 }
 
+/// Notes what a level is not as it was asked for. `number`: of the level.
+void note_level(HierarchyResult& result, const Level& level, std::size_t number,
+                const Maker& maker) {
+    std::vector<std::string>& notes = result.notes;
+    for (const std::string& line : level.report.dropped)
+        notes.push_back(fmt::format("level {}: not taken: {}", number, line));
+    if (level.report.filled_by.find('(') != std::string::npos)
+        notes.push_back(fmt::format("level {}: filled by {}", number, level.report.filled_by));
+    if (!maker.materials.several && !level.mesh.regions.empty())
+        notes.push_back(fmt::format("level {}: made by {}, not from their surface", number,
+                                    level.report.filled_by));
+    if (!(std::abs(level.report.volume_ratio - 1) <= volume_worth_a_note))
+        notes.push_back(fmt::format("level {}: holds {:.0f} % of the body's volume", number,
+                                    100 * level.report.volume_ratio));
+    if (!(level.report.shells == maker.shells))
+        notes.push_back(fmt::format(
+            "level {}: has {} of the body's {} parts and {} of its {} cavities: the others are "
+            "too small for its edges",
+            number, level.report.shells.pieces, maker.shells.pieces, level.report.shells.cavities,
+            maker.shells.cavities));
+}
+
 }  // namespace
 
 HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOptions& options,
@@ -352,7 +398,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     };
     report_progress(0, "checking the surface");
     HierarchyResult result;
-    const TriangleMesh repaired = repair_surface(surface, &result.notes);
+    const TriangleMesh repaired = repair_surface(surface, options.body, &result.notes);
     Maker maker{repaired, options, gmsh, materials};
     if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
         maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);
@@ -365,17 +411,8 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     std::vector<TetMesh> meshes;
     const auto& edges = options.edge_lengths_mm;
     const auto take = [&](Level level) {
-        for (const std::string& line : level.report.dropped)
-            result.notes.push_back(fmt::format("level {}: not taken: {}", meshes.size(), line));
-        if (level.report.filled_by.find('(') != std::string::npos)
-            result.notes.push_back(
-                fmt::format("level {}: filled by {}", meshes.size(), level.report.filled_by));
-        if (!materials.several && !level.mesh.regions.empty())
-            result.notes.push_back(fmt::format("level {}: made by {}, not from their surface",
-                                               meshes.size(), level.report.filled_by));
-        if (!(std::abs(level.report.volume_ratio - 1) <= volume_worth_a_note))
-            result.notes.push_back(fmt::format("level {}: holds {:.0f} % of the body's volume",
-                                               meshes.size(), 100 * level.report.volume_ratio));
+        note_level(result, level, meshes.size(), maker);
+        name_shells(level.mesh);
         meshes.push_back(std::move(level.mesh));
         result.levels.push_back(std::move(level.report));
     };

@@ -13,6 +13,7 @@
 #include "meshing/optimise.hpp"
 #include "meshing/options.hpp"
 #include "meshing/quality.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_distance.hpp"
 
 namespace livetet {
@@ -28,6 +29,7 @@ struct LevelReport {
     OptimiseReport optimise;
     MeshQuality quality;
     HausdorffDistance distance;  ///< between the level's boundary and the (repaired) input surface
+    ShellCount shells;           ///< parts and cavities that the level has
     double volume_ratio = 1;     ///< volume of the level divided by that of the body
     std::vector<std::string> dropped;  ///< rejected attempts with their reasons, a line each
     int fillings = 0;                  ///< volumes meshed, including rejected ones
@@ -62,7 +64,9 @@ struct Materials {
     std::optional<double> volume_m3{};
 };
 
-/// Builds a hierarchy of non-nested levels. The surface is repaired (changes are noted). Then, for
+/// Builds a hierarchy of non-nested levels. The surface is repaired (changes are noted) and reduced
+/// to `options.body`. Cavities and parts become sets of every level (see `name_shells`); the finest
+/// level has all of them, a note says where a coarser one has not. Then, for
 /// every level, it is remeshed at that level's edge length and filled, and the tets are improved
 /// until no dihedral angle is below `options.min_dihedral_deg`; if that fails, other edge lengths
 /// are tried.

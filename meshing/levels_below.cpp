@@ -39,6 +39,7 @@ HierarchyResult levels_below(TetMesh finest, MeshingOptions options,
     options.target_tets = std::max<std::int64_t>(
         min_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
     --options.levels;
+    options.body.parts = Parts::all;
     HierarchyResult result;
     std::vector<TetMesh> levels;
     try {

@@ -33,6 +33,8 @@ std::int64_t tets_for_budget(double budget_s) {
 void check_options(const MeshingOptions& o) {
     if (o.voxel_mm) positive("mesh.voxel_mm", *o.voxel_mm);
     if (o.smoothing_mm) positive("mesh.smoothing_mm", *o.smoothing_mm);
+    if (o.body.speck_ml && !(*o.body.speck_ml >= 0))
+        fail("mesh.speck_ml = {} must be >= 0", *o.body.speck_ml);
     if (o.levels < 0 || o.levels > max_levels)
         fail("mesh.levels = {} must be 1 to {}, or 0: automatic", o.levels, max_levels);
     if (o.target_tets < min_tets)

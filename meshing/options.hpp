@@ -25,12 +25,33 @@ struct FineSphere {
 /// The wanted edge length at a position, both in metres. Empty: uniform.
 using EdgeLengthField = std::function<double(const Vector3&)>;
 
+/// What becomes of a body's closed cavities.
+enum class Cavities { keep, fill };
+
+/// Which of a body's separate parts are meshed.
+enum class Parts { largest, all };
+
+/// What of an input is the body.
+struct BodyChoice {
+    Cavities cavities = Cavities::keep;
+    Parts parts = Parts::largest;
+    /// Smaller parts are left out and smaller cavities filled; none: a thousandth of the largest
+    /// part.
+    std::optional<double> speck_ml{};
+
+    /// Volume of a speck, m^3, of a body whose largest part has the volume `largest_m3`.
+    double speck_m3(double largest_m3) const {
+        return speck_ml ? 1e-6 * *speck_ml : 1e-3 * largest_m3;
+    }
+};
+
 /// Options for meshing an image or a surface. The defaults give a liver of about 150 x 110 x 80 mm
 /// four levels of about 60,000, 7,500, 1,000 and 150 tets.
 struct MeshingOptions {
     // Choice of voxels, smoothing of their surface.
     /// Labels that together form the body; empty: all but 0.
     std::vector<std::int32_t> labels;
+    BodyChoice body;
     /// Spacing of the grid of an image's iso-surface, and standard deviation of the Gaussian that
     /// smooths the voxels (at least 0.6 voxels along each axis), mm; none: see `surface_of_labels`.
     std::optional<double> voxel_mm, smoothing_mm;

@@ -14,9 +14,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <span>
 
 #include "base/error.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -113,27 +116,64 @@ void fill_small_holes(Mesh& mesh, double widest, std::vector<std::string>& notes
                                     place_mm(largest.center())));
 }
 
-/// The part that encloses the largest volume. Notes the others in one line: separate bodies and
-/// cavities (wound inwards).
-TriangleMesh largest_of(const TriangleMesh& surface, std::vector<std::string>& notes) {
-    std::vector<TriangleMesh> parts = parts_of(surface);
-    const auto by_volume = [](const TriangleMesh& a, const TriangleMesh& b) {
-        return signed_volume(a) > signed_volume(b);
-    };
-    std::sort(parts.begin(), parts.end(), by_volume);
-    double apart = 0, hollow = 0;
-    for (std::size_t p = 1; p < parts.size(); ++p) {
-        const double v = signed_volume(parts[p]);
-        (v > 0 ? apart : hollow) += std::abs(v);
-    }
-    if (apart > 0)
+double total_volume(std::span<const TriangleMesh> surfaces) {
+    double sum = 0;
+    for (const TriangleMesh& s : surfaces) sum += std::abs(signed_volume(s));
+    return sum;
+}
+
+/// Notes shells that are left out or filled for their size.
+void note_specks(std::span<const TriangleMesh> specks, double limit_m3,
+                 std::vector<std::string>& notes) {
+    if (specks.empty()) return;
+    notes.push_back(fmt::format(
+        "surface: {} shell{} of {:.3g} ml in all left out: each is smaller than {:.3g} ml "
+        "(--speck-ml)",
+        specks.size(), specks.size() == 1 ? "" : "s", 1e6 * total_volume(specks), 1e6 * limit_m3));
+}
+
+/// The shells that the choice keeps. Notes the others and the cavities.
+TriangleMesh chosen_shells(const TriangleMesh& surface, const BodyChoice& choice,
+                           std::vector<std::string>& notes) {
+    std::vector<TriangleMesh> shells = parts_of(surface);
+    double largest = 0;
+    for (const TriangleMesh& shell : shells) largest = std::max(largest, signed_volume(shell));
+    const double speck_m3 = choice.speck_m3(largest);
+    const auto specks =
+        std::stable_partition(shells.begin(), shells.end(), [&](const TriangleMesh& s) {
+            const double volume = signed_volume(s);
+            return volume == largest || std::abs(volume) >= speck_m3;
+        });
+    note_specks(std::span(specks, shells.end()), speck_m3, notes);
+    shells.erase(specks, shells.end());
+    std::vector<BodyPiece> pieces = pieces_of(joined(shells));
+    if (choice.parts == Parts::largest && pieces.size() > 1) {
+        double apart = 0;
+        for (std::size_t p = 1; p < pieces.size(); ++p) apart += pieces[p].volume_m3();
         notes.push_back(fmt::format(
-            "surface: of {} parts the largest is meshed, {:.2f} ml; {:.2f} ml in the others are "
-            "left out, most of them from {}",
-            parts.size(), 1e6 * signed_volume(parts[0]), 1e6 * apart, box_mm(parts[1].nodes)));
-    if (hollow > 0)
-        notes.push_back(fmt::format("surface: hollows of {:.2f} ml are filled", 1e6 * hollow));
-    return std::move(parts.front());
+            "surface: of {} parts the largest is meshed, {:.4g} ml; {:.4g} ml in the others are "
+            "left out, most of them from {}; --all-parts meshes them too",
+            pieces.size(), 1e6 * pieces[0].volume_m3(), 1e6 * apart,
+            box_mm(pieces[1].outer.nodes)));
+        pieces.resize(1);
+    } else if (pieces.size() > 1) {
+        notes.push_back(fmt::format(
+            "surface: {} parts are meshed: the sets \"part_1\" to \"part_{}\", the largest first",
+            pieces.size(), pieces.size()));
+    }
+    for (BodyPiece& piece : pieces) {
+        if (piece.cavities.empty()) continue;
+        notes.push_back(fmt::format("surface: {} of {:.4g} ml {}",
+                                    piece.cavities.size() == 1
+                                        ? "1 cavity"
+                                        : fmt::format("{} cavities", piece.cavities.size()),
+                                    1e6 * total_volume(piece.cavities),
+                                    choice.cavities == Cavities::fill
+                                        ? "filled"
+                                        : "kept: the set \"cavity\"; --fill-cavities fills them"));
+        if (choice.cavities == Cavities::fill) piece.cavities.clear();
+    }
+    return joined(pieces);
 }
 
 [[noreturn]] void refuse(const SurfaceTopology& t) {
@@ -154,9 +194,19 @@ SelfIntersections self_intersections(const Mesh& mesh) {
     return result;
 }
 
+/// Signed volumes of a surface's shells: outer ones first, and the larger ones first.
+std::vector<double> shell_volumes(const TriangleMesh& surface) {
+    std::vector<double> volumes;
+    for (const TriangleMesh& shell : parts_of(surface)) volumes.push_back(signed_volume(shell));
+    std::sort(volumes.begin(), volumes.end(), [](double a, double b) {
+        return (a > 0) != (b > 0) ? a > 0 : std::abs(a) > std::abs(b);
+    });
+    return volumes;
+}
+
 /// The remaining fault of a remeshed surface; nothing if there is none.
 std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surface,
-                                    double requested_volume) {
+                                    std::span<const double> requested) {
     const SurfaceTopology topology = check_topology(surface);
     if (!topology.closed() || topology.degenerate_triangles > 0)
         return fmt::format(
@@ -166,9 +216,12 @@ std::optional<std::string> fault_of(const Mesh& mesh, const TriangleMesh& surfac
     if (const SelfIntersections cuts = self_intersections(mesh); cuts.pairs > 0)
         return fmt::format("{} pairs of triangles that cut each other, first at {}", cuts.pairs,
                            place_mm(cuts.place));
-    if (const double v = signed_volume(surface); v < 0.5 * requested_volume)
-        return fmt::format("a volume of {:.3f} ml where the surface has {:.3f} ml, from {}",
-                           1e6 * v, 1e6 * requested_volume, box_mm(surface.nodes));
+    const std::vector<double> found = shell_volumes(surface);
+    for (std::size_t s = 0; s < requested.size(); ++s)
+        if (s >= found.size() || found[s] / requested[s] < 0.5)
+            return fmt::format("a volume of {:.3g} ml where the surface has {:.3g} ml, from {}",
+                               s < found.size() ? 1e6 * found[s] : 0.0, 1e6 * requested[s],
+                               box_mm(surface.nodes));
     return {};
 }
 
@@ -189,24 +242,43 @@ void refine(Mesh& mesh, double edge_length, int iterations, const EdgeLengthFiel
     }
 }
 
-/// Shifts all nodes along their normals by the same distance until the mesh encloses `volume`
-/// again: the chords of triangles on a convex surface lie inside. Three steps of at most a tenth of
-/// an edge.
-void keep_volume(Mesh& mesh, double volume, double edge_length) {
+/// Shifts the nodes of each shell along their normals by the same distance until it encloses its
+/// volume again: the chords of triangles on a convex surface lie inside. `volumes`: as
+/// `shell_volumes` gives them. Three steps of at most a tenth of an edge.
+void keep_volumes(Mesh& mesh, std::span<const double> volumes, double edge_length) {
     for (int step = 0; step < 3; ++step) {
         const TriangleMesh now = from_cgal(mesh);
+        const std::vector<std::int32_t> part = connected_parts(now);
+        std::vector<double> area(1 + *std::max_element(part.begin(), part.end()), 0), moment = area,
+                                                                                      shift = area;
         std::vector<Vector3> area_normals(now.nodes.size(), Vector3::Zero());
-        double area = 0;
-        for (const auto& [a, b, c] : now.triangles) {
+        std::vector<std::int32_t> part_of_node(now.nodes.size(), 0);
+        const Vector3 origin = now.nodes.front();
+        for (std::size_t t = 0; t < part.size(); ++t) {
+            const auto& [a, b, c] = now.triangles[t];
             const Vector3 n = (now.nodes[b] - now.nodes[a]).cross(now.nodes[c] - now.nodes[a]) / 2;
-            area += n.norm();
-            for (const std::int32_t i : {a, b, c}) area_normals[i] += n;
+            area[part[t]] += n.norm();
+            moment[part[t]] +=
+                (now.nodes[a] - origin).dot((now.nodes[b] - origin).cross(now.nodes[c] - origin));
+            for (const std::int32_t i : {a, b, c}) {
+                area_normals[i] += n;
+                part_of_node[i] = part[t];
+            }
         }
-        const double shift = (volume - signed_volume(now)) / area;
+        std::vector<std::size_t> order(area.size());  // of the volumes
+        std::iota(order.begin(), order.end(), 0);
+        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return (moment[a] > 0) != (moment[b] > 0) ? moment[a] > 0
+                                                      : std::abs(moment[a]) > std::abs(moment[b]);
+        });
+        for (std::size_t s = 0; s < std::min(order.size(), volumes.size()); ++s)
+            shift[order[s]] = (volumes[s] - moment[order[s]] / 6) / area[order[s]];
         for (const auto v : mesh.vertices()) {
-            const Vector3 x = vector(mesh.point(v)) +
-                              std::clamp(shift, -edge_length / 10, edge_length / 10) *
-                                  area_normals[static_cast<Mesh::size_type>(v)].normalized();
+            const auto n = static_cast<Mesh::size_type>(v);
+            const Vector3 x =
+                vector(mesh.point(v)) +
+                std::clamp(shift[part_of_node[n]], -edge_length / 10, edge_length / 10) *
+                    area_normals[n].normalized();
             mesh.point(v) = {x.x(), x.y(), x.z()};
         }
     }
@@ -218,7 +290,8 @@ SelfIntersections find_self_intersections(const TriangleMesh& surface) {
     return self_intersections(to_cgal(surface));
 }
 
-TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string>* notes) {
+TriangleMesh repair_surface(const TriangleMesh& surface, const BodyChoice& choice,
+                            std::vector<std::string>* notes) {
     std::vector<std::string> said;
     check_topology(surface);
     TriangleMesh clean = cleaned_soup(surface);
@@ -232,16 +305,18 @@ TriangleMesh repair_surface(const TriangleMesh& surface, std::vector<std::string
     clean = from_cgal(mesh);
     topology = check_topology(clean);
     if (!topology.closed()) refuse(topology);
-    clean = largest_of(clean, said);
+    clean = chosen_shells(clean, choice, said);
     if (notes) notes->insert(notes->end(), said.begin(), said.end());
-    if (!(signed_volume(clean) > 0))
+    if (clean.triangles.empty() || !(signed_volume(clean) > 0))
         fail("surface: it encloses no volume, expected the surface of a body");
     return clean;
 }
 
 TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, int iterations,
                             int tries, const EdgeLengthField& shorter_at) {
-    const double requested_volume = signed_volume(surface), requested_length = edge_length_m;
+    const double requested_length = edge_length_m;
+    const std::vector<double> requested = shell_volumes(surface);
+    const ShellCount shells = count_shells(pieces_of(surface));
     const Mesh original = to_cgal(surface);
     std::optional<std::string> fault;
     for (int attempt = 0; attempt < tries; ++attempt) {
@@ -254,13 +329,13 @@ TriangleMesh remesh_surface(const TriangleMesh& surface, double& edge_length_m, 
         if (mesh.number_of_faces() > 0 && self_intersections(mesh).pairs > 0)
             PMP::experimental::remove_self_intersections(mesh);
         if (mesh.number_of_faces() == 0) continue;
-        fault = fault_of(mesh, from_cgal(mesh), requested_volume);
+        fault = fault_of(mesh, from_cgal(mesh), requested);
         if (fault) continue;
         const Mesh unshifted = mesh;
-        keep_volume(mesh, requested_volume, edge_length_m);
-        if (fault_of(mesh, from_cgal(mesh), requested_volume))
+        keep_volumes(mesh, requested, edge_length_m);
+        if (fault_of(mesh, from_cgal(mesh), requested))
             mesh = unshifted;  // a thin part intersected itself: accept the smaller volume
-        return largest_part(from_cgal(mesh));
+        return largest_shells(from_cgal(mesh), shells);
     }
     fail(
         "surface: remeshing it to {:.2f} mm (at last {:.2f} mm) leaves {}; expected a closed "

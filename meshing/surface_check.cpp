@@ -134,15 +134,6 @@ std::vector<TriangleMesh> parts_of(const TriangleMesh& surface) {
     return split;
 }
 
-TriangleMesh largest_part(const TriangleMesh& surface) {
-    const std::vector<TriangleMesh> split = parts_of(surface);
-    if (split.empty()) return {};
-    return *std::max_element(split.begin(), split.end(),
-                             [](const TriangleMesh& a, const TriangleMesh& b) {
-                                 return signed_volume(a) < signed_volume(b);
-                             });
-}
-
 std::string place_mm(const Vector3& x) {
     return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
 }

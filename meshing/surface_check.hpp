@@ -38,9 +38,6 @@ std::vector<std::int32_t> connected_parts(const TriangleMesh& surface);
 /// The parts as separate surfaces.
 std::vector<TriangleMesh> parts_of(const TriangleMesh& surface);
 
-/// The part with the largest signed volume, renumbered. A cavity's inward wound wall never wins.
-TriangleMesh largest_part(const TriangleMesh& surface);
-
 /// Formats a position (metres) for messages: "(1.00, 2.00, 3.00) mm".
 std::string place_mm(const Vector3& position);
 

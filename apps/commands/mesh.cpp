@@ -67,6 +67,11 @@ nlohmann::json to_json(const MeshQuality& q) {
 }
 
 #ifdef LIVETET_IMAGES
+std::vector<double> in_ml(std::vector<double> volumes_m3) {
+    for (double& v : volumes_m3) v *= 1e6;
+    return volumes_m3;
+}
+
 nlohmann::json to_json(const SurfaceDistance& d) {
     return {{"max_mm", 1e3 * d.max_m},
             {"mean_mm", 1e3 * d.mean_m},
@@ -95,10 +100,13 @@ nlohmann::json report(const MeshedInput& meshed) {
     nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
     if (const auto& image = meshed.image) {
         fmt::print(
-            "picked       {:.4g} ml; largest part without holes {:.4g} ml; its surface encloses "
-            "{:.4g} ml ({:+.2f} %), "
+            "picked       {:.4g} ml; the body {:.4g} ml{}; its surface encloses {:.4g} ml "
+            "({:+.2f} %), "
             "{:.2f} mm from the voxels' faces in the mean, {:.2f} mm at most, at {}\n",
             1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3,
+            image->filled_volume_m3 > 0
+                ? fmt::format(" with {:.4g} ml of filled cavities", 1e6 * image->filled_volume_m3)
+                : "",
             1e6 * image->surface_volume_m3,
             100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,
             1e3 * image->moved.max_m, place_mm(image->moved.farthest));
@@ -113,6 +121,9 @@ nlohmann::json report(const MeshedInput& meshed) {
                          {"ras_from_voxel_mm", rows},
                          {"labels_ml", 1e6 * image->label_volume_m3},
                          {"body_ml", 1e6 * image->body_volume_m3},
+                         {"filled_ml", 1e6 * image->filled_volume_m3},
+                         {"cavities_ml", in_ml(image->cavities_m3)},
+                         {"parts_ml", in_ml(image->parts_m3)},
                          {"surface_ml", 1e6 * image->surface_volume_m3},
                          {"voxel_mm", image->voxel_mm},
                          {"smoothing_mm", image->smoothing_mm},
@@ -155,7 +166,7 @@ nlohmann::json requested(const MeshArguments& a) {
 }
 
 /// To be increased when the same input and options give another mesh than before.
-constexpr int meshing_rules = 4;
+constexpr int meshing_rules = 5;
 
 /// A hash of everything that the result depends on: the bytes of input and mask, the options and
 /// the versions. 64 bits of FNV-1a (G. Fowler, L. Noll, K. Vo). Empty if not all of it can be read.
@@ -324,6 +335,22 @@ void run(MeshArguments& a) {
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
 }
 
+/// What of the input is the body.
+void add_body_options(CLI::App* command, MeshArguments* a) {
+    command->add_flag(
+        "--fill-cavities", [a](std::int64_t) { a->source.body.cavities = Cavities::fill; },
+        "fill the body's closed cavities (default: each has a surface of its own, the set "
+        "\"cavity\")");
+    command->add_flag(
+        "--all-parts", [a](std::int64_t) { a->source.body.parts = Parts::all; },
+        "mesh all parts of the body, not the largest alone: the sets \"part_1\", \"part_2\", ...");
+    command
+        ->add_option("--speck-ml", a->source.body.speck_ml,
+                     "smaller parts are left out and smaller cavities filled (default: a "
+                     "thousandth of the largest part)")
+        ->check(CLI::NonNegativeNumber);
+}
+
 /// Options that say the same as a key of a scene's mesh block.
 void add_source_options(CLI::App* command, MeshArguments* a) {
     command
@@ -339,6 +366,7 @@ void add_source_options(CLI::App* command, MeshArguments* a) {
                        ? std::string()
                        : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
         });
+    add_body_options(command, a);
     command
         ->add_option("--voxel-mm", a->source.voxel_mm,
                      "spacing of the grid from which an image's surface is extracted (default: "

@@ -5,7 +5,8 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -19,35 +20,19 @@ namespace livetet {
 
 namespace {
 
-/// Number of voxels of each picked label.
-std::map<std::int32_t, std::int64_t> voxel_counts(const LabelImage& image,
-                                                  std::span<const std::int32_t> picked) {
-    std::map<std::int32_t, std::int64_t> counts;
-    std::int64_t* count = nullptr;
-    for (std::size_t n = 0; n < image.values.size(); ++n) {
-        const std::int32_t label = image.values[n];
-        if (n == 0 || label != image.values[n - 1])
-            count = is_picked(label, picked) ? &counts[label] : nullptr;
-        if (count) ++*count;
-    }
-    return counts;
-}
-
 /// Adds notes on picked voxels apart from the body: by label, or for a threshold as a whole.
-void note_what_lies_apart(MeshedInput& meshed, const LabelImage& image, const MeshSource& source) {
-    const double voxel_ml =
-        1e6 * std::abs(image.ras_from_voxel.topLeftCorner<3, 3>().determinant());
-    for (const auto& [label, count] : voxel_counts(image, source.labels)) {
+void note_what_lies_apart(MeshedInput& meshed, double voxel_m3, const MeshSource& source) {
+    for (const auto& [label, count] : meshed.image->left_out) {
         const auto in_body = meshed.image->label_voxels.find(label);
-        const std::int64_t apart =
-            count - (in_body == meshed.image->label_voxels.end() ? 0 : in_body->second);
-        if (static_cast<double>(apart) > 0.01 * static_cast<double>(count))
-            meshed.result.notes.push_back(fmt::format(
-                "{}: {:.2f} of its {:.2f} ml do not hang together with the largest part and are "
-                "left out",
-                source.threshold.empty() ? fmt::format("label {}", label)
-                                         : fmt::format("threshold {}", source.threshold),
-                voxel_ml * static_cast<double>(apart), voxel_ml * static_cast<double>(count)));
+        const std::int64_t all =
+            count + (in_body == meshed.image->label_voxels.end() ? 0 : in_body->second);
+        meshed.result.notes.push_back(fmt::format(
+            "{}: {:.4g} of its {:.4g} ml do not hang together with the largest part and are left "
+            "out; --all-parts (in a scene mesh.parts: all) meshes them too",
+            source.threshold.empty() ? fmt::format("label {}", label)
+                                     : fmt::format("threshold {}", source.threshold),
+            1e6 * voxel_m3 * static_cast<double>(count),
+            1e6 * voxel_m3 * static_cast<double>(all)));
     }
 }
 
@@ -72,21 +57,34 @@ LabelImage labels_of(const MeshSource& source) {
 }
 
 /// A mask: 1 in the voxels whose grey values lie in the requested range.
-LabelImage between_thresholds(const MeshSource& source) {
+/// Notes voxels without a value.
+LabelImage between_thresholds(const MeshSource& source, std::vector<std::string>& notes) {
     const std::string where = source.file.string();
     if (!source.labels.empty())
         fail("{}: both labels and threshold ({}) are given, expected one of them", where,
              source.threshold);
     const auto [low, high] = range_of(source.threshold).value();
-    const GreyImage grey = read_grey_image(source.file);
+    const GreyImage grey = grey_image_with_gaps(read_volume(source.file), source.file);
     LabelImage image{grey.size, grey.ras_from_voxel, std::vector<std::int32_t>(grey.values.size())};
-    for (std::size_t n = 0; n < grey.values.size(); ++n)
-        image.values[n] = grey.values[n] >= low && grey.values[n] <= high;
-    if (std::find(image.values.begin(), image.values.end(), 1) == image.values.end()) {
-        const auto [min, max] = std::minmax_element(grey.values.begin(), grey.values.end());
-        fail("{}: no voxel is within the threshold {}, its values are {} to {}", where,
-             source.threshold, *min, *max);
+    std::int64_t gaps = 0, inside = 0;
+    float min = std::numeric_limits<float>::max(), max = -min;
+    for (std::size_t n = 0; n < grey.values.size(); ++n) {
+        const float v = grey.values[n];
+        if (!std::isfinite(v)) {
+            ++gaps;
+            continue;
+        }
+        min = std::min(min, v);
+        max = std::max(max, v);
+        inside += image.values[n] = v >= low && v <= high;
     }
+    if (inside == 0)
+        fail("{}: no voxel is within the threshold {}, its values are {} to {}", where,
+             source.threshold, min, max);
+    if (gaps > 0)
+        notes.push_back(
+            fmt::format("threshold {}: {} of {} voxels are not finite (NaN) and count as outside",
+                        source.threshold, gaps, grey.values.size()));
     return image;
 }
 
@@ -96,6 +94,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
                        MeshingOptions options) {
     refuse_idle_keys(source);
     options.labels.assign(source.labels.begin(), source.labels.end());
+    options.body = source.body;
     options.levels = source.levels;
     options.target_tets = source.tets;
     options.edge_lengths_mm = source.edge_lengths_mm;
@@ -105,18 +104,22 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
+    std::vector<std::string> image_notes;
     Materials materials;
     if (is_image_name(source.file)) {
-        labels = source.threshold.empty() ? labels_of(source) : between_thresholds(source);
+        labels =
+            source.threshold.empty() ? labels_of(source) : between_thresholds(source, image_notes);
         if (progress) progress(0, "surface of the image");
         meshed.image =
             with_context(source.file.string(), [&] { return surface_of_labels(labels, options); });
         surface = meshed.image->surface;
+        options.body = {Cavities::keep, Parts::all, 0};  // the surface has what was chosen
         materials.several = meshed.image->label_voxels.size() > 1;
         materials.volume_m3 = meshed.image->body_volume_m3;
         materials.field = [&] {
-            return LabelField(labels, {options.labels, meshed.image->voxel_mm,
-                                       meshed.image->smoothing_mm, meshed.image->iso_level});
+            return LabelField(labels,
+                              {options.labels, meshed.image->voxel_mm, meshed.image->smoothing_mm,
+                               meshed.image->iso_level, source.body});
         };
         std::vector<std::int32_t> in_body;
         for (const auto& [label, count] : meshed.image->label_voxels) in_body.push_back(label);
@@ -141,12 +144,20 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     }
     MeshHierarchy& hierarchy = meshed.result.hierarchy;
     if (meshed.image) {
-        note_what_lies_apart(meshed, labels, source);
+        const double voxel_m3 = std::abs(labels.ras_from_voxel.topLeftCorner<3, 3>().determinant());
+        auto& notes = meshed.result.notes;
+        image_notes.insert(image_notes.end(), meshed.image->notes.begin(),
+                           meshed.image->notes.end());
+        notes.insert(notes.begin(), image_notes.begin(), image_notes.end());
+        note_what_lies_apart(meshed, voxel_m3, source);
         meshed.grid = ImageGrid{labels.size, labels.ras_from_voxel};
         const auto tets = region_volumes(hierarchy.levels.front());
+        const auto own_m3 = [&](std::int32_t label) {
+            return voxel_m3 * static_cast<double>(meshed.image->label_voxels.at(label));
+        };
         for (const LabelField::Material& m : meshed.result.materials)
             if (tets.contains(m.label))
-                meshed.regions.push_back({m.label, m.voxels_m3, tets.at(m.label)});
+                meshed.regions.push_back({m.label, own_m3(m.label), tets.at(m.label)});
         const std::int32_t only = meshed.image->label_voxels.begin()->first;
         if (source.threshold.empty())
             for (TetMesh& level : hierarchy.levels)

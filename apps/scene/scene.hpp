@@ -39,6 +39,7 @@ struct MeshSource {
     Space space = Space::ras;
     std::vector<int> labels;
     std::string threshold{};
+    BodyChoice body{};
     std::optional<double> voxel_mm{}, smoothing_mm{};
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
@@ -199,6 +200,16 @@ void visit_fields(Visitor& v, MeshSource& m) {
         Check<std::string>{
             "LOW:HIGH, two numbers of which one may be left out, LOW not above HIGH",
             [](const std::string& text) { return text.empty() || range_of(text).has_value(); }});
+    v.choice("cavities", m.body.cavities, "closed cavities of an image's or a surface's body",
+             {{Cavities::keep, "keep", "kept: the set \"cavity\" is their surface"},
+              {Cavities::fill, "fill", "filled"}});
+    v.choice("parts", m.body.parts, "parts of an image's or a surface's body that do not touch",
+             {{Parts::largest, "largest", "the largest is meshed"},
+              {Parts::all, "all", "all are meshed: the sets \"part_1\", \"part_2\", ..."}});
+    v.field("speck_ml", m.body.speck_ml, "ml",
+            "smaller parts are left out and smaller cavities filled; default: a thousandth of the "
+            "largest part",
+            at_least<0>());
     v.field("voxel_mm", m.voxel_mm, "mm",
             "spacing of the grid from which an image's surface is extracted; default: from the "
             "size of the body and its voxels",

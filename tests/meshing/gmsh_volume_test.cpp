@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "mesh/shapes.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -32,6 +33,23 @@ TEST(FillSurface, keeps_the_surface_to_the_last_bit) {
     EXPECT_EQ(places(mesh.nodes, nodes_of(boundary)),
               places(sphere.nodes, nodes_of(sphere.triangles)));
     EXPECT_GT(mesh.nodes.size(), sphere.nodes.size());
+}
+
+/// Two balls, one of which is hollow with a ball in the hollow.
+TEST(FillSurface, leaves_cavities_empty_and_fills_each_piece) {
+    TriangleMesh hole = shapes::sphere(0.03, 3, {0.004, 0, 0});
+    for (Triangle& t : hole.triangles) std::swap(t[0], t[1]);
+    const std::array<TriangleMesh, 4> shells{shapes::sphere(0.012, 2), shapes::sphere(0.05, 3),
+                                             shapes::sphere(0.02, 3, {0.1, 0, 0}), hole};
+    const TriangleMesh surface = joined(shells);
+    for (const bool sized : {false, true}) {
+        GmshOptions options;
+        if (sized) options.edge_length_at = [](const Vector3&) { return 0.008; };
+        const TetMesh mesh = fill_surface(surface, 0.008, options);
+        check_tet_mesh(mesh, "hollow");
+        EXPECT_NEAR(volume(mesh), signed_volume(surface), 1e-12) << sized;
+        EXPECT_EQ(boundary_triangles(mesh.tets).size(), surface.triangles.size());
+    }
 }
 
 TEST(FillSurface, is_the_same_every_time_whatever_the_heap_looks_like) {

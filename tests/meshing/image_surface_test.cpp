@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <random>
 
 #include "base/error.hpp"
+#include "meshing/body_mask.hpp"
 #include "meshing/images.hpp"
 #include "meshing/remesh.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -71,15 +74,79 @@ TEST(ImageSurface, keeps_the_largest_of_two_blobs) {
     EXPECT_NEAR(result.label_volume_m3, 1.125 * ball_volume, 0.01 * ball_volume);
 }
 
-TEST(ImageSurface, fills_holes) {
+constexpr double hollow_radius = 0.012;
+
+/// A ball with a hollow that holds a core of another label, which touches nothing.
+LabelImage hollow_ball() {
     const std::array<int, 3> size{48, 48, 48};
-    const LabelImage image =
-        label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
-            return in_ball(x) - in_ball(x, {0.005, 0, 0}, 0.012);
-        });
+    return label_image(size, centred_affine(size, {1.5, 1.5, 1.5}), [](const Vector3& x) {
+        const Vector3 hollow(0.005, 0, 0);
+        return in_ball(x, hollow, 0.006) ? 2 : in_ball(x) - in_ball(x, hollow, hollow_radius);
+    });
+}
+
+double voxels_m3(const LabelImage& image, std::int32_t label) {
+    return std::pow(1.5e-3, 3) *
+           static_cast<double>(std::count(image.values.begin(), image.values.end(), label));
+}
+
+TEST(ImageSurface, keeps_a_cavity_as_a_shell_of_its_own) {
+    const LabelImage image = hollow_ball();
     const ImageSurface result = surface_of_labels(image, {});
+    EXPECT_NEAR(result.body_volume_m3, voxels_m3(image, 1), 1e-12);
+    EXPECT_NEAR(signed_volume(result.surface), result.body_volume_m3, 0.01 * result.body_volume_m3);
+    EXPECT_EQ(result.filled_volume_m3, 0);
+    ASSERT_EQ(result.cavities_m3.size(), 1u);
+    const std::vector<BodyPiece> pieces = pieces_of(result.surface);
+    ASSERT_EQ(count_shells(pieces), (ShellCount{1, 1}));
+    EXPECT_NEAR(-signed_volume(pieces[0].cavities[0]), result.cavities_m3[0],
+                0.03 * result.cavities_m3[0]);
+    EXPECT_EQ(result.left_out.at(2), std::count(image.values.begin(), image.values.end(), 2))
+        << "the space of a part that is left out is its neighbour's no more";
+}
+
+TEST(ImageSurface, fills_a_cavity_where_it_is_asked_to) {
+    const LabelImage image = hollow_ball();
+    MeshingOptions options;
+    options.body.cavities = Cavities::fill;
+    const ImageSurface result = surface_of_labels(image, options);
     expect_ball(result);
-    EXPECT_LT(result.label_volume_m3, 0.95 * ball_volume);
+    EXPECT_EQ(result.label_voxels.at(2), std::count(image.values.begin(), image.values.end(), 2));
+    EXPECT_NEAR(result.filled_volume_m3, result.body_volume_m3 - voxels_m3(image, 1), 1e-12);
+    ASSERT_EQ(result.notes.size(), 1u);
+    EXPECT_NE(result.notes[0].find("1 cavity filled"), std::string::npos) << result.notes[0];
+    options.labels = {1};
+    EXPECT_FALSE(surface_of_labels(image, options).label_voxels.contains(2));
+}
+
+TEST(ImageSurface, has_all_parts_where_it_is_asked_to) {
+    const LabelImage image = hollow_ball();
+    MeshingOptions options;
+    options.body.parts = Parts::all;
+    const ImageSurface result = surface_of_labels(image, options);
+    EXPECT_EQ(count_shells(pieces_of(result.surface)), (ShellCount{2, 1}));
+    EXPECT_NEAR(result.body_volume_m3, voxels_m3(image, 1) + voxels_m3(image, 2), 1e-12);
+}
+
+/// Two voxels in a hundred have the wrong value.
+TEST(ImageSurface, drops_specks_and_pores_and_counts_them) {
+    const std::array<int, 3> size{48, 48, 48};
+    LabelImage image = label_image(size, centred_affine(size, {1.5, 1.5, 1.5}),
+                                   [](const Vector3& x) { return in_ball(x); });
+    std::mt19937 random(1);
+    for (std::int32_t& v : image.values)
+        if (random() % 100 < 2) v = 1 - v;
+    const ImageSurface result = surface_of_labels(image, {});
+    EXPECT_NEAR(signed_volume(result.surface), ball_volume, 0.02 * ball_volume);
+    EXPECT_EQ(count_shells(pieces_of(result.surface)), (ShellCount{1, 0}));
+    ASSERT_EQ(result.notes.size(), 2u);
+    EXPECT_NE(result.notes[0].find("specks of"), std::string::npos) << result.notes[0];
+    EXPECT_NE(result.notes[1].find("cavities filled, by"), std::string::npos) << result.notes[1];
+    EXPECT_NE(result.notes[1].find("--speck-ml"), std::string::npos) << result.notes[1];
+    MeshingOptions options;
+    options.body.speck_ml = 0;
+    options.body.parts = Parts::all;
+    EXPECT_GT(body_mask(image, {}, options.body).parts.size(), 100u);
 }
 
 TEST(ImageSurface, closes_a_body_that_the_border_cuts) {

@@ -124,6 +124,27 @@ TEST(OneBody, fills_hollows_and_closes_pinches) {
     EXPECT_NEAR(volume(pinched), 0.75, 0.1);
 }
 
+TEST(OneBody, keeps_cavities_and_parts_of_the_size_that_it_is_told) {
+    const auto mesh = [] {
+        return block([](const Vector3& x) {
+            const double from_centre = (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff();
+            return from_centre < 0.17 ? 0 : 4;
+        });
+    };
+    const double cavity = 1 - volume([&] {
+                              TetMesh kept = mesh();
+                              make_one_body(kept, {.cavity_m3 = 1e-3});
+                              return kept;
+                          }());
+    EXPECT_NEAR(cavity, std::pow(2 / 6., 3), 1e-12);
+    TetMesh filled = mesh();
+    make_one_body(filled, {.cavity_m3 = 1.1 * cavity});
+    EXPECT_NEAR(volume(filled), 1, 1e-12);
+    TetMesh parts = block([](const Vector3& x) { return std::abs(x.x() - 0.5) < 0.17 ? 0 : 4; });
+    make_one_body(parts, {.part_m3 = 0.1});
+    EXPECT_NEAR(volume(parts), 4 / 6., 1e-12);
+}
+
 TEST(OneBody, that_is_one_stays_as_it_is) {
     TetMesh mesh = block([](const Vector3& x) {
         return (x - Vector3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff() < 0.34 ? 5 : 0;

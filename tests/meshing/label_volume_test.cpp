@@ -12,6 +12,7 @@
 #include "meshing/images.hpp"
 #include "meshing/interfaces.hpp"
 #include "meshing/levels.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -238,11 +239,34 @@ TEST(LabelField, keeps_the_volumes_of_its_labels) {
     EXPECT_EQ(field.label_at(Vector3::Constant(std::nan(""))), 0);
 }
 
+/// A hollow ball of two halves.
+TEST(Materials, of_a_hollow_body_leave_its_cavity_empty) {
+    const LabelImage image = cube(36, [](const Vector3& x) {
+        return x.norm() > 16 || x.norm() < 9 ? 0 : x.z() < 0 ? 1 : 2;
+    });
+    const auto [result, cut] = mesh(image, 12000);
+    expect_conforming(result, {1, 2});
+    expect_volumes(result, 0.03);
+    for (const TetMesh& level : result.hierarchy.levels) {
+        EXPECT_EQ(count_shells(pieces_of({level.nodes, boundary_triangles(level.tets)})),
+                  (ShellCount{1, 1}));
+        ASSERT_TRUE(level.node_sets.contains("cavity"));
+        const TriangleMesh cavity{level.nodes, level.triangle_sets.at("cavity")};
+        EXPECT_NEAR(-signed_volume(cavity), ball_m3(9), 0.06 * ball_m3(9));
+        for (const std::int32_t n : level.node_sets.at("cavity"))
+            EXPECT_NEAR(1e3 * level.nodes[n].norm(), 9, 2);
+    }
+    const auto own = static_cast<double>(cut.label_voxels.at(1));
+    EXPECT_NEAR(region_volumes(result.hierarchy.levels[0]).at(1), 1e-9 * own, 0.03e-9 * own);
+}
+
 TEST(LabelField, gives_filled_holes_to_the_labels_around) {
-    const LabelField field = field_of(cube(30, [](const Vector3& x) {
+    const LabelImage image = cube(30, [](const Vector3& x) {
         if (x.norm() < 3) return 0;
         return x.norm() > 12 ? 0 : x.x() < -6 ? 1 : 2;
-    }));
+    });
+    EXPECT_EQ(field_of(image).label_at(Vector3::Zero()), 0);
+    const LabelField field(image, {{}, 1, 1, 0.5, {.cavities = Cavities::fill}});
     EXPECT_EQ(field.label_at(Vector3::Zero()), 2);
     EXPECT_EQ(field.label_at({-0.009, 0, 0}), 1);
 }

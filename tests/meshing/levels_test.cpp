@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "mesh/shapes.hpp"
 #include "meshing/body_mask.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -44,6 +45,38 @@ void expect_valid(const HierarchyResult& result) {
         for (const double d : h.transfers[l - 1].distance)
             EXPECT_LT(d, result.levels[l].edge_length_m);
     }
+}
+
+/// An organ with two cavities, the smaller of which is too small for the coarser levels' edges.
+TEST(Hierarchy, keeps_cavities_and_names_their_surfaces) {
+    const std::array<TriangleMesh, 3> shells{organ(), shapes::sphere(0.02, 3, {0.03, 0, 0.005}),
+                                             shapes::sphere(0.006, 2, {-0.04, 0, 0})};
+    MeshingOptions options;
+    options.target_tets = 8000;
+    const HierarchyResult result = build_hierarchy(joined(shells), options);
+    ASSERT_GE(result.hierarchy.levels.size(), 3u);
+    const TetMesh& finest = result.hierarchy.levels.front();
+    EXPECT_NEAR(volume(finest),
+                signed_volume(shells[0]) - signed_volume(shells[1]) - signed_volume(shells[2]),
+                0.01 * volume(finest));
+    for (const std::int32_t n : node_set(finest, "cavity_1"))
+        EXPECT_NEAR((finest.nodes[n] - Vector3(0.03, 0, 0.005)).norm(), 0.02, 0.002);
+    const std::size_t on_boundary = boundary_triangles(finest.tets).size();
+    EXPECT_EQ(finest.triangle_sets.at("cavity").size() + finest.triangle_sets.at("outer").size(),
+              on_boundary);
+    EXPECT_EQ(result.levels.front().shells, (ShellCount{1, 2}));
+    EXPECT_EQ(result.levels[2].shells, (ShellCount{1, 1}));
+    const auto said = [&](const char* words) {
+        return std::any_of(result.notes.begin(), result.notes.end(),
+                           [&](const auto& n) { return n.find(words) != n.npos; });
+    };
+    EXPECT_TRUE(said("2 cavities of"));
+    EXPECT_TRUE(said("level 2: has 1 of the body's 1 parts and 1 of its 2 cavities"));
+    options.body.cavities = Cavities::fill;
+    options.levels = 1;
+    const TetMesh filled = build_hierarchy(joined(shells), options).hierarchy.levels.front();
+    EXPECT_NEAR(volume(filled), signed_volume(shells[0]), 0.01 * volume(filled));
+    EXPECT_TRUE(filled.node_sets.empty());
 }
 
 TEST(Hierarchy, has_the_number_of_tets_asked_for) {

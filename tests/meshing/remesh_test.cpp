@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "mesh/shapes.hpp"
+#include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -107,7 +108,7 @@ TEST(Repair, refuses_surfaces_without_sense) {
 TEST(RepairSurface, says_what_it_leaves_out_or_fills) {
     const auto notes_of = [](const TriangleMesh& surface) {
         std::vector<std::string> notes;
-        repair_surface(surface, &notes);
+        repair_surface(surface, {}, &notes);
         return notes;
     };
     const TriangleMesh sphere = shapes::sphere(0.05, 3);
@@ -124,18 +125,53 @@ TEST(RepairSurface, says_what_it_leaves_out_or_fills) {
     const auto parts = notes_of(with(spleen));
     ASSERT_EQ(parts.size(), 1u);
     EXPECT_NE(parts[0].find(
-                  fmt::format("{:.2f} ml in the others are left out", 1e6 * signed_volume(spleen))),
+                  fmt::format("{:.4g} ml in the others are left out", 1e6 * signed_volume(spleen))),
               std::string::npos)
         << parts[0];
     EXPECT_NE(parts[0].find("(170.00, "), std::string::npos) << parts[0];
     const auto hollow = notes_of(with(shapes::sphere(0.03, 3)));
     ASSERT_EQ(hollow.size(), 1u);
-    EXPECT_NE(hollow[0].find("hollow"), std::string::npos) << hollow[0];
+    EXPECT_NE(hollow[0].find("1 cavity of 112.1 ml kept"), std::string::npos) << hollow[0];
     TriangleMesh open = sphere;
     open.triangles.erase(open.triangles.begin() + 100);
     const auto hole = notes_of(open);
     ASSERT_EQ(hole.size(), 1u);
     EXPECT_NE(hole[0].find("1 hole filled"), std::string::npos) << hole[0];
+}
+
+/// A surface file's inner shell, however it is wound.
+TEST(RepairSurface, takes_an_inner_shell_for_a_cavity) {
+    const std::array<TriangleMesh, 2> shells{shapes::sphere(0.03, 3), shapes::sphere(0.05, 3)};
+    const double hollow = signed_volume(shells[0]), whole = signed_volume(shells[1]);
+    const TriangleMesh kept = repair_surface(joined(shells));
+    EXPECT_NEAR(signed_volume(kept), whole - hollow, 1e-12);
+    EXPECT_EQ(count_shells(pieces_of(kept)), (ShellCount{1, 1}));
+    EXPECT_NEAR(signed_volume(repair_surface(joined(shells), {.cavities = Cavities::fill})), whole,
+                1e-12);
+}
+
+TEST(RepairSurface, takes_all_parts_where_it_is_asked_to_and_drops_specks) {
+    const std::array<TriangleMesh, 3> shells{shapes::sphere(0.05, 3),
+                                             shapes::sphere(0.03, 3, {0.2, 0, 0}),
+                                             shapes::sphere(0.002, 3, {0.3, 0, 0})};
+    std::vector<std::string> notes;
+    const TriangleMesh both = repair_surface(joined(shells), {.parts = Parts::all}, &notes);
+    EXPECT_NEAR(signed_volume(both), signed_volume(shells[0]) + signed_volume(shells[1]), 1e-12);
+    ASSERT_EQ(notes.size(), 2u);
+    EXPECT_NE(notes[0].find("1 shell of 0.03"), std::string::npos) << notes[0];
+    EXPECT_NE(notes[1].find("part_2"), std::string::npos) << notes[1];
+}
+
+TEST(Remesh, keeps_the_volume_of_each_shell) {
+    TriangleMesh hole = shapes::sphere(0.03, 4);
+    for (Triangle& t : hole.triangles) std::swap(t[0], t[1]);
+    const std::array<TriangleMesh, 2> shells{shapes::sphere(0.05, 4), hole};
+    double edge = 0.012;
+    const std::vector<BodyPiece> pieces = pieces_of(remesh_surface(joined(shells), edge, 5, 6));
+    ASSERT_EQ(count_shells(pieces), (ShellCount{1, 1}));
+    const double outer = signed_volume(shells[0]), inner = signed_volume(hole);
+    EXPECT_NEAR(signed_volume(pieces[0].outer), outer, 1e-4 * outer);
+    EXPECT_NEAR(signed_volume(pieces[0].cavities[0]), inner, 1e-4 * std::abs(inner));
 }
 
 TEST(Remesh, gives_edges_of_the_length_asked_for) {

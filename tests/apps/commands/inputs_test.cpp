@@ -1,8 +1,14 @@
 // What users bring: images of other formats, grey images, meshes of other programs.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
+#include <random>
+
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/surface_file.hpp"
+#include "mesh/shapes.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -118,6 +124,22 @@ TEST(Inputs, AGreyImageWithoutAThresholdIsToldOfIt) {
     expect_refused(livetet(folder, "mesh scene.yaml -o out.h5"),
                    {"threshold", "9:3", "LOW:HIGH", "scene.yaml:1"});
     EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
+}
+
+/// A scanner writes NaN where it saw nothing.
+TEST(Inputs, NaNIsOutsideOfAThresholdAndCounted) {
+    const Folder folder;
+    GreyImage image{{24, 24, 24}, Eigen::Matrix4d::Identity(), {}};
+    image.ras_from_voxel.diagonal() << 2e-3, 2e-3, 2e-3, 1;
+    for (int v = 0; v < 24 * 24 * 24; ++v) {
+        const Vector3 x(v % 24, v / 24 % 24, v / 576);
+        image.values.push_back(v < 10 ? std::nanf("") : (x.array() - 11.5).matrix().norm() < 9);
+    }
+    write_image(folder / "ct.nii.gz", image);
+    const auto outcome = livetet(folder, "mesh ct.nii.gz --threshold 0.5:" + coarse);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("10 of 13824 voxels are not finite"), std::string::npos)
+        << outcome.out;
 }
 
 TEST(Inputs, ADamagedImageSaysSoInOneLine) {

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
+#include "io/result_file.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/shapes.hpp"
 #include "support/program.hpp"
@@ -208,10 +210,91 @@ TEST(Mesh, MeshesABodyOfOneLabelAsOne) {
     const auto json = nlohmann::json::parse(text_of(folder / "m.json"));
     EXPECT_EQ(json["levels"][0]["filled_by"].get<std::string>().find("CGAL"), std::string::npos);
     ASSERT_EQ(json["notes"].size(), 1u) << json["notes"];
-    EXPECT_EQ(json["notes"][0].get<std::string>().find("label 7: 0.01 of its 0.01 ml"), 0u)
+    EXPECT_EQ(json["notes"][0].get<std::string>().find("image: 1 speck of 0.008 ml in all"), 0u)
         << json["notes"];
     const auto regions = read_hierarchy(folder / "m.h5").levels.front().regions;
     EXPECT_EQ(std::count(regions.begin(), regions.end(), 1), std::ssize(regions));
+}
+
+/// A hollow ball, from radius a to b, in voxels of 1.5 mm.
+LabelImage hollow_ball(double a_mm, double b_mm) {
+    LabelImage image;
+    image.size = {44, 44, 44};
+    image.ras_from_voxel.diagonal() << 1.5e-3, 1.5e-3, 1.5e-3, 1;
+    for (int k = 0; k < 44; ++k)
+        for (int j = 0; j < 44; ++j)
+            for (int i = 0; i < 44; ++i) {
+                const double r = 1.5 * (Vector3(i, j, k) - Vector3::Constant(21.5)).norm();
+                image.values.push_back(r > a_mm && r < b_mm);
+            }
+    return image;
+}
+
+/// G. Lamé's hollow sphere under inner pressure, from an image:
+/// u(r) = p a^3 / (E (b^3 - a^3)) ((1 - 2 nu) r + (1 + nu) b^3 / (2 r^2)).
+TEST(Mesh, KeepsACavityThatAPressureActsIn) {
+    const Folder folder;
+    constexpr double a = 18e-3, b = 30e-3, pressure = 20, young = 3000, poisson = 0.3;
+    write_image(folder / "labels.nii.gz", hollow_ball(1e3 * a, 1e3 * b));
+    const auto made = livetet(folder, "mesh labels.nii.gz --tets 20000 -o m.h5 --json m.json");
+    ASSERT_EQ(made.status, 0) << made.err;
+    const auto json = nlohmann::json::parse(text_of(folder / "m.json"));
+    const double ball_ml = 4e6 * std::numbers::pi / 3;
+    EXPECT_NEAR(json["image"]["cavities_ml"][0].get<double>(), ball_ml * a * a * a, 0.3);
+    EXPECT_NEAR(json["levels"][0]["volume_ml"].get<double>(), ball_ml * (b * b * b - a * a * a), 1);
+    write_text_file(folder / "scene.yaml", fmt::format(R"(
+mesh: {{file: m.h5}}
+materials: [{{young_Pa: {}, poisson: {}}}]
+strain: linear
+elements: P2
+fix: [{{group: outer, stiffness_N_per_m: 1}}]
+loads: [{{group: cavity, pressure_Pa: {}}}]
+)",
+                                                       young, poisson, pressure));
+    const auto solved = livetet(folder, "solve scene.yaml");
+    ASSERT_EQ(solved.status, 0) << solved.err;
+    const MeshHierarchy hierarchy = read_hierarchy(folder / "m.h5");
+    const TetMesh& mesh = hierarchy.levels.front();
+    const ResultReader result(folder / "result.h5");
+    const std::vector<Vector3> u = result.displacement(result.times_s().size() - 1);
+    const Vector3 centre = Vector3::Constant(21.5 * 1.5e-3);
+    for (const auto& [group, r] : {std::pair{"cavity", a}, {"outer", b}}) {
+        const double factor = pressure * a * a * a / (young * (b * b * b - a * a * a));
+        const double exact =
+            factor * ((1 - 2 * poisson) * r + (1 + poisson) * b * b * b / (2 * r * r));
+        double sum = 0;
+        const std::vector<std::int32_t>& nodes = node_set(mesh, group);
+        for (const std::int32_t n : nodes) sum += u[n].dot((mesh.nodes[n] - centre).normalized());
+        EXPECT_NEAR(sum / static_cast<double>(nodes.size()), exact, 0.02 * exact) << group;
+    }
+    const auto filled = livetet(folder, "mesh labels.nii.gz --tets 1000 --fill-cavities -o f.h5");
+    EXPECT_NE(filled.out.find("1 cavity filled, by 24.33 ml"), std::string::npos) << filled.out;
+    EXPECT_NEAR(1e6 * volume(read_hierarchy(folder / "f.h5").levels.front()), ball_ml * b * b * b,
+                2);
+}
+
+/// Two halves with a gap between them: each can be held, and a scene that holds one is told.
+TEST(Mesh, MeshesAllPartsAndEachCanBeHeld) {
+    const Folder folder;
+    LabelImage image = two_halves();
+    for (int k = 0; k < 24; ++k)
+        for (int j = 0; j < 24; ++j) image.at(11, j, k) = image.at(12, j, k) = 0;
+    write_image(folder / "labels.nii.gz", image);
+    const auto one = livetet(folder, "mesh labels.nii.gz --tets 2000 -o one.h5");
+    EXPECT_NE(one.out.find("--all-parts"), std::string::npos) << one.out;
+    const auto made = livetet(folder, "mesh labels.nii.gz --tets 2000 --all-parts -o m.h5");
+    ASSERT_EQ(made.status, 0) << made.err;
+    const TetMesh mesh = read_hierarchy(folder / "m.h5").levels.front();
+    EXPECT_NEAR(volume(mesh), 2 * volume(read_hierarchy(folder / "one.h5").levels.front()),
+                0.03 * volume(mesh));
+    EXPECT_EQ(node_set(mesh, "part_1").size() + node_set(mesh, "part_2").size(), mesh.nodes.size());
+    const std::string scene = "mesh: {file: m.h5}\ngravity_m_per_s2: [0, 0, -1]\nfix: ";
+    write_text_file(folder / "one.yaml", scene + "[{group: part_1}]\n");
+    expect_refused(livetet(folder, "solve one.yaml"), {"6 rigid motions are free", "of the piece"});
+    write_text_file(folder / "both.yaml", scene +
+                                              "[{group: part_1, where: surface}, {group: part_2, "
+                                              "where: surface}]\n");
+    EXPECT_EQ(livetet(folder, "solve both.yaml").status, 0);
 }
 
 TEST(Mesh, KeepsNothingWhoseVoxelsLieInOtherFiles) {
