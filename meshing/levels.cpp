@@ -18,6 +18,7 @@
 #include "meshing/remesh.hpp"
 #include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
+#include "meshing/wrap.hpp"
 
 namespace livetet {
 
@@ -354,6 +355,18 @@ std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result
     return text;
 }
 
+TriangleMesh noted_wrap(const TriangleMesh& surface, double gap_m,
+                        std::vector<std::string>& notes) {
+    check_topology(surface);
+    WrappedSurface wrap = wrap_surface(surface, gap_m);
+    notes.push_back(fmt::format(
+        "surface: wrapped, gaps of {:.3g} mm closed: the wrap is {:.3g} mm from the surface in the "
+        "mean and {:.3g} mm at most, the surface {:.3g} mm at most from the wrap, at {}",
+        1e3 * gap_m, 1e3 * wrap.distance.to_body.mean_m, 1e3 * wrap.distance.to_body.max_m,
+        1e3 * wrap.distance.from_body.max_m, place_mm(wrap.distance.from_body.farthest)));
+    return std::move(wrap.surface);
+}
+
 /// Materials without tets in the finest level.
 void note_missing(HierarchyResult& result, const TetMesh& finest) {
     const auto volumes = region_volumes(finest);
@@ -398,7 +411,9 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     };
     report_progress(0, "checking the surface");
     HierarchyResult result;
-    const TriangleMesh repaired = repair_surface(surface, options.body, &result.notes);
+    const TriangleMesh repaired = repair_surface(
+        options.wrap_mm ? noted_wrap(surface, 1e-3 * *options.wrap_mm, result.notes) : surface,
+        options.body, &result.notes);
     Maker maker{repaired, options, gmsh, materials};
     if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
         maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);

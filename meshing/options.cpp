@@ -31,6 +31,7 @@ std::int64_t tets_for_budget(double budget_s) {
 }
 
 void check_options(const MeshingOptions& o) {
+    if (o.wrap_mm) positive("mesh.wrap_mm", *o.wrap_mm);
     if (o.voxel_mm) positive("mesh.voxel_mm", *o.voxel_mm);
     if (o.smoothing_mm) positive("mesh.smoothing_mm", *o.smoothing_mm);
     if (o.body.speck_ml && !(*o.body.speck_ml >= 0))

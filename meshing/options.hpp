@@ -52,6 +52,8 @@ struct MeshingOptions {
     /// Labels that together form the body; empty: all but 0.
     std::vector<std::int32_t> labels;
     BodyChoice body;
+    /// Wraps the surface: gaps narrower than this are closed, mm; none: it is taken as it is.
+    std::optional<double> wrap_mm;
     /// Spacing of the grid of an image's iso-surface, and standard deviation of the Gaussian that
     /// smooths the voxels (at least 0.6 voxels along each axis), mm; none: see `surface_of_labels`.
     std::optional<double> voxel_mm, smoothing_mm;

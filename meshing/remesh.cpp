@@ -34,6 +34,7 @@ using Face = Mesh::Face_index;
 
 /// Largest hole to fill, relative to the diagonal of the surface's bounding box.
 constexpr double widest_hole = 0.1;
+constexpr unsigned max_mended_cuts = 1000;  ///< pairs of triangles that may intersect
 
 Vector3 vector(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -180,18 +181,31 @@ TriangleMesh chosen_shells(const TriangleMesh& surface, const BodyChoice& choice
     fail(
         "surface: it is not closed and manifold: {} border edges, {} non-manifold edges, first at "
         "{}; expected none, and merging double nodes, dropping degenerate triangles and filling "
-        "small holes did not mend it",
+        "small holes did not mend it; --wrap encloses what it is (in a scene mesh.wrap_mm)",
         t.border_edges, t.non_manifold_edges, place_mm(t.place));
 }
 
-SelfIntersections self_intersections(const Mesh& mesh) {
+/// At most `max_pairs` are counted, as their number may grow with the square of the triangles'.
+SelfIntersections self_intersections(const Mesh& mesh, unsigned max_pairs = 1'000'000) {
     std::vector<std::pair<Face, Face>> pairs;
-    PMP::self_intersections(mesh, std::back_inserter(pairs));
+    PMP::self_intersections(mesh, std::back_inserter(pairs),
+                            CGAL::parameters::maximum_number(max_pairs));
     SelfIntersections result{static_cast<std::int64_t>(pairs.size()), Vector3::Zero()};
     if (pairs.empty()) return result;
     for (const auto v : mesh.vertices_around_face(mesh.halfedge(pairs.front().first)))
         result.place += vector(mesh.point(v)) / 3;
     return result;
+}
+
+/// Remeshing mends a few cuts; on many it would not end.
+void refuse_many_cuts(const Mesh& mesh) {
+    const SelfIntersections cuts = self_intersections(mesh, 100 * max_mended_cuts);
+    if (cuts.pairs > max_mended_cuts)
+        fail(
+            "surface: {}{} pairs of its {} triangles cut each other, first at {}; expected at most "
+            "{}: --wrap encloses what it is (in a scene mesh.wrap_mm)",
+            cuts.pairs, cuts.pairs >= 100 * max_mended_cuts ? " or more" : "",
+            mesh.number_of_faces(), place_mm(cuts.place), max_mended_cuts);
 }
 
 /// Signed volumes of a surface's shells: outer ones first, and the larger ones first.
@@ -301,6 +315,7 @@ TriangleMesh repair_surface(const TriangleMesh& surface, const BodyChoice& choic
     if (topology.non_manifold_edges > 0) refuse(topology);
     Mesh mesh = to_cgal(clean);
     fill_small_holes(mesh, widest_hole * diagonal(clean), said);
+    refuse_many_cuts(mesh);
     if (CGAL::is_closed(mesh)) PMP::orient_to_bound_a_volume(mesh);
     clean = from_cgal(mesh);
     topology = check_topology(clean);

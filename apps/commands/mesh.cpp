@@ -349,6 +349,11 @@ void add_body_options(CLI::App* command, MeshArguments* a) {
                      "smaller parts are left out and smaller cavities filled (default: a "
                      "thousandth of the largest part)")
         ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--wrap", a->source.wrap_mm,
+                     "wrap an open, crossing or dirty surface by a closed one: gaps narrower than "
+                     "this are closed, mm")
+        ->check(CLI::PositiveNumber);
 }
 
 /// Options that say the same as a key of a scene's mesh block.

@@ -95,6 +95,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     refuse_idle_keys(source);
     options.labels.assign(source.labels.begin(), source.labels.end());
     options.body = source.body;
+    options.wrap_mm = source.wrap_mm;
     options.levels = source.levels;
     options.target_tets = source.tets;
     options.edge_lengths_mm = source.edge_lengths_mm;

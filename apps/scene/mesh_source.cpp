@@ -13,6 +13,7 @@ namespace {
 using Kinds = std::initializer_list<MeshKind>;
 
 constexpr Kinds of_image = {MeshKind::image};
+constexpr Kinds of_surface = {MeshKind::surface};
 constexpr Kinds without_axes = {MeshKind::surface, MeshKind::tets};
 constexpr Kinds meshed = {MeshKind::image, MeshKind::surface};
 constexpr Kinds with_levels = {MeshKind::image, MeshKind::surface, MeshKind::tets};
@@ -27,6 +28,7 @@ constexpr MeshKey keys[] = {
      [](const MeshSource& s) { return s.body.parts != BodyChoice{}.parts; }},
     {"--speck-ml", "speck_ml", meshed,
      [](const MeshSource& s) { return s.body.speck_ml.has_value(); }},
+    {"--wrap", "wrap_mm", of_surface, [](const MeshSource& s) { return s.wrap_mm.has_value(); }},
     {"--voxel-mm", "voxel_mm", of_image,
      [](const MeshSource& s) { return s.voxel_mm.has_value(); }},
     {"--smoothing-mm", "smoothing_mm", of_image,

@@ -40,6 +40,7 @@ struct MeshSource {
     std::vector<int> labels;
     std::string threshold{};
     BodyChoice body{};
+    std::optional<double> wrap_mm{};
     std::optional<double> voxel_mm{}, smoothing_mm{};
     std::vector<double> edge_lengths_mm;
     int tets = 60000;
@@ -210,6 +211,10 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "smaller parts are left out and smaller cavities filled; default: a thousandth of the "
             "largest part",
             at_least<0>());
+    v.field("wrap_mm", m.wrap_mm, "mm",
+            "wraps an open, crossing or dirty surface by a closed one: gaps narrower than this are "
+            "closed; default: the surface is taken as it is",
+            greater_than<0>());
     v.field("voxel_mm", m.voxel_mm, "mm",
             "spacing of the grid from which an image's surface is extracted; default: from the "
             "size of the body and its voxels",

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <random>
 
 #include "base/error.hpp"
 #include "mesh/shapes.hpp"
 #include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
+#include "meshing/wrap.hpp"
 
 namespace livetet {
 namespace {
@@ -91,6 +93,39 @@ TEST(Repair, refuses_a_non_manifold_edge_within_seconds) {
     EXPECT_NE(text.find(place_mm((surface.nodes[t[0]] + surface.nodes[t[1]]) / 2)),
               std::string::npos)
         << text;
+}
+
+/// A ball whose nodes are shaken; its edges are 2.6 mm long.
+TriangleMesh crumpled(double by) {
+    TriangleMesh surface = shapes::sphere(0.05, 5);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> push(-by, by);
+    for (Vector3& x : surface.nodes) x += Vector3(push(random), push(random), push(random));
+    return surface;
+}
+
+TEST(Repair, counts_and_refuses_a_surface_of_many_cuts_within_seconds) {
+    const TriangleMesh surface = crumpled(0.004);  // tens of thousands of cuts
+    const auto start = std::chrono::steady_clock::now();
+    const std::string text = error_of([&] { repair_surface(surface); });
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    for (const char* words : {"pairs of its 20480 triangles cut each other", ") mm", "--wrap"})
+        EXPECT_NE(text.find(words), std::string::npos) << text;
+}
+
+/// Of an open ball whose triangles also cut each other.
+TEST(Wrap, encloses_what_is_open_and_crossing_and_states_the_distance) {
+    TriangleMesh surface = crumpled(0.0015);
+    std::erase_if(surface.triangles,
+                  [&](const Triangle& t) { return surface.nodes[t[0]].z() > 0.049; });
+    const WrappedSurface wrap = wrap_surface(surface, 0.015);
+    EXPECT_TRUE(check_topology(wrap.surface).closed());
+    EXPECT_EQ(find_self_intersections(wrap.surface).pairs, 0);
+    const double ball = signed_volume(shapes::sphere(0.05, 5));
+    EXPECT_NEAR(signed_volume(wrap.surface), ball, 0.1 * ball);
+    EXPECT_GT(wrap.distance.to_body.max_m, 0.0005);
+    EXPECT_LT(wrap.distance.to_body.max_m, 0.01);
+    EXPECT_LT(wrap.distance.from_body.max_m, 0.01);
 }
 
 TEST(Repair, refuses_surfaces_without_sense) {

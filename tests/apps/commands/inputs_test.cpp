@@ -142,6 +142,20 @@ TEST(Inputs, NaNIsOutsideOfAThresholdAndCounted) {
         << outcome.out;
 }
 
+TEST(Inputs, ACrossingOpenSurfaceIsRefusedOrWrapped) {
+    const Folder folder;
+    TriangleMesh surface = shapes::sphere(0.05, 5);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> push(-0.004, 0.004);
+    for (Vector3& x : surface.nodes) x += Vector3(push(random), push(random), push(random));
+    write_surface(folder / "crumpled.stl", surface, Space::ras);
+    expect_refused(livetet(folder, "mesh crumpled.stl --tets 2000 -o out.h5"),
+                   {"crumpled.stl", "cut each other", "--wrap"});
+    const auto outcome = livetet(folder, "mesh crumpled.stl --wrap 10 --tets 2000 -o out.h5");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("mm at most from the wrap"), std::string::npos) << outcome.out;
+}
+
 TEST(Inputs, ADamagedImageSaysSoInOneLine) {
     const Folder folder;
     write_ball(folder / "whole.mha", 1, 0);
