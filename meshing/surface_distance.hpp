@@ -7,15 +7,16 @@ namespace livetet {
 
 /// Distance of a surface from another, metres.
 struct SurfaceDistance {
-    double max_m = 0;                    ///< one-sided Hausdorff distance of the sample points
+    /// One-sided Hausdorff distance: no point is farther away. Too large by 1 % at most, or by
+    /// 1e-4 of the mean edge if that is more.
+    double max_m = 0;
     double mean_m = 0;                   ///< mean over the area
     Vector3 farthest = Vector3::Zero();  ///< the point of the surface at the maximum
 };
 
-/// Distance from `surface` to `other`, sampled at the centres of n^2 equal pieces of each triangle.
-/// n is the smallest number for which the pieces' edges are at most `spacing_m`, but at most 20.
-/// The maximum is underestimated by less than `spacing_m`, or a twentieth of the longest edge if
-/// that is more. Uses all cores.
+/// Distance from `surface` to `other`. The mean is that of samples at the centres of n^2 equal
+/// pieces of each triangle, with n the smallest number for which the pieces' edges are at most
+/// `spacing_m`, but at most 20. Uses all cores.
 SurfaceDistance distance_between(const TriangleMesh& surface, const NearestTriangle& other,
                                  double spacing_m);
 

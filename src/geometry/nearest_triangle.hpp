@@ -33,6 +33,10 @@ class NearestTriangle {
     /// `triangles` index `nodes` (metres). Precondition: at least one triangle.
     NearestTriangle(std::span<const Vector3> nodes, std::span<const Triangle> triangles);
     Hit find(const Vector3& x) const;
+    /// Corners of a triangle, m.
+    const std::array<Vector3, 3>& corners(std::int32_t triangle) const {
+        return corners_[triangle];
+    }
 
   private:
     /// A leaf holds the triangles order_[first] to order_[first + count - 1]. An inner box has

@@ -32,6 +32,20 @@ TEST(SurfaceDistance, of_a_coarse_sphere_is_that_of_its_chords) {
     EXPECT_LT(d.to_body.mean_m, d.to_body.max_m);
 }
 
+/// The greatest distance is at a node; centres of pieces are up to a third of the spike away from
+/// it.
+TEST(SurfaceDistance, is_never_understated) {
+    const TriangleMesh sphere = shapes::sphere(0.05, 3);
+    TriangleMesh spiky = sphere;
+    spiky.nodes[7] *= 1.4;
+    for (const double spacing : {0.001, 0.01, 1.}) {
+        const SurfaceDistance d = distance_between(spiky, tree(sphere), spacing);
+        EXPECT_GE(d.max_m, 0.02 - 1e-12) << spacing;
+        EXPECT_LE(d.max_m, 0.0203) << spacing;
+        EXPECT_LT((d.farthest - spiky.nodes[7]).norm(), 0.001) << spacing;
+    }
+}
+
 /// Only the surface with a spike sees it, the other one does not: both directions are needed.
 TEST(SurfaceDistance, sees_a_spike_from_its_side_alone) {
     const TriangleMesh sphere = shapes::sphere(0.05, 4);
