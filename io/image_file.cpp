@@ -155,9 +155,9 @@ GreyImage grey_image_with_gaps(const Volume& volume, const fs::path& path) {
 LabelImage label_image(const Volume& volume, const fs::path& path) {
     constexpr double min_value = std::numeric_limits<std::int32_t>::min(),
                      max_value = std::numeric_limits<std::int32_t>::max();
-    return convert<std::int32_t, NotALabel>(volume, path, "a label, a whole number", [](double v) {
-        return v >= min_value && v <= max_value && v == std::floor(v);
-    });
+    return convert<std::int32_t, NotALabel>(
+        volume, path, "a label, a whole number of 32 bits",
+        [](double v) { return v >= min_value && v <= max_value && v == std::floor(v); });
 }
 
 GreyImage read_grey_image(const fs::path& path) { return grey_image(read_volume(path), path); }

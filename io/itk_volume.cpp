@@ -399,7 +399,7 @@ class Hush {
     std::string first() const {
         const std::string said = said_.str();
         for (const auto line : split_lines(said))
-            if (!trim(line).empty()) return std::string(trim(line));
+            if (!trim(line).empty()) return without_addresses(std::string(trim(line)));
         return {};
     }
 
@@ -414,7 +414,7 @@ std::string last_line(const std::string& text) {
     for (const auto line : split_lines(text))
         if (!trim(line).empty()) last = trim(line);
     const std::size_t colon = last.starts_with("[nrrd]") ? last.find(": ") : std::string::npos;
-    return colon == std::string::npos ? last : last.substr(colon + 2);
+    return without_addresses(colon == std::string::npos ? last : last.substr(colon + 2));
 }
 
 enum class Whispers { ignored, errors };

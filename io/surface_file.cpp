@@ -191,6 +191,12 @@ bool write_with(const std::string& path, vtkPolyData* data) {
 
 }  // namespace
 
+bool is_surface_name(const fs::path& path) {
+    const std::string end = ending(path);
+    return end == ".stl" || end == ".obj" || end == ".ply" || end == ".vtk" || end == ".vtp" ||
+           end == ".off";
+}
+
 TriangleMesh read_surface(const fs::path& path, Space space) {
     const Polygons polygons = read_polygons(path);
     TriangleMesh surface;

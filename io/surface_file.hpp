@@ -10,6 +10,9 @@ namespace livetet {
 /// LPS since 2020.
 enum class Space { ras, lps };
 
+/// Whether the path has the extension of a surface file: .stl, .obj, .ply, .vtk, .vtp or .off.
+bool is_surface_name(const std::filesystem::path& path);
+
 /// Reads a surface in mm (.stl, .obj, .ply, .vtk, .vtp, .off) as triangles in metres, RAS. Merges
 /// nodes at the same position, drops unused nodes and triangles with two equal nodes, and splits
 /// polygons into triangles. Does not check whether the surface is closed. Throws Error if the file

@@ -124,4 +124,19 @@ std::optional<std::vector<std::string>> split_csv(std::string_view line) {
     }
 }
 
+std::string without_addresses(const std::string& text) {
+    std::string kept;
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        const std::size_t open = text[at] == ' ' ? at + 1 : at;
+        if (text.compare(open, 3, "(0x") == 0)
+            if (const std::size_t end = text.find_first_not_of("0123456789abcdefABCDEF", open + 3);
+                end != std::string::npos && text[end] == ')') {
+                at = end;
+                continue;
+            }
+        kept += text[at];
+    }
+    return kept;
+}
+
 }  // namespace livetet

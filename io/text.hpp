@@ -34,6 +34,9 @@ std::string lower(std::string_view text);
 /// The file extension in lower case: ".mha"; the last two if the last is ".gz": ".nii.gz".
 std::string ending(const std::filesystem::path& path);
 
+/// `text` without addresses such as " (0x55d0c8)", which libraries put in their messages.
+std::string without_addresses(const std::string& text);
+
 /// A cell of comma-separated text, quoted if necessary.
 std::string csv_cell(const std::string& text);
 

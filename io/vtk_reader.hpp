@@ -42,7 +42,7 @@ class VtkMessages {
         std::string last;
         for (const auto line : split_lines(first_))
             if (!trim(line).empty()) last = trim(line);
-        return last;
+        return without_addresses(last);
     }
 
   private:

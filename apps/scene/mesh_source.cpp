@@ -78,7 +78,16 @@ MeshKind kind_of(const std::filesystem::path& file) {
     if (end == ".vtu") return MeshKind::tets;
 #endif
     if (end == ".msh") return MeshKind::tets;
-    return is_image_name(file) ? MeshKind::image : MeshKind::surface;
+    if (is_image_name(file)) return MeshKind::image;
+#ifdef LIVETET_IMAGES
+    if (!is_surface_name(file))
+        fail(
+            "{}: the name ends in '{}', expected an image (.nii, .nii.gz, .nrrd, .nhdr, .mha, "
+            ".mhd), a surface (.stl, .obj, .ply, .vtk, .vtp, .off) or a mesh (.msh, .vtu, "
+            ".h5); 3D Slicer saves DICOM and other images as one of these",
+            file.string(), end);
+#endif
+    return MeshKind::surface;
 }
 
 std::span<const MeshKey> mesh_keys() { return keys; }

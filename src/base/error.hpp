@@ -14,7 +14,19 @@ namespace livetet {
 /// it and exits with status 2.
 class Error : public std::runtime_error {
   public:
-    using std::runtime_error::runtime_error;
+    explicit Error(const std::string& message) : std::runtime_error(printable(message)) {}
+
+  private:
+    /// A file's control characters as \xNN: a NUL would cut the message.
+    static std::string printable(const std::string& message) {
+        std::string text;
+        for (const char c : message)
+            if (const auto code = static_cast<unsigned char>(c); code < ' ' && c != '\n')
+                text += fmt::format("\\x{:02x}", code);
+            else
+                text += c;
+        return text;
+    }
 };
 
 /// Throws `Error` with a message formatted by fmt.

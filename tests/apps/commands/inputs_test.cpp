@@ -142,6 +142,34 @@ TEST(Inputs, NaNIsOutsideOfAThresholdAndCounted) {
         << outcome.out;
 }
 
+TEST(Inputs, NamesOfOtherFormatsAreToldWhichThereAre) {
+    const Folder folder;
+    for (const std::string name : {"slice.dcm", "brain.img", "brain.mgz"}) {
+        write_text(folder / name, "x");
+        expect_refused(livetet(folder, "mesh " + name + " -o out.h5"),
+                       {name, "expected an image (.nii", "a surface (.stl", "DICOM"});
+    }
+}
+
+TEST(Inputs, MessagesAreWholeAndWithoutAddresses) {
+    const Folder folder;
+    write_text(folder / "nul.off", std::string("OFF\n1\0 2 3\n", 11));
+    expect_refused(livetet(folder, "mesh nul.off -o out.h5"),
+                   {"nul.off", "found '1\\x00'", "expected the number of points"});
+    write_text(
+        folder / "bad.vtk",
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 x 1 0 0 0 1 "
+        "0\nPOLYGONS 1 4\n3 0 1 2\n");
+    const auto outcome = livetet(folder, "mesh bad.vtk -o out.h5");
+    expect_refused(outcome, {"bad.vtk", "cannot be read: vtkPolyDataReader: "});
+    EXPECT_EQ(outcome.err.find("(0x"), std::string::npos) << outcome.err;
+    write_text(folder / "large.nrrd",
+               "NRRD0005\ntype: uint\ndimension: 3\nsizes: 1 1 2\nspace: "
+               "left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
+               "(0,0,0)\nencoding: text\n\n0 4000000000\n");
+    expect_refused(livetet(folder, "mesh large.nrrd -o out.h5"), {"large.nrrd", "of 32 bits"});
+}
+
 TEST(Inputs, ACrossingOpenSurfaceIsRefusedOrWrapped) {
     const Folder folder;
     TriangleMesh surface = shapes::sphere(0.05, 5);
