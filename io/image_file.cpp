@@ -169,6 +169,8 @@ LabelImage read_mask(const fs::path& path) {
     if (const std::string why = why_no_label_map(mask); !why.empty())
         fail("{}: looks like a grey image ({}), expected a mask: 0 where nothing is meant",
              path.string(), why);
+    if (std::all_of(mask.values.begin(), mask.values.end(), [](std::int32_t v) { return v == 0; }))
+        fail("{}: every voxel is 0, expected a mask of something", path.string());
     return mask;
 }
 

@@ -45,8 +45,8 @@ GreyImage read_grey_image(const std::filesystem::path& path);
 /// The same for labels. Throws NotALabel unless every voxel is a 32-bit integer.
 LabelImage read_label_image(const std::filesystem::path& path);
 
-/// The same for a mask. Throws Error if it looks like a grey image, all of whose voxels would be in
-/// the mask.
+/// The same for a mask. Throws Error if it covers nothing, or looks like a grey image, all of whose
+/// voxels would be in the mask.
 LabelImage read_mask(const std::filesystem::path& path);
 
 /// The two steps of these functions: the stored data of a file, and its values. `path`: of the

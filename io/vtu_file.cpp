@@ -6,9 +6,11 @@
 #include <vtkDataArray.h>
 #include <vtkGenericCell.h>
 #include <vtkUnstructuredGrid.h>
+#include <vtkUnstructuredGridReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <map>
 
@@ -67,9 +69,10 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
 }
 
 /// The tets of a file and their nodes, unchecked.
+template <class Reader>
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
-    vtkNew<vtkXMLUnstructuredGridReader> reader;
+    vtkNew<Reader> reader;
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
     check_cells(grid->GetCells(), grid->GetNumberOfPoints(), where);
@@ -101,14 +104,28 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
 
 }  // namespace
 
+bool is_legacy_grid(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::string line;
+    for (int number = 0; number < 8 && std::getline(in, line); ++number)
+        if (const auto words = split_words(line);
+            words.size() == 2 && lower(std::string(words[0])) == "dataset")
+            return lower(std::string(words[1])) == "unstructured_grid";
+    return false;
+}
+
 TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
-    if (ending(path) != ".vtu")
-        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu", where,
-             ending(path));
+    const std::string end = ending(path);
+    if (end != ".vtu" && end != ".vtk")
+        fail("{}: the name ends in '{}', expected a VTK unstructured grid: .vtu or .vtk", where,
+             end);
     check_is_file(path);
-    const TetMesh mesh = unpacked_mesh(
-        parse_in_child(path, "VTK", [&] { return packed(parse(path, metres_per_unit)); }), where);
+    const auto parsed = [&] {
+        return packed(end == ".vtk" ? parse<vtkUnstructuredGridReader>(path, metres_per_unit)
+                                    : parse<vtkXMLUnstructuredGridReader>(path, metres_per_unit));
+    };
+    const TetMesh mesh = unpacked_mesh(parse_in_child(path, "VTK", parsed), where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

@@ -6,7 +6,11 @@
 
 namespace livetet {
 
-/// Reads the four-node tets of a VTK unstructured grid (.vtu; text, binary, appended, compressed).
+/// Whether a file is an unstructured grid in VTK's legacy format (.vtk), by its header.
+bool is_legacy_grid(const std::filesystem::path& path);
+
+/// Reads the four-node tets of a VTK unstructured grid (.vtu; text, binary, appended, compressed;
+/// or a legacy .vtk).
 /// Points, lines and faces among its cells and unused points are dropped. The regions are the first
 /// of the cell arrays `region`, `regions`, `label`, `labels`, `material`, `materials`,
 /// `gmsh:physical`, `medit:ref`, `cell_tags`, `CellEntityIds` (in any case), with 32-bit integer

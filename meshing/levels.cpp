@@ -414,6 +414,7 @@ HierarchyResult build_hierarchy(const TriangleMesh& surface, const MeshingOption
     const TriangleMesh repaired = repair_surface(
         options.wrap_mm ? noted_wrap(surface, 1e-3 * *options.wrap_mm, result.notes) : surface,
         options.body, &result.notes);
+    if (options.check_surface) options.check_surface(repaired);
     Maker maker{repaired, options, gmsh, materials};
     if (!options.finer_at.triangles.empty() && options.finer_at_ratio < 1)
         maker.finer_at.emplace(options.finer_at.nodes, options.finer_at.triangles);

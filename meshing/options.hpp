@@ -58,6 +58,9 @@ struct MeshingOptions {
     /// smooths the voxels (at least 0.6 voxels along each axis), mm; none: see `surface_of_labels`.
     std::optional<double> voxel_mm, smoothing_mm;
 
+    /// Called with the repaired surface before minutes of meshing; may throw.
+    std::function<void(const TriangleMesh&)> check_surface;
+
     // Number and resolution of the levels.
     /// Number of levels if `edge_lengths_mm` is empty; 0: see automatic_levels.
     int levels = 0;

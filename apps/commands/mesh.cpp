@@ -187,12 +187,11 @@ std::optional<std::string> fingerprint(const MeshArguments& a) {
     return digest(text);
 }
 
-/// The report stored in a hierarchy file of ours, or null.
+/// The report stored in a hierarchy file of ours, or null if `solve` could not read the file.
 nlohmann::json stored_report(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) return nullptr;
     try {
-        return nlohmann::json::parse(hdf5::File::open(path).read_text("provenance"), nullptr,
-                                     false);
+        return nlohmann::json::parse(read_hierarchy(path).provenance, nullptr, false);
     } catch (const Error&) {
         return nullptr;  // not ours, or damaged: to be written again
     }
@@ -314,6 +313,11 @@ void run(MeshArguments& a) {
             a.options.finer_at =
                 with_context(a.fixed_mask.string(), [&] { return mask_faces(*mask); });
         }
+        if (mask)
+            a.options.check_surface = [&](const TriangleMesh& surface) {
+                with_context(a.fixed_mask.string(),
+                             [&] { check_mask_reaches(*mask, surface.nodes); });
+            };
         hierarchy = mesh_and_report(a, key.value_or(""), json, image);
     }
 #endif
@@ -447,7 +451,7 @@ void add_mesh_command(CLI::App& app) {
         ->add_option("input", a->source.file,
                      "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
                      ".vtk, .vtp, .off), mesh "
-                     "(.msh, .vtu, .h5), or a scene (.yaml)")
+                     "(.msh, .vtu, .vtk, .h5), or a scene (.yaml)")
         ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
     add_source_options(command, a.get());

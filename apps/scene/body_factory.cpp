@@ -106,8 +106,8 @@ MeshHierarchy read_tets(const MeshSource& source) {
     if (ending(source.file) == ".h5") return read_hierarchy(source.file);
     const double metres = source.unit == LengthUnit::millimetre ? 1e-3 : 1.0;
 #ifdef LIVETET_IMAGES
-    TetMesh mesh = ending(source.file) == ".vtu" ? read_vtu(source.file, metres)
-                                                 : read_gmsh(source.file, metres);
+    TetMesh mesh = ending(source.file) == ".msh" ? read_gmsh(source.file, metres)
+                                                 : read_vtu(source.file, metres);
 #else
     TetMesh mesh = read_gmsh(source.file, metres);
 #endif

@@ -5,6 +5,9 @@
 #include "base/error.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
+#ifdef LIVETET_IMAGES
+#include "io/vtu_file.hpp"
+#endif
 
 namespace livetet {
 
@@ -59,7 +62,7 @@ std::string text_of(Kinds kinds) {
     std::string text;
     for (const auto& [kind, name] : {std::pair{MeshKind::image, "an image"},
                                      {MeshKind::surface, "a surface"},
-                                     {MeshKind::tets, "a .msh or .vtu"},
+                                     {MeshKind::tets, "tetrahedra (.msh, .vtu, .vtk)"},
                                      {MeshKind::hierarchy, "a hierarchy (.h5)"}})
         if (holds(kinds, kind)) text += fmt::format("{}{}", text.empty() ? "" : " or ", name);
     return text;
@@ -75,7 +78,7 @@ MeshKind kind_of(const std::filesystem::path& file) {
     const std::string end = ending(file);
     if (end == ".h5") return MeshKind::hierarchy;
 #ifdef LIVETET_IMAGES
-    if (end == ".vtu") return MeshKind::tets;
+    if (end == ".vtu" || (end == ".vtk" && is_legacy_grid(file))) return MeshKind::tets;
 #endif
     if (end == ".msh") return MeshKind::tets;
     if (is_image_name(file)) return MeshKind::image;
@@ -83,7 +86,7 @@ MeshKind kind_of(const std::filesystem::path& file) {
     if (!is_surface_name(file))
         fail(
             "{}: the name ends in '{}', expected an image (.nii, .nii.gz, .nrrd, .nhdr, .mha, "
-            ".mhd), a surface (.stl, .obj, .ply, .vtk, .vtp, .off) or a mesh (.msh, .vtu, "
+            ".mhd), a surface (.stl, .obj, .ply, .vtk, .vtp, .off) or a mesh (.msh, .vtu, .vtk, "
             ".h5); 3D Slicer saves DICOM and other images as one of these",
             file.string(), end);
 #endif

@@ -181,10 +181,11 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
 
 template <class Visitor>
 void visit_fields(Visitor& v, MeshSource& m) {
-    v.field("file", m.file, "",
-            "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu), an image (.nii, .nii.gz, "
-            ".nrrd, .nhdr, .mha, .mhd), "
-            "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
+    v.field(
+        "file", m.file, "",
+        "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu, .vtk), an image (.nii, .nii.gz, "
+        ".nrrd, .nhdr, .mha, .mhd), "
+        "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
     v.choice("unit", m.unit, "length unit of a surface, .msh or .vtu file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
     v.choice(

@@ -24,4 +24,25 @@ std::vector<std::int32_t> nodes_in_mask(const TetMesh& mesh, const LabelImage& m
     });
 }
 
+void check_mask_reaches(const LabelImage& mask, std::span<const Vector3> positions) {
+    Eigen::AlignedBox3d body, covered;
+    for (const Vector3& x : positions) body.extend(x);
+    const Vector3 half = Vector3::Constant(0.5) * grid_of(mask).spacing().maxCoeff();
+    std::size_t n = 0;
+    for (int k = 0; k < mask.size[2]; ++k)
+        for (int j = 0; j < mask.size[1]; ++j)
+            for (int i = 0; i < mask.size[0]; ++i)
+                if (mask.values[n++] != 0) {
+                    const Vector3 x = (mask.ras_from_voxel * Eigen::Vector4d(i, j, k, 1)).head<3>();
+                    if (Eigen::AlignedBox3d(x - half, x + half).intersects(body)) return;
+                    covered.extend(x);
+                }
+    const auto text = [](const Vector3& x) {
+        return fmt::format("({:.1f}, {:.1f}, {:.1f})", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+    };
+    if (covered.isEmpty()) fail("mask: every voxel is 0, expected a mask of something");
+    fail("mask: it covers {} to {} mm, the body spans {} to {} mm: are both in the same world?",
+         text(covered.min()), text(covered.max()), text(body.min()), text(body.max()));
+}
+
 }  // namespace livetet

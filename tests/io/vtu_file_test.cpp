@@ -111,7 +111,7 @@ TEST(VtuFile, DamagedFilesAreErrors) {
     const std::string whole = Grid{}.text();
     for (std::size_t n = 0; n < whole.size() - 3; n += 3)
         EXPECT_TRUE(says(error_of([&] { read(whole.substr(0, n)); }), {".vtu"})) << n;
-    EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtk", 1); }), {"'.vtk'", ".vtu"}));
+    EXPECT_TRUE(says(error_of([] { read_vtu(fresh_folder() / "a.vtp", 1); }), {"'.vtp'", ".vtu"}));
     EXPECT_TRUE(
         says(error_of([] { read_vtu(fresh_folder() / "a.vtu", 1); }), {"a.vtu", "no such file"}));
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "io/hierarchy_file.hpp"
@@ -170,6 +171,41 @@ TEST(Inputs, MessagesAreWholeAndWithoutAddresses) {
     expect_refused(livetet(folder, "mesh large.nrrd -o out.h5"), {"large.nrrd", "of 32 bits"});
 }
 
+TEST(Inputs, AMaskThatCoversNothingIsRefusedBeforeMeshing) {
+    const Folder folder;
+    write_ball(folder / "labels.nrrd", 3, 0);
+    LabelImage mask{
+        {4, 4, 4}, 1e-3 * Eigen::Matrix4d::Identity(), std::vector<std::int32_t>(64, 0)};
+    mask.ras_from_voxel(3, 3) = 1;
+    write_image(folder / "mask.nii.gz", mask);
+    expect_refused(livetet(folder, "mesh labels.nrrd --fix mask.nii.gz" + coarse),
+                   {"mask.nii.gz", "every voxel is 0"});
+    mask.values[0] = 1;
+    mask.ras_from_voxel.topRightCorner<3, 1>() << 1, 2, 3;
+    write_image(folder / "mask.nii.gz", mask);
+    const auto start = std::chrono::steady_clock::now();
+    expect_refused(livetet(folder, "mesh labels.nrrd --tets 2000000 --fix mask.nii.gz -o out.h5"),
+                   {"mask.nii.gz", "(1000.0, 2000.0, 3000.0)", "same world"});
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+}
+
+TEST(Inputs, ADamagedHierarchyIsMadeAgain) {
+    const Folder folder;
+    write_surface(folder / "ball.stl", shapes::sphere(0.08, 3), Space::ras);
+    const std::string command = "mesh ball.stl --edge-lengths-mm 40 -o out.h5";
+    EXPECT_EQ(livetet(folder, command).status, 0);
+    EXPECT_NE(livetet(folder, command).out.find("unchanged"), std::string::npos);
+    std::string bytes = test::text_of(folder / "out.h5");
+    const double x = read_hierarchy(folder / "out.h5").levels.front().nodes.front().x(),
+                 no_number = std::nan("");
+    const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(&x), sizeof x));
+    ASSERT_NE(at, std::string::npos);
+    std::memcpy(bytes.data() + at, &no_number, sizeof x);
+    write_text(folder / "out.h5", bytes);
+    EXPECT_EQ(livetet(folder, command).out.find("unchanged"), std::string::npos);
+    EXPECT_EQ(livetet(folder, "mesh out.h5 -o copy.h5").status, 0);
+}
+
 TEST(Inputs, ACrossingOpenSurfaceIsRefusedOrWrapped) {
     const Folder folder;
     TriangleMesh surface = shapes::sphere(0.05, 5);
@@ -182,6 +218,21 @@ TEST(Inputs, ACrossingOpenSurfaceIsRefusedOrWrapped) {
     const auto outcome = livetet(folder, "mesh crumpled.stl --wrap 10 --tets 2000 -o out.h5");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("mm at most from the wrap"), std::string::npos) << outcome.out;
+}
+
+TEST(Inputs, LegacyVtkTetrahedraAreRead) {
+    const Folder folder;
+    write_text(folder / "tets.vtk",
+               "# vtk DataFile Version 3.0\ntets\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 "
+               "float\n0 0 0 10 0 0 0 10 0 0 0 10 10 10 10\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 "
+               "4\nCELL_TYPES 2\n10\n10\nCELL_DATA 2\nSCALARS region int 1\nLOOKUP_TABLE "
+               "default\n4\n6\n");
+    const auto outcome = livetet(folder, "mesh tets.vtk -o out.h5");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const TetMesh mesh = read_hierarchy(folder / "out.h5").levels.front();
+    EXPECT_EQ(mesh.tets.size(), 2u);
+    EXPECT_EQ(mesh.regions, (std::vector<std::int32_t>{4, 6}));
+    EXPECT_NEAR(1e9 * volume(mesh), 1000 / 6. + 1000 / 3., 1e-6);
 }
 
 TEST(Inputs, ADamagedImageSaysSoInOneLine) {
