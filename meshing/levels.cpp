@@ -276,7 +276,7 @@ struct Maker {
         report.distance = hausdorff_distance(tried, surface, body);
         if (scale == 1 && !(std::abs(report.volume_ratio - 1) <= volume_limit))
             fail(
-                "it holds {:.2f} ml of the body's {:.2f} ml, expected within 1 %; farthest from "
+                "it holds {:.4g} ml of the body's {:.4g} ml, expected within 1 %; farthest from "
                 "it, by {:.2f} mm, at {}",
                 1e6 * report.quality.volume_m3, 1e6 * body_volume,
                 1e3 * report.distance.from_body.max_m,
@@ -373,7 +373,7 @@ void note_missing(HierarchyResult& result, const TetMesh& finest) {
     for (const LabelField::Material& m : result.materials)
         if (!volumes.contains(m.label))
             result.notes.push_back(fmt::format(
-                "label {}: its {:.2f} ml are too small or thin for level 0: its place is "
+                "label {}: its {:.3g} ml are too small or thin for level 0: its place is "
                 "its neighbours'",
                 m.label, 1e6 * m.voxels_m3));
 }
@@ -484,7 +484,7 @@ std::string level_table(std::span<const LevelReport> levels, std::size_t first) 
         const LevelReport& r = levels[l];
         const OptimiseReport& o = r.optimise;
         text += fmt::format(
-            "{:>5} {:>8.2f} {:>9.2f} {:>15.3f} / {:>8.3f} {:>13.3f} / {:>8.3f} {:>9} / {:>5} / "
+            "{:>5} {:>8.3g} {:>9.2f} {:>15.3g} / {:>8.3g} {:>13.3g} / {:>8.3g} {:>9} / {:>5} / "
             "{:>5} / {:>5} {:>9} "
             "{:>6.1f}\n",
             first + l, 1e3 * r.edge_length_m, 100 * (r.volume_ratio - 1),

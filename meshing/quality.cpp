@@ -90,7 +90,7 @@ std::string quality_table(std::span<const MeshQuality> levels) {
     for (std::size_t l = 0; l < levels.size(); ++l) {
         const MeshQuality& q = levels[l];
         text += fmt::format(
-            "{:>5} {:>9} {:>9} {:>9} {:>10.2f} {:>7.2f} / {:>6.2f} / {:>6.2f} {:>6.1f} / {:>6.1f} "
+            "{:>5} {:>9} {:>9} {:>9} {:>10.4g} {:>7.3g} / {:>6.3g} / {:>6.3g} {:>6.1f} / {:>6.1f} "
             "{:>5.3f} / {:>5.3f}\n",
             l, q.tets, q.nodes, q.boundary_triangles, 1e6 * q.volume_m3, 1e3 * q.min_edge_m,
             1e3 * q.mean_edge_m, 1e3 * q.max_edge_m, q.min_dihedral_deg, q.max_dihedral_deg,

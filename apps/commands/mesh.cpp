@@ -142,7 +142,7 @@ nlohmann::json report(const MeshedInput& meshed) {
                level_table(meshed.result.levels, refined), dihedral_histogram(qualities.front()));
     if (meshed.regions.size() > 1)
         for (const RegionVolume& r : meshed.regions) {
-            fmt::print("region {:>5} {:>9.2f} ml of tets, {:.2f} ml of voxels ({:+.1f} %)\n",
+            fmt::print("region {:>5} {:>9.4g} ml of tets, {:.4g} ml of voxels ({:+.1f} %)\n",
                        r.label, 1e6 * r.tets_m3, 1e6 * r.voxels_m3,
                        100 * (r.tets_m3 / r.voxels_m3 - 1));
             json["regions"].push_back({{"label", r.label},

@@ -113,6 +113,7 @@ MeshHierarchy read_tets(const MeshSource& source) {
 #endif
     if (source.space == Space::lps)
         for (Vector3& x : mesh.nodes) x.head<2>() *= -1;
+    check_size(mesh.nodes, source);
     return make_hierarchy({std::move(mesh)}, source.file.string());
 }
 

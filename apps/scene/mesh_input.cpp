@@ -132,6 +132,7 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
         surface = read_surface(source.file, source.space);
         if (source.unit == LengthUnit::metre)
             for (Vector3& x : surface.nodes) x *= 1e3;  // read as mm
+        check_size(surface.nodes, source);
         from += fmt::format(" in {}, {}", source.unit == LengthUnit::metre ? "m" : "mm",
                             source.space == Space::lps ? "LPS" : "RAS");
     }

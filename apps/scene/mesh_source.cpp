@@ -1,5 +1,7 @@
 #include "apps/scene/mesh_source.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 
 #include "base/error.hpp"
@@ -103,6 +105,21 @@ void refuse_idle_keys(const std::filesystem::path& file,
         if (!holds(key.kinds, kind) && given(key))
             fail("{}: is {}, of which {} changes nothing; expected it with {} only", file.string(),
                  text_of({kind}), name(key), text_of(key.kinds));
+}
+
+void check_size(std::span<const Vector3> nodes, const MeshSource& source) {
+    constexpr double smallest_m = 1e-3, largest_m = 10;
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : nodes) box.extend(x);
+    const Vector3 size_mm = 1e3 * box.sizes();
+    const double largest = 1e-3 * size_mm.maxCoeff();
+    if (largest >= smallest_m && largest <= largest_m) return;
+    const bool metres = source.unit == LengthUnit::metre;
+    fail("{}: the body is {:.3g} x {:.3g} x {:.3g} mm large, expected {:.3g} to {:.3g} mm: {}",
+         source.file.string(), size_mm.x(), size_mm.y(), size_mm.z(), 1e3 * smallest_m,
+         1e3 * largest_m,
+         metres ? "is the file in mm, not in metres?"
+                : "is the file in metres? --metres (in a scene mesh.unit: m) says so");
 }
 
 void refuse_idle_keys(const MeshSource& source) {

@@ -34,4 +34,7 @@ void refuse_idle_keys(const std::filesystem::path& file,
 /// The same for a scene's mesh block.
 void refuse_idle_keys(const MeshSource& source);
 
+/// Throws Error, naming --metres, unless the nodes (metres) are those of a body from 1 mm to 10 m.
+void check_size(std::span<const Vector3> nodes, const MeshSource& source);
+
 }  // namespace livetet

@@ -197,7 +197,7 @@ TEST(Materials, too_small_for_the_smoothing_are_noted) {
              4000, 2);
     expect_conforming(result, {1, 2});
     ASSERT_EQ(result.notes.size(), 1u);
-    EXPECT_NE(result.notes[0].find("label 3: its 0.00 ml"), std::string::npos) << result.notes[0];
+    EXPECT_NE(result.notes[0].find("label 3: its 0.001 ml"), std::string::npos) << result.notes[0];
 }
 
 TEST(Materials, that_hang_together_by_a_corner_only_become_one_body) {

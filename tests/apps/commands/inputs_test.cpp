@@ -189,6 +189,17 @@ TEST(Inputs, AMaskThatCoversNothingIsRefusedBeforeMeshing) {
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
+TEST(Inputs, ABodyInMetresThatIsTakenForMillimetresIsRefused) {
+    const Folder folder;
+    TriangleMesh spleen = shapes::sphere(0.08, 3);
+    for (Vector3& x : spleen.nodes) x *= 1e-3;
+    write_surface(folder / "spleen.stl", spleen, Space::ras);  // 0.16: metres
+    expect_refused(livetet(folder, "mesh spleen.stl -o out.h5"),
+                   {"spleen.stl", "0.16 x 0.16 x 0.16 mm", "--metres"});
+    EXPECT_EQ(livetet(folder, "mesh spleen.stl --metres --edge-lengths-mm 40 -o out.h5").status, 0);
+}
+
+/// What `solve` would refuse is not kept.
 TEST(Inputs, ADamagedHierarchyIsMadeAgain) {
     const Folder folder;
     write_surface(folder / "ball.stl", shapes::sphere(0.08, 3), Space::ras);
