@@ -14,12 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string header = "name,x_mm,y_mm,z_mm";
-
-std::string row(const NamedPoint& point) {
-    const Eigen::Vector3d mm = 1e3 * point.position;
-    return fmt::format("{},{},{},{}", csv_cell(point.name), mm.x(), mm.y(), mm.z());
-}
+const std::string header(points_csv_header);
 
 NamedPoint parse_row(std::string_view line, const std::string& where) {
     const auto cells = split_csv(line);
@@ -43,6 +38,11 @@ bool is_header(std::string_view line) {
 }
 
 }  // namespace
+
+std::string point_csv_row(const NamedPoint& point) {
+    const Eigen::Vector3d mm = 1e3 * point.position;
+    return fmt::format("{},{},{},{}", csv_cell(point.name), mm.x(), mm.y(), mm.z());
+}
 
 std::vector<NamedPoint> read_points_csv(const fs::path& path) {
     const std::string text = read_text_file(path);
@@ -72,7 +72,7 @@ std::vector<NamedPoint> read_points_csv(const fs::path& path) {
 
 void write_points_csv(const fs::path& path, std::span<const NamedPoint> points) {
     std::string text = header + "\n";
-    for (const NamedPoint& point : points) text += row(point) + "\n";
+    for (const NamedPoint& point : points) text += point_csv_row(point) + "\n";
     write_text_file(path, text);
 }
 
@@ -84,7 +84,7 @@ void write_displacements_csv(const fs::path& path, std::span<const NamedPoint> p
     std::string text = header + ",ux_mm,uy_mm,uz_mm\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Eigen::Vector3d mm = 1e3 * displacements[i];
-        text += fmt::format("{},{},{},{}\n", row(points[i]), mm.x(), mm.y(), mm.z());
+        text += fmt::format("{},{},{},{}\n", point_csv_row(points[i]), mm.x(), mm.y(), mm.z());
     }
     write_text_file(path, text);
 }

@@ -2,11 +2,19 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "tracking/fiducials.hpp"
 
 namespace livetet {
+
+/// The first line of a file of points.
+inline constexpr std::string_view points_csv_header = "name,x_mm,y_mm,z_mm";
+
+/// A point (metres, RAS) as a line of such a file, without its end.
+std::string point_csv_row(const NamedPoint& point);
 
 /// Reads named points (metres, RAS) from comma-separated text whose first line is
 /// `name,x_mm,y_mm,z_mm`. Further columns are ignored; lines that begin with # are comments. Throws

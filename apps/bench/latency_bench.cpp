@@ -138,7 +138,7 @@ void run_published(const LatencyArguments& arguments, SceneBody& body, Scene& sc
     const WorkFolder folder;
     ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
     ArrivalLog arrivals;
-    Recorder recorder(writer, body.body->linear_solver().kind(), arrivals);
+    Recorder recorder({.result = &writer}, body.body->linear_solver().kind(), arrivals);
     const TrackerServer server(simulate_press(tracker));
     OpenIgtLinkSourceOptions options;
     options.listener = [&](const StreamSample& sample) {

@@ -117,7 +117,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     {
         ResultWriter writer(folder / "result.h5", body.mesh(), to_yaml(scene), Precision::single);
         ArrivalLog arrivals;
-        Recorder recorder(writer, body.body->linear_solver().kind(), arrivals);
+        Recorder recorder({.result = &writer}, body.body->linear_solver().kind(), arrivals);
         Playback source(simulate_press(tracker),
                         {.listener = [&](const StreamSample& s) { arrivals.keep(s); }});
         TrackedBody tracked(

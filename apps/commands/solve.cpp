@@ -6,6 +6,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/scene/outputs.hpp"
+#include "apps/scene/probes.hpp"
 #include "apps/simulation/run_description.hpp"
 #include "apps/simulation/state_keeper.hpp"
 #include "base/error.hpp"
@@ -33,21 +34,6 @@ double largest_norm(const std::vector<Vector3>& values) {
     return largest;
 }
 
-/// Samples displacements at the scene's probe points.
-struct Probes {
-    std::vector<NamedPoint> points;
-    PointSampler sampler;
-
-    Probes(const ProbeOptions& options, const TetMesh& mesh)
-        : points(read_points_csv(options.points)), sampler(mesh, positions_of(points)) {
-        for (std::size_t i = 0; i < points.size(); ++i)
-            if (sampler.distance(i) > 1e-3)
-                fmt::print(
-                    stderr,
-                    "probe {} is {:.1f} mm outside the mesh; its nearest surface point is used\n",
-                    points[i].name, 1e3 * sampler.distance(i));
-    }
-};
 
 /// Checks what can be checked before anything runs. Collective.
 void check_files(const SolveArguments& arguments, const Scene& scene, bool first) {

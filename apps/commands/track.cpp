@@ -163,14 +163,38 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
                      [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
 }
 
-/// The end of a run that kept nothing. Returns the exit status.
-int finish_unrecorded(const Scene& scene, const FrameCounts& counts,
-                      const std::optional<std::string>& problem) {
+/// The files that a run writes while it goes on.
+struct TrackFiles {
+    TrackFiles(TrackInputs& inputs, const SceneBody& body);
+
+    std::optional<ResultWriter> result;
+    std::optional<ProbeHistory> probes;
+    std::optional<Recorder> recorder;  ///< none: nothing is written
+};
+
+TrackFiles::TrackFiles(TrackInputs& inputs, const SceneBody& body) {
+    const Scene& scene = inputs.scene;
+    if (!scene.output.fields.empty())
+        log_warning("output.fields: `track` keeps displacements only, `solve` writes fields");
+    if (scene.output.has_file()) {
+        result.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
+        // Now, as a run that is killed cannot write it at its end.
+        result->write_text("tools", json(inputs.open.source->tools()).dump());
+    }
+    if (scene.probes) probes.emplace(*scene.probes, body.mesh());
+    if (result || probes)
+        recorder.emplace(RecordedFiles{result ? &*result : nullptr, probes ? &*probes : nullptr},
+                         body.body->linear_solver().kind(), inputs.arrivals);
+}
+
+/// The end of a run without a result file. Returns the exit status.
+int finish_without_result(const Scene& scene, const FrameCounts& counts,
+                          const std::optional<std::string>& problem) {
     if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
-    fmt::print(
-        "{} frames, {} samples missed, {} frames not converged; nothing was recorded "
-        "(output.file: none)\n",
-        counts.frames, counts.missed, counts.not_converged);
+    fmt::print("{} frames, {} samples missed, {} frames not converged; {} (output.file: none)\n",
+               counts.frames, counts.missed, counts.not_converged,
+               scene.probes ? scene.probes->displacements.string() + " and no result were written"
+                            : "nothing was recorded");
     if (problem) fail("{}", *problem);
     return counts.not_converged == 0 ? 0 : 3;
 }
@@ -216,14 +240,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene.mesh, progress.callback());
     }();
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
-    std::optional<ResultWriter> writer;
-    std::optional<Recorder> recorder;
-    if (scene.output.has_file()) {
-        writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::single);
-        // Now, as a run that is killed cannot write it at its end.
-        writer->write_text("tools", json(source.tools()).dump());
-        recorder.emplace(*writer, body.body->linear_solver().kind(), inputs.arrivals);
-    }
+    TrackFiles files(inputs, body);
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
@@ -241,7 +258,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         std::optional<SceneWatch> watch;
         if (!inputs.every_sample)
             watch.emplace(arguments.scene, inputs.written, scene, body.mesh());
-        run_frames(scene, source, tracked, recorder ? &*recorder : nullptr, publisher,
+        run_frames(scene, source, tracked, files.recorder ? &*files.recorder : nullptr, publisher,
                    watch ? &*watch : nullptr,
                    {inputs.budget_s, inputs.every_sample, arguments.length_s, signals.token(),
                     streams ? SampleClock::arrival : SampleClock::own, observer.get()},
@@ -251,9 +268,12 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         if (!streams || counts.frames == 0) throw;
         problem = error.what();
     }
-    if (!recorder) return finish_unrecorded(scene, counts, problem);
-    if (const auto not_written = recorder->close(); not_written && !problem) problem = not_written;
-    close_result(*writer, inputs, body, counts, problem);
+    if (const auto not_written = files.recorder ? files.recorder->close() : std::nullopt;
+        not_written && !problem)
+        problem = not_written;
+    if (files.probes && counts.frames > 0) files.probes->close();
+    if (!files.result) return finish_without_result(scene, counts, problem);
+    close_result(*files.result, inputs, body, counts, problem);
 
     // 4. report
     if (observer) observer->finish();  // two threads must not draw
@@ -261,7 +281,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     session.tell_unused_options();
     if (problem)
         fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(),
-             writer->frame_count());
+             files.result->frame_count());
     return counts.not_converged == 0 ? 0 : 3;
 }
 

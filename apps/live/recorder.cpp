@@ -63,13 +63,14 @@ void ArrivalLog::keep(const StreamSample& sample) {
     ring_.push();
 }
 
-Recorder::Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s)
-    : writer_(writer),
+Recorder::Recorder(const RecordedFiles& files, SolverKind solver, ArrivalLog& arrivals,
+                   double flush_s)
+    : files_(files),
       solver_(solver),
       ring_(frames_waiting),
       arrivals_(arrivals),
       flush_s_(flush_s) {
-    arrivals_.wanted_.store(true, std::memory_order_release);
+    if (files_.result) arrivals_.wanted_.store(true, std::memory_order_release);
     thread_ = std::thread([this] { run(); });
 }
 
@@ -110,6 +111,7 @@ void Recorder::run() {
         try {
             if (!failure_) write_arrivals();
             if (!failure_ && !kept->last) write(*kept);
+            if (!failure_ && kept->last) flush();
             if (!failure_) flush_in_time();
         } catch (const std::exception& error) {
             failure_ = error.what();
@@ -121,9 +123,14 @@ void Recorder::run() {
     }
 }
 
+void Recorder::flush() {
+    if (files_.result) files_.result->flush();
+    if (files_.probes) files_.probes->flush();
+}
+
 void Recorder::flush_in_time() {
     if (steady_seconds() - flushed_s_ < flush_s_) return;
-    writer_.flush();
+    flush();
     flushed_s_ = steady_seconds();
 }
 
@@ -135,18 +142,24 @@ void Recorder::write_arrivals() {
                                     static_cast<double>(i), static_cast<double>(pose.status)};
             const auto matrix = matrix_rows(pose.rotation, pose.translation);
             row.insert(row.end(), matrix.begin(), matrix.end());
-            writer_.append_row(arrival_table, row);
+            files_.result->append_row(arrival_table, row);
         }
         arrivals_.ring_.pop();
     }
 }
 
 void Recorder::write(const KeptFrame& kept) {
+    if (files_.result) write_frame(kept);
+    if (files_.probes) files_.probes->append(kept.frame.time_s, kept.frame.displacement);
+}
+
+void Recorder::write_frame(const KeptFrame& kept) {
+    ResultWriter& result = *files_.result;
     const Frame& f = kept.frame;
-    writer_.append(f.time_s, f.displacement);
-    writer_.append_values("tracker_from_image", matrix_rows(f.tracker_from_image.rotation,
-                                                            f.tracker_from_image.translation));
-    const auto value = [&](const char* name, double x) { writer_.append_values(name, {{x}}); };
+    result.append(f.time_s, f.displacement);
+    result.append_values("tracker_from_image", matrix_rows(f.tracker_from_image.rotation,
+                                                           f.tracker_from_image.translation));
+    const auto value = [&](const char* name, double x) { result.append_values(name, {{x}}); };
     value("frame_ms", 1e3 * kept.seconds);
     value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
     value("sensor_ms", 1e3 * f.sensor_s);
@@ -169,19 +182,19 @@ void Recorder::write(const KeptFrame& kept) {
     // A replay needs them, too.
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
-    writer_.append_values("sensors", sensors);
+    result.append_values("sensors", sensors);
     value("sample", static_cast<double>(kept.sample));
     std::vector<double> solves;
     for (const SolveRecord& s : f.step.solves) {
         solves.push_back(s.iterations);
         solves.push_back(s.half_renewed);
     }
-    writer_.append_values("solves", solves);
+    result.append_values("solves", solves);
     value("checksum", checksum(f.displacement));
     const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
-    writer_.append_values(pull_values,
-                          {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),
-                            pull.base.z(), pull.to.x(), pull.to.y(), pull.to.z()}});
+    result.append_values(pull_values,
+                         {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),
+                           pull.base.z(), pull.to.x(), pull.to.y(), pull.to.z()}});
 }
 
 RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <thread>
 
+#include "apps/live/probe_history.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "base/ring.hpp"
 #include "io/result_file.hpp"
@@ -40,13 +41,20 @@ class ArrivalLog {
 /// CRC-32 of the displacements as they lie in memory.
 std::uint32_t checksum(std::span<const Vector3> displacement);
 
+/// The files of a run; nullptr: not wanted.
+struct RecordedFiles {
+    ResultWriter* result = nullptr;  ///< frames and received samples
+    ProbeHistory* probes = nullptr;
+};
+
 /// Writes frames and received samples from a thread of its own, so that neither the simulation nor
 /// the source waits for the disk.
 class Recorder {
   public:
     /// `solver`: the one that computed the frames; only the live solver estimates their errors. The
-    /// file is flushed every `flush_s`: a killed program loses no more than that.
-    Recorder(ResultWriter& writer, SolverKind solver, ArrivalLog& arrivals, double flush_s = 3);
+    /// files are flushed every `flush_s`: a killed program loses no more than that.
+    Recorder(const RecordedFiles& files, SolverKind solver, ArrivalLog& arrivals,
+             double flush_s = 3);
     ~Recorder();
     /// Called from the simulation thread. Returns false if the frame is not kept: the ring is full,
     /// or writing has failed.
@@ -59,11 +67,13 @@ class Recorder {
 
   private:
     void run();
+    void flush();
     void flush_in_time();
     void write(const KeptFrame& kept);
+    void write_frame(const KeptFrame& kept);
     void write_arrivals();
 
-    ResultWriter& writer_;
+    RecordedFiles files_;
     SolverKind solver_;
     Ring<KeptFrame> ring_;
     ArrivalLog& arrivals_;

@@ -299,7 +299,11 @@ void visit_fields(Visitor& v, LoadOptions& l) {
 template <class Visitor>
 void visit_fields(Visitor& v, ProbeOptions& p) {
     v.field("points", p.points, "", "CSV of points in the undeformed body: name,x_mm,y_mm,z_mm");
-    v.field("displacements", p.displacements, "", "CSV to which their displacements are written");
+    v.field(
+        "displacements", p.displacements, "",
+        "CSV to which their displacements are written: "
+        "name,x_mm,y_mm,z_mm,ux_mm,uy_mm,uz_mm; by `track` a line for each point and kept frame, "
+        "with time_s in front");
 }
 
 template <class Visitor>
@@ -441,7 +445,9 @@ void visit_fields(Visitor& v, Scene& s) {
     v.list("loads", s.loads, "forces");
     v.group("solver", s.solver, "how the equations are solved");
     v.group("track", s.track, "`livetet track`: the tracker and what it moves");
-    v.group("probes", s.probes, "points whose displacements at the end are written");
+    v.group("probes", s.probes,
+            "points whose displacements are written: by `solve` those at the end, by `track` those "
+            "of each kept frame");
     v.group("output", s.output, "what is kept");
 }
 

@@ -9,6 +9,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
 #include "io/sequence_file.hpp"
+#include "io/text.hpp"
 #include "io/tip_file.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/hierarchy.hpp"
@@ -343,6 +344,55 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     test::expect_refused(livetet(t.folder, "track scene.yaml --publish 70000"),
                          {"--publish 70000", "65535"});
     test::expect_refused(livetet(t.folder, "track"), {"--replay"});
+}
+
+/// The lines of a CSV, split, without its head.
+std::vector<std::vector<std::string>> rows_of(const std::filesystem::path& path) {
+    std::vector<std::vector<std::string>> rows;
+    const std::string text = test::text_of(path);
+    for (const std::string_view line : split_lines(text))
+        if (!line.empty()) rows.push_back(split_csv(line).value());
+    if (!rows.empty()) rows.erase(rows.begin());
+    return rows;
+}
+
+TEST(Track, ProbesAreWrittenFrameByFrame) {
+    Tracked t;
+    t.tracker.hold_s = 0.5;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const Vector3 top(0.1, 0.05, 0.1);  // a node, where the sensor presses
+    write_text(t.folder / "points.csv", "name,x_mm,y_mm,z_mm\ntop,100,50,100\nlow,100,50,0\n");
+    const std::string scene = test::text_of(t.folder / "scene.yaml") +
+                              "probes: {points: points.csv, displacements: moved.csv}\n";
+    write_text(t.folder / "scene.yaml", scene + "output: {every: 2}\n");
+    const ResultReader result = t.run_as_it_is();
+    const auto rows = rows_of(t.folder / "moved.csv");
+    ASSERT_EQ(rows.size(), 2 * result.frame_count());
+    const auto& nodes = result.mesh().nodes;
+    const auto node = static_cast<std::size_t>(
+        std::find_if(nodes.begin(), nodes.end(),
+                     [&](const Vector3& x) { return (x - top).norm() < 1e-9; }) -
+        nodes.begin());
+    double deepest_mm = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
+        const std::vector<std::string>& row = rows[2 * k];
+        ASSERT_EQ(row.size(), 8u);
+        EXPECT_EQ(row[1], "top");
+        EXPECT_EQ(rows[2 * k + 1][1], "low");
+        EXPECT_EQ(std::stod(row[0]), result.times_s()[k]);
+        EXPECT_NEAR(std::stod(row[7]), 1e3 * result.displacement(k)[node].z(), 1e-4) << k;
+        EXPECT_EQ(std::stod(rows[2 * k + 1][7]), 0) << "fixed";
+        deepest_mm = std::min(deepest_mm, std::stod(row[7]));
+    }
+    EXPECT_NEAR(deepest_mm, -15, 2);
+
+    std::filesystem::remove(t.folder / "moved.csv");
+    write_text(t.folder / "scene.yaml", scene + "output: {file: none}\n");
+    const auto outcome = livetet(t.folder, "track scene.yaml --every-sample");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(rows_of(t.folder / "moved.csv").size(), 2 * t.recording.samples.size())
+        << "without a result file, too";
 }
 
 TEST(Track, WithoutARecorderNoFileIsWritten) {

@@ -53,6 +53,10 @@ struct Tracked {
     }
     ResultReader run(const std::string& options = "--every-sample") {
         write_sequence(folder / "press.igs.mha", recording);
+        return run_as_it_is(options);
+    }
+    /// With the files as the test left them.
+    ResultReader run_as_it_is(const std::string& options = "--every-sample") {
         const auto outcome = livetet(folder, "track scene.yaml " + options);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return ResultReader(folder / "result.h5");
