@@ -23,9 +23,9 @@ constexpr std::array<const char*, 6> drive_names{"placing", "following", "return
                                                  "holding", "releasing", "released"};
 constexpr std::array<const char*, 3> registration_names{"valid", "held", "lost"};
 
-constexpr std::array<const char*, 9> trouble_names{
-    "",           "lost",   "invalid", "out of volume",     "stale",
-    "not a pose", "jumped", "too far", "reference not seen"};
+constexpr std::array<const char*, 10> trouble_names{
+    "",           "lost",   "invalid", "out of volume",      "stale",
+    "not a pose", "jumped", "too far", "reference not seen", "does not rest"};
 
 const char* text_of(SensorTrouble trouble) {
     return trouble_names[static_cast<std::size_t>(trouble)];
@@ -59,11 +59,28 @@ std::vector<std::string> sensor_texts(const PublishedFrame& a) {
     return texts;
 }
 
-bool is_well(const FrameState& frame) {
-    return frame.registration == RegistrationStatus::valid &&
-           std::all_of(frame.sensors.begin(), frame.sensors.end(), [](const SensorState& s) {
-               return s.trouble == SensorTrouble::none && s.off_organ == 0;
-           });
+/// "registration valid, Sensor following, not converged": what is followed and what is wrong.
+std::string followed_text(const PublishedFrame& a, std::string_view separator) {
+    std::string text = registration_text(a.frame);
+    const std::vector<std::string> sensors = sensor_texts(a);
+    if (!sensors.empty()) text += fmt::format("{}{}", separator, fmt::join(sensors, ", "));
+    if (!a.frame.step.converged) text += fmt::format("{}not converged", separator);
+    return text;
+}
+
+// STATUS codes of OpenIGTLink.
+constexpr std::uint16_t all_well = 1, not_followed = 7, not_ready = 13;
+
+std::uint16_t status_code(const FrameState& frame) {
+    const auto is_well = [](const SensorState& s) {
+        return s.trouble == SensorTrouble::none && s.off_organ == 0;
+    };
+    if (frame.registration != RegistrationStatus::valid || !frame.step.converged ||
+        !std::ranges::all_of(frame.sensors, is_well))
+        return not_followed;
+    const bool placing = std::ranges::any_of(
+        frame.sensors, [](const SensorState& s) { return s.drive == DriveStatus::placing; });
+    return placing ? not_ready : all_well;
 }
 
 }  // namespace
@@ -101,9 +118,8 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
             fmt::format("{}{}ToRAS", a.tools[i].tool, a.tools[i].has_tip ? "Tip" : ""),
             RigidTransform<ImageFrame, Tool>{pose.rotation, pose.translation}, time_s));
     }
-    const std::string text =
-        fmt::format("{}; {}", registration_text(frame), fmt::join(sensor_texts(a), ", "));
-    messages.push_back(igtl::status_message("Livetet", is_well(frame) ? 1 : 7, text, time_s));
+    messages.push_back(
+        igtl::status_message("Livetet", status_code(frame), followed_text(a, "; "), time_s));
     json sensors = json::object();
     for (std::size_t i = 0; i < a.sensors.size() && i < frame.sensors.size(); ++i)
         sensors[a.sensors[i]] = {{"status", text_of(frame.sensors[i].drive)},
@@ -149,7 +165,7 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
     text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
                         a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
-    text += fmt::format(" | {}, {}", registration_text(a.frame), fmt::join(sensor_texts(a), ", "));
+    text += " | " + followed_text(a, ", ");
     return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
 }
 

@@ -27,8 +27,9 @@ struct PublishedFrame {
 
 /// Makes the OpenIGTLink messages of a frame: the organ's surface (POLYDATA, with the length of the
 /// displacement in mm), tracker and tools in the image (TRANSFORM `TrackerToRAS`, `StylusTipToRAS`,
-/// `SensorToRAS`; none for a tool that is not seen), STATUS `Livetet` (1: all is well, 7: a tool is
-/// not followed, and why) and STRING `LivetetFrame` (JSON). `time_s`: UTC.
+/// `SensorToRAS`; none for a tool that is not seen), STATUS `Livetet` (1: all is well, 13: a sensor
+/// is being placed, 7: something is not followed, and why) and STRING `LivetetFrame` (JSON).
+/// `time_s`: UTC.
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);

@@ -79,6 +79,8 @@ Report make_report(const RunResult& result, const Truth* truth) {
             for (std::size_t s = 0; s < frame.sensors->size(); ++s)
                 (*report.sensor_frames)[s] += (*frame.sensors)[s];
         }
+    if (const auto& at_end = result.frames.back().sensors)
+        report.unplaced = static_cast<std::size_t>((*at_end)[0]);
     if (truth) report.truth = compare_with_truth(result, *truth);
     return report;
 }

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/report/report.hpp"
 
 namespace livetet {
@@ -34,6 +36,13 @@ std::string budget_verdict(const Report& r) {
             "; the solves left an error of {:.3f} mm in the mean, {:.3f} mm at worst, estimated",
             e.mean, e.worst);
     return text + ".";
+}
+
+std::string placing_verdict(const Report& r) {
+    return fmt::format(
+        "Sensors: {} of {} NOT placed at the end, so the organ did not follow: a sensor is placed "
+        "once it was seen at rest on the organ for track.base_window_s.",
+        r.unplaced, std::max(r.sensors.size(), r.unplaced));
 }
 
 std::string press_verdict(const TargetErrors& t) {
@@ -169,6 +178,7 @@ std::string truth_text(const TargetErrors& t) {
 std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
+    if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (report.truth) {
         sentences.push_back(press_verdict(*report.truth));
         if (report.truth->rest.frames > 0) sentences.push_back(rest_verdict(report.truth->rest));

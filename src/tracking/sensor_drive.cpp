@@ -23,7 +23,9 @@ bool approach(Vector3d& now, const Vector3d& target, double step) {
 
 }  // namespace
 
-SensorDrive::SensorDrive(const SensorDriveOptions& options) : options_(options) {
+SensorDrive::SensorDrive(const SensorDriveOptions& options)
+    : options_(options),
+      rest_({options.base_window_s, options.max_base_scatter, options.max_base_drift}) {
     const auto not_negative = [](const char* name, double value) {
         if (!(value >= 0)) fail("sensor drive: {} = {} must be >= 0", name, value);
     };
@@ -32,6 +34,8 @@ SensorDrive::SensorDrive(const SensorDriveOptions& options) : options_(options) 
     not_negative("release_s", options.release_s);
     if (!(options.max_base_scatter > 0))
         fail("sensor drive: max_base_scatter = {} m must be > 0", options.max_base_scatter);
+    if (!(options.max_base_drift > 0))
+        fail("sensor drive: max_base_drift = {} m must be > 0", options.max_base_drift);
     if (!(options.max_displacement > 0))
         fail("sensor drive: max_displacement = {} m must be > 0", options.max_displacement);
     if (!(options.max_return_speed > 0))
@@ -51,7 +55,7 @@ DriveStatus SensorDrive::update(
     too_far_ = false;
     if (!base_) {
         if (now - seen_s_ > options_.hold_s && !finite)
-            restart_base();  // the sensor may return at another place
+            rest_.restart();  // the sensor may return at another place
         if (!finite) return status_;
         seen_s_ = now;
         place(now, *image_from_sensor);
@@ -70,23 +74,9 @@ DriveStatus SensorDrive::update(
 
 void SensorDrive::place(double time_s,
                         const RigidTransform<ImageFrame, Sensor>& image_from_sensor) {
-    if (poses_ > 0 && (image_from_sensor.translation - translation_sum_ / poses_).norm() >
-                          options_.max_base_scatter)
-        restart_base();
-    if (poses_ == 0) first_s_ = time_s;
-    rotation_sum_ += image_from_sensor.rotation;
-    translation_sum_ += image_from_sensor.translation;
-    ++poses_;
-    if (time_s - first_s_ < options_.base_window_s) return;
-    base_ = RigidTransform<ImageFrame, Sensor>{nearest_rotation(rotation_sum_),
-                                               translation_sum_ / poses_};
+    if (rest_.add(time_s, image_from_sensor) != RestAverage::State::complete) return;
+    base_ = rest_.mean();
     status_ = DriveStatus::following;
-}
-
-void SensorDrive::restart_base() {
-    rotation_sum_.setZero();
-    translation_sum_.setZero();
-    poses_ = 0;
 }
 
 SensorDrive::Motion SensorDrive::motion_to(

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/transform.hpp"
+#include "tracking/rest_average.hpp"
 
 namespace livetet {
 
@@ -13,7 +14,8 @@ namespace livetet {
 enum class DriveMotion { translation, rigid };
 
 /// State of a sensor drive.
-/// - `placing`: the base pose is being averaged while the sensor rests; the patch does not move.
+/// - `placing`: the base pose is being averaged while the sensor rests; the patch does not move. A
+///   sensor that does not rest is waited for.
 /// - `following`: the patch follows the sensor.
 /// - `returning`: the sensor came back; the patch catches up at limited speed.
 /// - `holding`: the sensor is lost; the last motion stands.
@@ -28,6 +30,7 @@ struct SensorDriveOptions {
     /// A pose farther than this from the running mean restarts the averaging of the base pose, m.
     /// Set it to several times the tracker's noise.
     double max_base_scatter = 0.01;
+    double max_base_drift = 0.002;  ///< RestAverageOptions::max_drift, m
     double hold_s = 0.5;
     double release_s = 1;
     /// A pose that would move the patch farther than this counts as missing, m.
@@ -61,6 +64,8 @@ class SensorDrive {
     DriveStatus status() const { return status_; }
     /// Whether the last pose was farther from the base than `max_displacement`.
     bool is_too_far() const { return too_far_; }
+    /// Whether the sensor is not placed because it was seen to move.
+    bool is_restless() const { return !base_ && rest_.state() == RestAverage::State::moving; }
     /// image_from_sensor at the base; empty while placing.
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
     /// Discards the base; the sensor must be placed again.
@@ -74,7 +79,6 @@ class SensorDrive {
         Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     };
     void place(double time_s, const RigidTransform<ImageFrame, Sensor>& image_from_sensor);
-    void restart_base();
     Motion motion_to(const RigidTransform<ImageFrame, Sensor>& image_from_sensor) const;
     void follow(double dt, const Motion& target);
     void release(double time_s);
@@ -83,11 +87,9 @@ class SensorDrive {
     DriveStatus status_ = DriveStatus::placing;
     std::optional<RigidTransform<ImageFrame, Sensor>> base_;
     std::optional<double> last_s_;
-    double first_s_ = 0, seen_s_ = 0;
+    double seen_s_ = 0;
     bool too_far_ = false;
-    Eigen::Matrix3d rotation_sum_ = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d translation_sum_ = Eigen::Vector3d::Zero();
-    int poses_ = 0;
+    RestAverage rest_;
     Motion motion_;
     double grip_ = 1;
 };

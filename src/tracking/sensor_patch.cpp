@@ -51,6 +51,7 @@ void SensorPatch::follow(double time_s, const TrackedPose& sensor,
     trouble_ = trouble_of(sensor, gated.verdict);
     if (trouble_ == SensorTrouble::none && !image_from_sensor)
         trouble_ = SensorTrouble::no_reference;
+    if (trouble_ == SensorTrouble::none && drive_.is_restless()) trouble_ = SensorTrouble::restless;
     if (drive_.is_too_far()) trouble_ = SensorTrouble::too_far;
 }
 

@@ -16,6 +16,7 @@ namespace livetet {
 /// - `jumped`: farther from the last pose than a sensor could move.
 /// - `too_far`: farther from its base than the organ can be moved.
 /// - `no_reference`: the reference sensor's pose is not available.
+/// - `restless`: it cannot be placed, as it does not rest.
 enum class SensorTrouble {
     none,
     lost,
@@ -25,7 +26,8 @@ enum class SensorTrouble {
     broken,
     jumped,
     too_far,
-    no_reference
+    no_reference,
+    restless
 };
 
 /// The trouble of a pose, given the verdict of the outlier gate.

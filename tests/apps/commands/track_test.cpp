@@ -134,6 +134,22 @@ TEST(Track, ASensorThatIsNotOnTheOrganIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5"));
 }
 
+TEST(Track, ASensorThatNeverRestsIsNotFollowedAndTheReportSaysSo) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
+    t.tracker.press_depth = 0;
+    t.record();
+    const std::size_t sensor = tool_index(t.recording, "Sensor");
+    for (TrackerSample& s : t.recording.samples)  // to and fro, within the scatter of a base
+        s.poses[sensor].translation += Vector3(0, 6e-3 * std::sin(2 * M_PI * s.time_s), 0);
+    const ResultReader result = t.run("--every-sample --json report.json");
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        ASSERT_EQ(largest(result.displacement(k)), 0) << k;
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
+    EXPECT_EQ(report["sensors"]["unplaced"], 1);
+    EXPECT_NE(test::text_of(t.folder / "stdout.txt").find("1 of 1 NOT placed"), std::string::npos);
+}
+
 TEST(Track, ARecordingWithoutTheNamedSensorIsRefused) {
     Tracked t;
     t.record();

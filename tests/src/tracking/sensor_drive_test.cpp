@@ -65,6 +65,18 @@ TEST(SensorDrive, TheBaseIsOfOnePlace) {
     EXPECT_LT((drive.base()->translation - placed).norm(), 1e-12);
 }
 
+TEST(SensorDrive, ASensorThatDoesNotRestIsNotPlacedAndSaysSo) {
+    SensorDrive drive;
+    EXPECT_FALSE(drive.is_restless());
+    for (double t = 0; t < 3; t += 0.05)
+        EXPECT_EQ(drive.update(t, moved_by({0.012 * t, 0, 0})), DriveStatus::placing) << t;
+    EXPECT_TRUE(drive.is_restless()) << "6 mm in each window";
+    for (double t = 3; t < 4; t += 0.05) drive.update(t, moved_by({0.036, 0, 0}));
+    EXPECT_EQ(drive.status(), DriveStatus::following);
+    EXPECT_FALSE(drive.is_restless());
+    EXPECT_LT(drive.displacement(node).norm(), 2e-3) << "its base is where it rests";
+}
+
 TEST(SensorDrive, TranslationIgnoresTurnsAndRigidMotionFollowsThem) {
     SensorDrive drive = placed_drive();
     drive.update(0.55, moved_by({0, 0, -0.015}, 0.3));
