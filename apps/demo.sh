@@ -19,6 +19,6 @@ say "4. the recording, played at its own pace"
 "$livetet" track scene.yaml
 
 say "5. how far off it was: the report, with the truth that track never read"
-"$livetet" report result.h5 --truth truth/truth.json -o report
+"$livetet" report result.h5 --truth truth/truth.json
 
-say "done: look at $demo/report (report.txt and pictures), watch it by $livetet view $demo/result.h5, or in ParaView $demo/result.xdmf"
+say "done: look at $demo/result.report (report.txt and pictures), watch it by $livetet view $demo/result.h5, or in ParaView $demo/result.xdmf"

@@ -148,6 +148,22 @@ void write_page(const ReportArguments& arguments, const RunReport& run) {
                pictures.size());
 }
 
+/// The pictures of all kinds of reports.
+constexpr const char* all_pictures[] = {"organ.png", "target_error.png", "frame_times.png",
+                                        "body.png"};
+
+/// Removes the pictures of an earlier report from the folder: one that this run does not draw would
+/// stand beside its texts as if it were of the same run.
+void remove_old_pictures(const fs::path& folder) {
+    for (const char* name : all_pictures) {
+        std::error_code failure;
+        fs::remove(folder / name, failure);
+        if (failure)
+            fail("{}: is of an earlier report and cannot be removed ({})", (folder / name).string(),
+                 failure.message());
+    }
+}
+
 /// Writes all files or none: each is complete under another name before the first is moved into
 /// place.
 void write_texts(const ReportArguments& arguments, const RunReport& run) {
@@ -158,22 +174,26 @@ void write_texts(const ReportArguments& arguments, const RunReport& run) {
     write_text_file(text_file.path(), run.text);
     write_text_file(json_file.path(), run.json);
     if (extra) write_text_file(extra->path(), run.json);
+    remove_old_pictures(arguments.folder);
     text_file.commit();
     json_file.commit();
     if (extra) extra->commit();
 }
 
 void run(ReportArguments arguments) {
-    if (const std::string end = ending(arguments.folder);
-        !end.empty() && !is_page(arguments.folder) && !fs::is_directory(arguments.folder))
+    if (is_named_as_file(arguments.folder) && !is_page(arguments.folder) &&
+        !fs::is_directory(arguments.folder))
         fail(
             "--output {}: a report is a folder, or one page (.html), found a name that ends in "
             "'{}'",
-            arguments.folder.string(), end);
+            arguments.folder.string(), ending(arguments.folder));
     refuse_to_overwrite("--json", arguments.json, {arguments.result, arguments.truth});
     // 1. the run and its references
     const RunReport run = make_run_report(arguments);
-    if (arguments.folder.empty()) arguments.folder = arguments.result.parent_path() / "report";
+    if (arguments.folder.empty()) {
+        arguments.folder = arguments.result;
+        arguments.folder.replace_extension(".report");
+    }
 
     // 2. the page, or texts and pictures
     if (is_page(arguments.folder)) return write_page(arguments, run);
@@ -207,10 +227,11 @@ void add_report_command(CLI::App& app) {
     command->add_option("--truth", arguments->truth,
                         "a phantom's truth (.json): errors at its hidden targets");
     command
-        ->add_option(
-            "-o,--output", arguments->folder,
-            "folder for report.txt, report.json and pictures; or one page with all of it (.html)")
-        ->default_str("report, beside the result");
+        ->add_option("-o,--output", arguments->folder,
+                     "folder for report.txt, report.json and pictures, without those of an earlier "
+                     "report; or "
+                     "one page with all of it (.html)")
+        ->default_str("RESULT.report, beside RESULT.h5");
     command->add_option("--json", arguments->json, "also write the JSON to this file");
     command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
     command->callback([arguments] { run(*arguments); });

@@ -5,8 +5,8 @@
 namespace livetet {
 
 /// Reads a result of `livetet track`; writes report.txt, report.json and the pictures to the folder
-/// "report" beside it, and the JSON to `json` if that is not empty; prints the text. Throws Error
-/// if that fails.
+/// RESULT.report beside it, and the JSON to `json` if that is not empty; prints the text. Throws
+/// Error if that fails.
 void report_result(const std::filesystem::path& result, const std::filesystem::path& json);
 
 }  // namespace livetet

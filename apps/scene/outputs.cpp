@@ -33,4 +33,13 @@ void expect_ending(std::string_view name, const std::filesystem::path& path,
         fail("{} {}: expected a name that ends in {}", name, path.string(), expected);
 }
 
+bool is_named_as_file(const std::filesystem::path& path) {
+    static const std::set<std::string> kinds{
+        ".avi",  ".csv",  ".doc",  ".docx", ".gif",  ".gz",  ".h5",  ".htm",
+        ".html", ".jpeg", ".jpg",  ".json", ".md",   ".mkv", ".mov", ".mp4",
+        ".mpg",  ".nii",  ".ogv",  ".pdf",  ".png",  ".svg", ".tex", ".tif",
+        ".tiff", ".txt",  ".webm", ".xml",  ".yaml", ".yml", ".zip"};
+    return kinds.contains(lower(path.extension().string()));
+}
+
 }  // namespace livetet

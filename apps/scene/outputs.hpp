@@ -21,4 +21,8 @@ void refuse_to_overwrite(std::string_view name, const std::filesystem::path& pat
 void expect_ending(std::string_view name, const std::filesystem::path& path,
                    std::string_view expected);
 
+/// Whether an output that may be a file or a folder is named like a file: by the ending of a kind
+/// of file (`.png`), not by any dot (`run_0.3`).
+bool is_named_as_file(const std::filesystem::path& path);
+
 }  // namespace livetet

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <thread>
 
+#include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -102,9 +103,26 @@ Stage Player::stage() {
             [this](double seconds) { return play(seconds); }};
 }
 
+namespace {
+
+std::filesystem::path picture_in(const std::filesystem::path& folder, std::size_t number) {
+    return folder / fmt::format("{:06}.png", number);
+}
+
+/// Removes what an earlier, longer recording left in the folder: pictures from `number` on.
+void remove_pictures_from(const std::filesystem::path& folder, std::size_t number) {
+    std::error_code failure;
+    while (std::filesystem::remove(picture_in(folder, number), failure)) ++number;
+    if (failure)
+        fail("{}: is of an earlier recording and cannot be removed ({})",
+             picture_in(folder, number).string(), failure.message());
+}
+
+}  // namespace
+
 void Player::record(const std::filesystem::path& path, double rate_Hz,
                     const ProgressCallback& progress) {
-    const bool as_folder = path.extension().empty();
+    const bool as_folder = !is_named_as_file(path);
     if (!as_folder && ending(path) != ".ogv")
         fail(
             "--record {}: the name ends in '{}', expected .ogv for a video, or none for a folder "
@@ -138,7 +156,7 @@ void Player::record(const std::filesystem::path& path, double rate_Hz,
             progress(static_cast<double>(k) / static_cast<double>(pictures),
                      fmt::format("picture {}", k + 1));
         if (as_folder) {
-            window_.write_png(path / fmt::format("{:06}.png", k));
+            window_.write_png(picture_in(path, k));
             continue;
         }
         window_.draw();
@@ -146,7 +164,10 @@ void Player::record(const std::filesystem::path& path, double rate_Hz,
         video->Write();
         if (video->GetError()) fail("--record {}: the video cannot be written", path.string());
     }
-    if (as_folder) return;
+    if (as_folder) {
+        remove_pictures_from(path, pictures);
+        return;
+    }
     video->End();
     std::error_code unknown;  // the writer does not report a full disk
     if (const auto space =

@@ -21,7 +21,7 @@ PublishedFrame frame_with(std::vector<SensorState> sensors) {
 igtl::Status status_of(const PublishedFrame& frame) {
     for (const igtl::Message& m : FrameMessages(testing_meshes::cube(), "Organ")(frame, 0))
         if (m.device == "Livetet") return std::get<igtl::Status>(m.content);
-    return {.code = 0};
+    return {0, 0, "", ""};
 }
 
 TEST(FrameMessages, StatusIsOneOnlyIfAllIsFollowed) {

@@ -167,7 +167,7 @@ TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     const std::string page = text_of(folder / "page.html");
     EXPECT_TRUE(has_row(page, "whole frame [ms]|12.00|12.00|13.80|13.96|14.00"));
     EXPECT_EQ(json::parse(text_of(folder / "figures.json"))["frames"]["frame_ms"]["worst"], 14);
-    EXPECT_FALSE(std::filesystem::exists(folder / "report"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "result.report"));
     std::size_t pictures = 0;
     for (std::size_t at = 0;
          (at = page.find("data:image/png;base64,iVBORw0KGgo", at)) != std::string::npos; ++at)
@@ -187,6 +187,33 @@ TEST(ReportPage, IsWrittenByTheCommandWithItsPicturesInIt) {
     ASSERT_EQ(livetet(folder, "report result.h5 -o bare.html --no-pictures").status, 0);
     EXPECT_EQ(text_of(folder / "bare.html").find("data:image"), std::string::npos);
     expect_refused(livetet(folder, "report result.h5 -o nofolder/page.html"), {"nofolder"});
+}
+
+TEST(ReportFolder, BelongsToItsResultAndHoldsNothingOfAnotherRun) {
+    const Folder folder;
+    write_run(folder / "first.h5");
+    write_run(folder / "second.h5");
+    for (const char* run : {"first", "second"})
+        ASSERT_EQ(livetet(folder, fmt::format("report {}.h5", run), "env -u DISPLAY").status, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "first.report/report.json"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "second.report/report.txt"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "report"));
+
+    for (const char* old : {"organ.png", "body.png", "target_error.png", "notes.txt"})
+        test::write_text(folder / "first.report" / old, "old");
+    ASSERT_EQ(livetet(folder, "report first.h5 --no-pictures").status, 0);
+    for (const char* old : {"organ.png", "body.png", "target_error.png"})
+        EXPECT_FALSE(std::filesystem::exists(folder / "first.report" / old)) << old;
+    EXPECT_EQ(text_of(folder / "first.report/notes.txt"), "old") << "the user's own";
+}
+
+TEST(ReportFolder, MayHaveADotInItsName) {
+    const Folder folder;
+    write_run(folder / "result.h5");
+    ASSERT_EQ(livetet(folder, "report result.h5 --no-pictures -o rep_s0.3").status, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "rep_s0.3/report.txt"));
+    expect_refused(livetet(folder, "report result.h5 --no-pictures -o report.pdf"),
+                   {"report.pdf", "folder, or one page (.html)"});
 }
 
 TEST(SolveReport, SaysOfASolveWhatTheSolveSaid) {
@@ -235,7 +262,8 @@ time: {scheme: newmark, step_s: 0.01, duration_s: 0.3}
     EXPECT_TRUE(has_row(page, "coarse levels|1 of them, assembled with their own rotations"))
         << page;
     ASSERT_EQ(livetet(folder, "report result.h5 --no-pictures").status, 0);
-    EXPECT_NE(text_of(folder / "report/report.txt").find("REPORT OF A SOLVE"), std::string::npos);
+    EXPECT_NE(text_of(folder / "result.report/report.txt").find("REPORT OF A SOLVE"),
+              std::string::npos);
     expect_refused(livetet(folder, "report result.h5 --truth figures.json"),
                    {"--truth", "no tracked poses"});
 }
