@@ -8,6 +8,7 @@ namespace livetet {
 PointHistoryWriter::PointHistoryWriter(const std::filesystem::path& path,
                                        std::span<const NamedPoint> points)
     : path_(path), pending_(path), out_(pending_.path(), std::ios::binary) {
+    warn_of_left_parts(path);
     for (const NamedPoint& point : points) points_.push_back(point_csv_row(point));
     out_ << "time_s," << points_csv_header << ",ux_mm,uy_mm,uz_mm\n";
     flush();

@@ -42,7 +42,10 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     const bool together = comm != MPI_COMM_SELF;  // a single writer need not have MPI
     int rank = 0;
     if (together) MPI_Comm_rank(comm, &rank);
-    if (rank == 0) pending_ = std::make_unique<PendingFile>(path);
+    if (rank == 0) {
+        pending_ = std::make_unique<PendingFile>(path);
+        warn_of_left_parts(path);
+    }
     std::string temporary = pending_ ? pending_->path().string() : "";
     if (together) {
         auto length = static_cast<int>(temporary.size());

@@ -31,6 +31,7 @@ void check(const RecordArguments& a) {
              a.output.string());
     refuse_to_overwrite("--output", a.output, {a.source});
     const PendingFile writable(a.output);
+    warn_of_left_parts(a.output);
     for (std::size_t i = 0; i < a.tools.size(); ++i) {
         if (!is_sequence_tool(a.tools[i]))
             fail("--tool '{}': expected a name without blanks, '=' and ':'", a.tools[i]);
@@ -51,9 +52,12 @@ void record(const RecordArguments& a) {
     write_sequence(a.output, received.recording);
     const auto& samples = received.recording.samples;
     const double interval_s = sample_interval(received.recording);
-    fmt::print("samples      {} in {:.1f} s{}\n", samples.size(),
-               samples.back().time_s - samples.front().time_s,
-               interval_s > 0 ? fmt::format(", {:.1f} Hz", 1 / interval_s) : "");
+    const double span_s = samples.back().time_s - samples.front().time_s;
+    fmt::print("samples      {} in {:.1f} s", samples.size(), span_s);
+    if (interval_s > 0 && span_s > 0)
+        fmt::print(", {:.1f} Hz in the mean, {:.1f} Hz by the median interval",
+                   static_cast<double>(samples.size() - 1) / span_s, 1 / interval_s);
+    fmt::print("\n");
     for (std::size_t i = 0; i < received.recording.tools.size(); ++i) {
         const auto seen = std::ranges::count_if(
             samples, [i](const TrackerSample& s) { return s.poses[i].status == PoseStatus::ok; });

@@ -29,7 +29,7 @@ using nlohmann::json;
 json describe_run(const OpenSource& open, const FiducialRegistration& registration,
                   const SceneBody& body, const FrameCounts& counts, std::optional<double> budget_s,
                   const std::string& problem) {
-    const double interval_s = open.interval_s > 0 ? open.interval_s : counts.interval_s();
+    const double interval_s = open.interval_s > 0 ? open.interval_s : counts.intervals.median_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
         fiducials.push_back({{"name", f.name},
@@ -41,6 +41,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"not_kept", counts.not_kept},
             {"problem", problem},
             {"interval_ms", 1e3 * interval_s},
+            {"mean_interval_ms", 1e3 * counts.intervals.mean_s()},
             {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
             {"budget_given", budget_s.has_value()},
             {"fre_mm", 1e3 * registration.fre},

@@ -39,10 +39,7 @@ class SampleCount {
             const std::uint64_t steps = sample.number - number_;
             counts.missed += steps - 1;
             counts.samples += steps;
-            if (came && came_) {
-                counts.steps += steps;
-                counts.steps_s += now_s - now_s_;
-            }
+            if (came && came_) counts.intervals.add(steps, now_s - now_s_);
         } else {
             first_s_ = now_s;
             counts.samples = 1;
@@ -63,6 +60,27 @@ class SampleCount {
 };
 
 }  // namespace
+
+void IntervalCount::add(std::uint64_t samples, double seconds) {
+    if (samples == 0) return;
+    count_ += samples;
+    total_s_ += seconds;
+    const double each_s = seconds / static_cast<double>(samples);
+    if (recent_s_.size() < recent_s_.capacity()) {
+        recent_s_.push_back(each_s);
+        return;
+    }
+    recent_s_[oldest_] = each_s;
+    oldest_ = (oldest_ + 1) % recent_s_.size();
+}
+
+double IntervalCount::median_s() const {
+    if (recent_s_.empty()) return 0;
+    std::vector<double> sorted = recent_s_;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return *middle;
+}
 
 void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recorder* recorder,
                 FramePublisher& publisher, SceneWatch* watch, const FramePlan& plan,

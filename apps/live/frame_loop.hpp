@@ -41,19 +41,33 @@ struct FramePlan {
     FrameObserver* observer = nullptr;
 };
 
+/// Times between samples. Allocates nothing after its construction.
+class IntervalCount {
+  public:
+    IntervalCount() { recent_s_.reserve(4096); }
+
+    /// `samples` intervals took `seconds` together.
+    void add(std::uint64_t samples, double seconds);
+    double mean_s() const { return count_ > 0 ? total_s_ / static_cast<double>(count_) : 0; }
+    /// Of the last 4,096 additions. A pause moves the mean, but not the median.
+    double median_s() const;
+
+  private:
+    std::uint64_t count_ = 0;
+    double total_s_ = 0;
+    std::vector<double> recent_s_;
+    std::size_t oldest_ = 0;  ///< index in recent_s_, once it is full
+};
+
 /// Counts of a run.
 struct FrameCounts {
     std::size_t frames = 0, missed = 0, not_kept = 0,
                 not_converged = 0;  ///< missed: samples without a frame; not_kept: frames that are
                                     ///< not in the result, known at the end
     std::uint64_t samples = 0;
-    std::size_t came = 0;  ///< frames whose sample had a pose of any tool
-    /// Between consecutive samples with a pose: number of sample steps, and their total time.
-    std::uint64_t steps = 0;
-    double steps_s = 0;
+    std::size_t came = 0;     ///< frames whose sample had a pose of any tool
+    IntervalCount intervals;  ///< between samples with a pose
     std::vector<SceneEvent> events;
-
-    double interval_s() const { return steps > 0 ? steps_s / static_cast<double>(steps) : 0; }
 };
 
 /// Computes frames until the source ends, `plan.length_s` is over or `plan.stop` asks for it. Each

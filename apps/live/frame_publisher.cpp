@@ -143,9 +143,12 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
 std::string status_text(const PublishedFrame& a, const SourceStatus& source, double received_Hz,
                         double frames_Hz) {
     std::string text;
-    if (const std::string names = names_text(source); !source.never_came.empty() && !names.empty())
-        text +=
-            fmt::format("no {} yet; what comes: {} | ", fmt::join(source.never_came, ", "), names);
+    std::vector<std::string> awaited = source.never_came;
+    std::erase_if(awaited, [&](const std::string& tool) {  // a sensor or tool that was removed
+        return std::ranges::find(a.tools, tool, &TrackedBody::ShownTool::tool) == a.tools.end();
+    });
+    if (const std::string names = names_text(source); !awaited.empty() && !names.empty())
+        text += fmt::format("no {} yet; what comes: {} | ", fmt::join(awaited, ", "), names);
     if (source.state != "receiving" && source.state != "playing") text += source.state;
     if (!source.problem.empty() && source.state != "receiving")
         text += fmt::format(" ({})", source.problem);
@@ -166,7 +169,9 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
                         a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     text += " | " + followed_text(a, ", ");
-    return text + fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
+    if (!a.frame.sensors.empty() || a.frame.pull)
+        text += fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
+    return text;
 }
 
 FramePublisher::FramePublisher(const TetMesh& mesh, const TrackerSource& source,

@@ -1,10 +1,14 @@
 #include "apps/live/registration_input.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "apps/live/tracker_source.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "config/yaml.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
@@ -117,6 +121,36 @@ void set_weights(const RegisterArguments& a, FiducialRegistration& r) {
     }
 }
 
+/// Lists of different lengths: keeps the fiducials that both lists name, and says which are left
+/// out. Throws Error if the names do not match.
+void match_by_name(const RegisterArguments& a, const std::vector<NamedPoint>& touched,
+                   FiducialRegistration& r) {
+    std::map<std::string, Eigen::Vector3d> places;
+    for (const NamedPoint& p : touched) places.emplace(p.name, p.position);
+    std::vector<RegisteredFiducial> both;
+    std::vector<std::string> left_out;
+    for (RegisteredFiducial& f : r.fiducials) {
+        const auto place = places.find(f.name);
+        if (f.name.empty() || place == places.end()) {
+            left_out.push_back(f.name);
+            continue;
+        }
+        f.in_tracker = place->second;
+        both.push_back(f);
+        places.erase(place);
+    }
+    if (both.size() < 3 || both.size() < std::min(touched.size(), r.fiducials.size()))
+        fail(
+            "{} has {} fiducials and {} has {}, of which {} have the same names; expected equal "
+            "numbers in the same order, or names that match",
+            a.tracker, touched.size(), a.image.string(), r.fiducials.size(), both.size());
+    for (const auto& [name, place] : places) left_out.push_back(name);
+    log_warning(fmt::format("{} fiducials are matched by name; left out, as one list lacks {}: {}",
+                            both.size(), left_out.size() == 1 ? "it" : "them",
+                            fmt::join(left_out, ", ")));
+    r.fiducials = std::move(both);
+}
+
 }  // namespace
 
 FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceReader& read) {
@@ -130,9 +164,10 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceR
         if (!a.reference.empty())
             fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_list(a.tracker);
-        if (touched.size() != in_image.size())
-            fail("{} has {} fiducials and {} has {}, expected equal numbers", a.tracker,
-                 touched.size(), a.image.string(), in_image.size());
+        if (touched.size() != in_image.size()) {
+            match_by_name(a, touched, r);
+            return r;
+        }
         for (std::size_t i = 0; i < touched.size(); ++i)
             r.fiducials[i].in_tracker = touched[i].position;
         return r;

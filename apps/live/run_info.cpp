@@ -45,6 +45,9 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
     info.interval_ms = object.contains("interval_ms")
                            ? value_of<double>(object, "interval_ms", source)
                            : info.budget_ms;
+    info.mean_interval_ms = object.contains("mean_interval_ms")
+                                ? value_of<double>(object, "mean_interval_ms", source)
+                                : info.interval_ms;
     if (object.contains("budget_given"))
         info.budget_given = value_of<bool>(object, "budget_given", source);
     info.fre_mm = value_of<double>(object, "fre_mm", source);

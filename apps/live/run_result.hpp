@@ -47,11 +47,12 @@ struct RunFiducial {
 /// Summary of a run.
 struct RunInfo {
     std::size_t samples = 0, frames = 0,
-                missed = 0;     ///< tracker samples, computed frames, samples without a frame
-    std::size_t not_kept = 0;   ///< frames lost because the disk was slow or full
-    double interval_ms = 0;     ///< time between two samples
-    double budget_ms = 0;       ///< time limit of a frame: track.budget, else the interval
-    bool budget_given = false;  ///< track.budget is set: frames were cut short to keep it
+                missed = 0;       ///< tracker samples, computed frames, samples without a frame
+    std::size_t not_kept = 0;     ///< frames lost because the disk was slow or full
+    double interval_ms = 0;       ///< median time between two samples
+    double mean_interval_ms = 0;  ///< its mean; the median in older files
+    double budget_ms = 0;         ///< time limit of a frame: track.budget, else the interval
+    bool budget_given = false;    ///< track.budget is set: frames were cut short to keep it
     double fre_mm = 0;
     std::vector<RunFiducial> fiducials;
     std::size_t tets = 0, nodes = 0, levels = 0;

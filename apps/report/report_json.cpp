@@ -21,6 +21,7 @@ ordered_json frames_json(const Report& r) {
                         {"missed", r.run.missed},
                         {"not_kept", r.run.not_kept},
                         {"interval_ms", r.run.interval_ms},
+                        {"mean_interval_ms", r.run.mean_interval_ms},
                         {"budget_ms", r.run.budget_ms},
                         {"budget_given", r.run.budget_given},
                         {"over_budget", f.over_budget},

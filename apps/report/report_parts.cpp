@@ -63,7 +63,7 @@ std::string wrapped(const std::string& sentence, std::size_t width) {
 }
 
 std::string report_line(std::string_view name, const std::string& value) {
-    return fmt::format("  {:<22}{}\n", name, value);
+    return fmt::format("  {:<21} {}\n", name, value);
 }
 
 std::string parts_text(std::span<const ExplainedPart> parts) {

@@ -10,11 +10,11 @@ namespace {
 
 std::string frames_verdict(const Report& r) {
     const Distribution& ms = r.frames.frame_ms;
-    const double rate = r.run.interval_ms > 0 ? 1e3 / r.run.interval_ms : 0;
+    const double rate = r.run.mean_interval_ms > 0 ? 1e3 / r.run.mean_interval_ms : 0;
     return fmt::format(
         "Frames: {} of {} samples computed, {} missed; {:.1f} ms median and {:.1f} ms at the 99th "
         "percentile, "
-        "of {:.1f} ms between samples ({:.1f} a second).",
+        "of {:.1f} ms between samples in the median ({:.1f} samples a second in the mean).",
         r.run.frames, r.run.samples, r.run.missed, ms.median, ms.p99, r.run.interval_ms, rate);
 }
 
@@ -113,7 +113,8 @@ std::string frames_text(const Report& r) {
         out +=
             "  (error estimate, RMS over the nodes: the error of the frame's last linear solve;\n"
             "   not of linearisation, discretisation or registration)\n";
-    out += report_line("between samples", fmt::format("{:.1f} ms", r.run.interval_ms));
+    out += report_line("between samples", fmt::format("{:.1f} ms median, {:.1f} ms mean",
+                                                      r.run.interval_ms, r.run.mean_interval_ms));
     out += report_line("budget",
                        fmt::format("{:g} ms ({}); {} kept frames took longer", r.run.budget_ms,
                                    r.run.budget_given ? "track.budget" : "time between samples",

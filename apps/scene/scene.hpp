@@ -9,6 +9,7 @@
 
 #include "config/fields.hpp"
 #include "io/surface_file.hpp"
+#include "io/text.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/time_scheme.hpp"
 #include "mesh/node_selection.hpp"
@@ -303,7 +304,9 @@ void visit_fields(Visitor& v, ProbeOptions& p) {
         "displacements", p.displacements, "",
         "CSV to which their displacements are written: "
         "name,x_mm,y_mm,z_mm,ux_mm,uy_mm,uz_mm; by `track` a line for each point and kept frame, "
-        "with time_s in front");
+        "with time_s in front",
+        Check<std::filesystem::path>{
+            "a file name", [](const std::filesystem::path& path) { return !path.empty(); }});
 }
 
 template <class Visitor>
@@ -400,7 +403,11 @@ void visit_fields(Visitor& v, TrackOptions& t) {
 template <class Visitor>
 void visit_fields(Visitor& v, OutputOptions& o) {
     v.field("file", o.file, "",
-            "result file (.h5, with an .xdmf for ParaView beside it); none: nothing is kept");
+            "result file (.h5, with an .xdmf for ParaView beside it); none: nothing is kept",
+            Check<std::filesystem::path>{"a file name that ends in .h5, or none",
+                                         [](const std::filesystem::path& p) {
+                                             return ending(p) == ".h5" || p.filename() == "none";
+                                         }});
     v.field("every", o.every, "", "keep every n-th frame", at_least<1, int>());
     v.field("checkpoint_every", o.checkpoint_every, "",
             "dynamic `solve`: write a checkpoint for --restart every n-th step; 0: none",

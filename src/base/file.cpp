@@ -1,15 +1,19 @@
 #include "base/file.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <sstream>
 #include <system_error>
 
 #include "base/error.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
@@ -98,6 +102,36 @@ void PendingFile::commit() {
     if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
     committed_ = true;
     (void)reach_the_disk(folder_of(target_));
+}
+
+std::vector<fs::path> left_parts(const fs::path& target) {
+    const std::string begin = fmt::format(".{}.part", target.stem().string());
+    const std::string end = target.extension().string();
+    std::vector<fs::path> parts;
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_of(target), ignored)) {
+        std::string_view name = entry.path().native();
+        name.remove_prefix(name.rfind('/') + 1);
+        if (!name.starts_with(begin) || !name.ends_with(end) ||
+            name.size() <= begin.size() + end.size())
+            continue;
+        const std::string_view number =
+            name.substr(begin.size(), name.size() - begin.size() - end.size());
+        pid_t process = 0;
+        const auto [last, error] =
+            std::from_chars(number.data(), number.data() + number.size(), process);
+        if (error != std::errc{} || last != number.data() + number.size() || process <= 0) continue;
+        if (::kill(process, 0) != 0 && errno == ESRCH) parts.push_back(entry.path());
+    }
+    std::sort(parts.begin(), parts.end());
+    return parts;
+}
+
+void warn_of_left_parts(const fs::path& target) {
+    for (const fs::path& part : left_parts(target))
+        log_warning(fmt::format(
+            "{}: a run that was killed left this part of {}; rename it to use it, or delete it",
+            part.string(), target.filename().string()));
 }
 
 void write_text_file(const fs::path& path, const std::string& text) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/temporary_files.hpp"
 
@@ -43,6 +44,13 @@ class PendingFile {
     std::optional<TemporaryPath> signal_guard_;
     bool committed_ = false;
 };
+
+/// Part files of `target` that runs left which did not end by themselves: no process has their
+/// number any more.
+std::vector<std::filesystem::path> left_parts(const std::filesystem::path& target);
+
+/// Warns of each of them.
+void warn_of_left_parts(const std::filesystem::path& target);
 
 /// Writes a text file atomically (see PendingFile). Throws Error if that fails.
 void write_text_file(const std::filesystem::path& path, const std::string& text);

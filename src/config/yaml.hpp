@@ -160,6 +160,9 @@ class YamlReader {
     }
     template <class T>
     T convert(std::string_view key, const YAML::Node& node) const {
+        if (node.IsNull())  // yaml-cpp reads it as the text "null"
+            fail("{}{} has no value, expected {}, or no such key for its default ({})", prefix_,
+                 key, type_text<T>(), place(node));
         try {
             return yaml_value<T>(node);
         } catch (const YAML::Exception&) {

@@ -74,8 +74,10 @@ class SensorPatch {
     Eigen::Vector3d target(std::size_t k) const {
         return placed_[k].offset + drive_.displacement(placed_[k].place);
     }
-    /// Displacement of the patch's centre since the sensor was placed, m.
-    double press() const { return nodes_.empty() ? 0 : drive_.displacement(centre_).norm(); }
+    /// Displacement of the patch's centre since the sensor was placed, m; 0 if the patch is free.
+    double press() const {
+        return nodes_.empty() || drive_.grip() == 0 ? 0 : drive_.displacement(centre_).norm();
+    }
 
     bool is_hard() const { return !nodes_.empty() && !options_.stiffness && drive_.grip() == 1; }
     /// Total spring stiffness of the patch, N/m; 0 if the patch is prescribed or free. During a

@@ -129,7 +129,8 @@ TEST(BadInput, FewCollinearOrDisorderedFiducials) {
     std::swap(t.tracker[1], t.tracker[3]);
     expect_refused(t.run(), {"1, 4, 3, 2, 5", "fit better"});
     t.tracker.pop_back();
-    expect_refused(t.run(), {"4", "5"});
+    t.tracker[0].name = "none of them";
+    expect_refused(t.run(), {"4", "5", "names that match"});
     t.image.resize(2);
     t.tracker.resize(2);
     expect_refused(t.run(), {"2", "3"});
@@ -301,6 +302,29 @@ TEST(BadInput, TheFiguresAreNotWrittenOverWhatIsReadOrWrittenElse) {
                                           "{points: points.csv, displacements: out.h5}\n");
     expect_refused(livetet(folder, "solve twice.yaml"),
                    {"output.file and probes.displacements", "out.h5", "two files"});
+}
+
+TEST(BadInput, AKeyWithoutAValueIsRefusedWithItsPlace) {
+    const Folder folder;
+    write_block(folder / "block.h5");
+    const std::string scene =
+        "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n";
+    for (const char* value : {"\"\"", "result.vtu"}) {
+        write_text(folder / "scene.yaml", scene + "output: {file: " + value + "}\n");
+        expect_refused(livetet(folder, "solve scene.yaml"),
+                       {"output.file", "ends in .h5, or none", "scene.yaml:3"});
+    }
+    for (const char* value : {"~", "null", ""}) {
+        write_text(folder / "scene.yaml", scene + "output:\n  file: " + value + "\n");
+        expect_refused(livetet(folder, "solve scene.yaml"),
+                       {"output.file has no value", "scene.yaml:"});
+        write_text(folder / "scene.yaml", scene + "image: " + value + "\n");
+        expect_refused(livetet(folder, "explain scene.yaml"), {"image has no value"});
+    }
+    write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\na,1,1,1\n");
+    write_text(folder / "scene.yaml",
+               scene + "probes: {points: points.csv, displacements: \"\"}\n");
+    expect_refused(livetet(folder, "solve scene.yaml"), {"probes.displacements", "a file name"});
 }
 
 /// Found by changed inputs: a missing bracket makes the rest of a scene the name of a file.

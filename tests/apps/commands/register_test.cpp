@@ -76,6 +76,24 @@ TEST(Register, FindsTheOrderOfFiducialsTouchedInAnother) {
     EXPECT_LT((t.registration().fiducials[0].in_tracker - t.tracker[4].position).norm(), 1e-12);
 }
 
+TEST(Register, MatchesByNameWhereAFiducialWasNotTouched) {
+    TouchedFiducials t(0);
+    t.image.resize(4);
+    t.tracker.resize(4);
+    t.tracker.erase(t.tracker.begin() + 1);  // F1, F3, F4
+    const auto outcome = t.run();
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("3 fiducials are matched by name"), std::string::npos);
+    EXPECT_NE(outcome.err.find(": F2"), std::string::npos) << outcome.err;
+    ASSERT_EQ(t.registration().fiducials.size(), 3u);
+    EXPECT_EQ(t.registration().fiducials[1].name, "F3");
+    EXPECT_LT(t.error_at({0.1, 0.05, 0.05}), 1e-9);
+    t.tracker[1].name = "Third";
+    expect_refused(t.run(), {"3 fiducials", "has 4", "2 have the same names"});
+    t.tracker = {t.tracker[0], t.tracker[2]};
+    expect_refused(t.run(), {"2 fiducials", "has 4"});
+}
+
 TEST(Register, RefusesAnOrderThatASymmetricLayoutDoesNotTell) {
     TouchedFiducials t(0);
     t.image.resize(4);

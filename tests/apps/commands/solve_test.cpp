@@ -308,6 +308,20 @@ TEST(Solve, WhatIsHeldByAPatchThatIsSmallOnTheCoarsestMeshIsSolved) {
         }
 }
 
+TEST(Solve, NamesThePartFileThatAKilledRunLeft) {
+    const Folder folder;
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    test::write_text(folder / "scene.yaml",
+                     "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
+    test::write_text(folder / ".result.part4194305.h5", "");
+    const auto outcome = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find(".result.part4194305.h5: a run that was killed"), std::string::npos)
+        << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / ".result.part4194305.h5")) << "it may be of use";
+}
+
 TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
     const Folder folder;
     prepare_press(folder);

@@ -1,4 +1,5 @@
 #include "apps/live/frame_publisher.hpp"
+#include "apps/live/frame_loop.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,6 +42,37 @@ TEST(FrameMessages, StatusIsOneOnlyIfAllIsFollowed) {
     failed.frame.step.converged = false;
     EXPECT_EQ(status_of(failed).code, 7);
     EXPECT_NE(status_of(failed).text.find("not converged"), std::string::npos);
+}
+
+TEST(StatusText, NamesNoToolThatIsGoneAndNoPressWithoutASensor) {
+    PublishedFrame a = frame_with({});
+    a.tools = {{"Reference", false, 0}};
+    SourceStatus source;
+    source.state = "receiving";
+    source.names = {{"OtherToTracker", 1}};
+    source.never_came = {"Nobody"};
+    const std::string gone = status_text(a, source, 20, 20);
+    EXPECT_EQ(gone.find("Nobody"), std::string::npos) << gone;
+    EXPECT_TRUE(gone.ends_with("registration valid")) << gone;
+
+    a.tools.push_back({"Nobody", false, 1});
+    EXPECT_NE(status_text(a, source, 20, 20).find("no Nobody yet; what comes: OtherToTracker"),
+              std::string::npos);
+    const PublishedFrame follows =
+        frame_with({{.drive = DriveStatus::following, .trouble = SensorTrouble::none}});
+    source.never_came.clear();
+    EXPECT_TRUE(status_text(follows, source, 20, 20)
+                    .ends_with("registration valid, Sensor following, press 0.0 mm"));
+}
+
+TEST(IntervalCount, APauseMovesTheMeanAndNotTheMedian) {
+    IntervalCount count;
+    EXPECT_EQ(count.median_s(), 0);
+    for (int i = 0; i < 5000; ++i) count.add(1, 0.02);
+    count.add(10, 0.2);  // nine of them missed
+    count.add(1, 25);
+    EXPECT_NEAR(count.median_s(), 0.02, 1e-12);
+    EXPECT_NEAR(1 / count.mean_s(), 5011 / 125.2, 0.01);
 }
 
 }  // namespace

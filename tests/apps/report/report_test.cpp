@@ -208,6 +208,12 @@ TEST(Report, JsonHoldsTheSameFigures) {
     EXPECT_EQ(out["frames"]["samples"], 41);
 }
 
+TEST(Report, ALongNameIsApartFromItsValue) {
+    EXPECT_EQ(report_line("patch", "15 mm"), "  patch                 15 mm\n");
+    EXPECT_EQ(report_line("SensorOnTheLeftLobeOfTheLiver", "15 mm"),
+              "  SensorOnTheLeftLobeOfTheLiver 15 mm\n");
+}
+
 TEST(Report, LinesOfTheTextAreAPageWide) {
     const Truth truth = make_truth();
     std::istringstream text(report_text(make_report(make_result(truth, 1), &truth)));

@@ -331,13 +331,13 @@ TEST(View, ARecordingBecomesAVideoOrPictures) {
             .status,
         0);
     EXPECT_EQ(Picture(viewed.folder / "all/000003.png").width, 320);
-    ASSERT_EQ(livetet(viewed.folder, "view result.h5 --record all --rate 0.5 --size 160 120",
-                      with_display)
-                  .status,
-              0);
+    ASSERT_EQ(
+        livetet(viewed.folder, "view result.h5 --record all --rate 1 --size 400 300", with_display)
+            .status,
+        0);
     std::size_t pictures = 0;
     for (const auto& entry : std::filesystem::directory_iterator(viewed.folder / "all")) {
-        EXPECT_EQ(Picture(entry.path()).width, 160)
+        EXPECT_EQ(Picture(entry.path()).width, 400)
             << entry.path() << " is of the recording before";
         ++pictures;
     }

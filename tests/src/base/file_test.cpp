@@ -1,6 +1,7 @@
 #include "base/file.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "base/error.hpp"
 
@@ -23,6 +24,22 @@ TEST(File, AFolderIsNoFile) {
     EXPECT_EQ(file_refusal(folder / "a.txt"), "accepted");
     EXPECT_EQ(file_refusal(folder), folder.string() + ": is a folder, expected a file");
     EXPECT_EQ(file_refusal(folder / "b.txt"), (folder / "b.txt").string() + ": no such file");
+    std::filesystem::remove_all(folder);
+}
+
+TEST(File, PartsThatAKilledRunLeftAreFound) {
+    const auto folder = std::filesystem::path(testing::TempDir()) / "left_parts";
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    const auto part = folder / ".result.part4194305.h5";  // beyond the largest process number
+    for (const char* other : {".result.part4194305.xdmf", ".other.part4194305.h5", "result.h5",
+                              ".result.part.h5", ".result.partly.h5"})
+        write_text_file(folder / other, "");
+    write_text_file(folder / fmt::format(".result.part{}.h5", ::getpid()), "");
+    EXPECT_TRUE(left_parts(folder / "result.h5").empty());
+    write_text_file(part, "");
+    EXPECT_EQ(left_parts(folder / "result.h5"), std::vector{part});
+    EXPECT_TRUE(left_parts(folder / "nowhere/result.h5").empty());
     std::filesystem::remove_all(folder);
 }
 

@@ -53,6 +53,21 @@ TEST(SensorPatch, SaysWhyItDoesNotFollow) {
         << "believed, and farther than the organ could be moved";
 }
 
+TEST(SensorPatch, AReleasedPatchIsNotPressed) {
+    const TetMesh block = test::block({4, 2, 2}, {0.2, 0.1, 0.1});
+    const std::vector<Vector3d> rest(block.nodes.size(), Vector3d::Zero());
+    Followed f;
+    ASSERT_LT(f.patch.place(block, surface_nodes(block), rest, 0.02), 0.02);
+    for (int i = 0; i < 10; ++i) f.follow(seen_at({0.1, 0.013, 0}));
+    EXPECT_NEAR(f.patch.press(), 0.013, 1e-12);
+    for (int i = 0; i < 30; ++i) f.follow(seen_at({}, PoseStatus::missing));
+    EXPECT_EQ(f.patch.drive().status(), DriveStatus::releasing);
+    EXPECT_NEAR(f.patch.press(), 0.013, 1e-12) << "what it still pulls to";
+    for (int i = 0; i < 60; ++i) f.follow(seen_at({}, PoseStatus::missing));
+    EXPECT_EQ(f.patch.drive().status(), DriveStatus::released);
+    EXPECT_EQ(f.patch.press(), 0);
+}
+
 TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
     const TetMesh block = test::block({4, 2, 2}, {0.2, 0.1, 0.1});
     const std::vector<std::int32_t> surface = surface_nodes(block);
