@@ -164,9 +164,9 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
     if (names.empty())
         fail("{}: nothing came, expected a tracker server that sends ({})", source,
              status.problem.empty() ? status.state : status.problem);
-    fail("{}: no {} came; what comes: {}", source,
+    fail("{}: no {} came; what comes: {}{}", source,
          tools.empty() ? "tool such as StylusToTracker" : fmt::format("{}", fmt::join(tools, ", ")),
-         names);
+         names, status.refused > 0 ? fmt::format(" ({})", status.refusal) : "");
 }
 
 TrackerRecording record_stream(const std::string& name, const RecordingOptions& options) {
@@ -178,6 +178,9 @@ TrackerRecording record_stream(const std::string& name, const RecordingOptions& 
     const SourceStatus status = open.source->status();
     received.recording = log.recording(open.source->tools());
     if (received.recording.samples.empty()) refuse_nothing(name, options.tools, status);
+    if (status.refused > 0)
+        log_warning(
+            fmt::format("{}: {} messages were refused ({})", name, status.refused, status.refusal));
     if (!options.tools.empty()) received.never_came = status.never_came;
     return received;
 }

@@ -10,7 +10,6 @@ namespace livetet::igtl {
 namespace {
 
 constexpr std::size_t type_size = 12, extended_header_size = 12;
-constexpr std::string_view device_name_key = "IGTL_DEVICE_NAME";
 constexpr std::size_t longest_name = 128;
 
 /// Sizes of the parts of a version-2 body. The content lies between the extended header and the

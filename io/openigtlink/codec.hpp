@@ -7,6 +7,8 @@ namespace livetet::igtl {
 
 constexpr std::size_t header_size = 58;
 constexpr std::size_t device_name_size = 20;
+/// Key of the metadata item with the whole device name.
+constexpr std::string_view device_name_key = "IGTL_DEVICE_NAME";
 constexpr std::uint64_t max_body_size = std::uint64_t(256) << 20;
 
 /// A message header; `device` is cut to 20 bytes on the wire.

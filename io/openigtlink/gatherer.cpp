@@ -1,7 +1,8 @@
 #include "io/openigtlink/gatherer.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
-#include <set>
 
 #include "io/openigtlink/codec.hpp"
 #include "io/openigtlink/conversions.hpp"
@@ -35,12 +36,10 @@ PoseStatus status_of(const igtl::Message& message, const std::string& prefix) {
 void check_tools_differ(const std::vector<std::string>& tools) {
     std::map<std::string, std::string> taken;
     for (const std::string& name : tools)
-        for (const std::string& on_wire : std::set{cut(name), cut(name + std::string(to_tracker))})
-            if (const auto [other, is_new] = taken.emplace(on_wire, name); !is_new)
-                fail(
-                    "tools {} and {}: both are {} in the 20 bytes that OpenIGTLink has for a name, "
-                    "expected two names",
-                    other->second, name, on_wire);
+        for (const std::string& sent : {name, name + std::string(to_tracker)})
+            if (const auto [other, is_new] = taken.emplace(sent, name); !is_new)
+                fail("tools {} and {}: both are sent as {}, expected two names", other->second,
+                     name, sent);
 }
 
 PoseGatherer::PoseGatherer(const std::vector<std::string>& tools,
@@ -91,7 +90,10 @@ void PoseGatherer::take_list(const igtl::Message& m,
     const std::string& device = whole_name(m);
     for (State& tool : tools_)
         if (tool.list == device) tool.left_out = true;
+    std::map<std::string, int> sent;
+    for (const auto& [name, pose] : list) ++sent[name];
     for (const auto& [name, pose] : list) {
+        if (sent[name] > 1 && name.size() == igtl::device_name_size) mixed_.insert(name);
         const State* tool = find(name);
         const bool by_tool = tool && find_metadata(m, tool->name + "TransformStatus");
         State* updated =
@@ -110,7 +112,16 @@ PoseGatherer::State* PoseGatherer::update(const std::string& name, const Pose& p
                                           PoseStatus status, std::uint64_t stamp, double now_s) {
     if (names_.size() < max_names || names_.contains(name)) ++names_[name];
     State* tool = find(name);
-    if (!tool) return nullptr;
+    if (!tool) {
+        const std::vector<std::string> claims = claims_on(name);
+        if (claims.size() > 1) refuse(name, fmt::format("{}", fmt::join(claims, ", ")));
+        return nullptr;
+    }
+    if (is_mixed(*tool, name, pose, stamp)) mixed_.insert(name);
+    if (mixed_.contains(name)) {
+        refuse(name, "several tools that are sent under it");
+        return nullptr;
+    }
     tool->left_out = false;
     if (stamp != 0 && stamp == tool->stamp) return tool;  // an old pose, sent again
     if (stamp_ && (*stamp_ != stamp || tool->in_sample)) post(now_s);
@@ -188,13 +199,52 @@ void PoseGatherer::hand_over(double time_s, double now_s) {
     post_(sample_);
 }
 
+/// The tools that a name of 20 bytes may stand for: those followed, and others known by the whole
+/// name. Empty if it is none of those followed.
+std::vector<std::string> PoseGatherer::claims_on(const std::string& name) const {
+    std::vector<std::string> claims;
+    if (name.size() != igtl::device_name_size) return claims;
+    for (const State& tool : tools_)
+        if (name == cut(tool.name) || name == cut(tool.transform)) claims.push_back(tool.name);
+    if (claims.empty()) return claims;
+    for (const auto& [whole, count] : names_)
+        if (whole.size() > name.size() && cut(whole) == name &&
+            std::ranges::none_of(tools_, [&](const State& tool) {
+                return whole == tool.name || whole == tool.transform;
+            }))
+            claims.push_back(whole);
+    return claims;
+}
+
+/// The tool of a name on the wire; nullptr if there is none, or if it may be one of several.
 PoseGatherer::State* PoseGatherer::find(const std::string& name) {
-    const bool may_be_cut = name.size() == igtl::device_name_size;
-    const auto found = std::ranges::find_if(tools_, [&](const State& tool) {
-        return name == tool.name || name == tool.transform ||
-               (may_be_cut && (name == cut(tool.name) || name == cut(tool.transform)));
+    const auto found = std::ranges::find_if(
+        tools_, [&](const State& tool) { return name == tool.name || name == tool.transform; });
+    if (found != tools_.end()) return &*found;
+    if (name.size() != igtl::device_name_size) return nullptr;
+    const auto by_beginning = std::ranges::find_if(tools_, [&](const State& tool) {
+        return name == cut(tool.name) || name == cut(tool.transform);
     });
-    return found == tools_.end() ? nullptr : &*found;
+    if (by_beginning == tools_.end()) return nullptr;
+    return claims_on(name).size() > 1 ? nullptr : &*by_beginning;
+}
+
+/// Whether a cut name brings another pose of the same moment: two tools are sent under it.
+bool PoseGatherer::is_mixed(const State& tool, const std::string& name, const Pose& pose,
+                            std::uint64_t stamp) const {
+    const bool is_cut = name != tool.name && name != tool.transform;
+    return is_cut && stamp != 0 && stamp == tool.stamp && pose &&
+           tool.pose.status == PoseStatus::ok &&
+           (pose->translation != tool.pose.translation || pose->rotation != tool.pose.rotation);
+}
+
+void PoseGatherer::refuse(const std::string& name, const std::string& claims) {
+    ++ambiguous_;
+    if (ambiguous_ > 1 && ambiguity_.starts_with(name)) return;
+    ambiguity_ = fmt::format(
+        "{} stands for {}: the sender cuts names to 20 bytes, expected whole names in metadata "
+        "(version 2) or names that differ earlier",
+        name, claims);
 }
 
 /// Whether the tool was reported for the current sample, or earlier with the same time stamp.

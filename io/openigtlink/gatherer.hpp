@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "geometry/transform.hpp"
@@ -11,7 +12,8 @@
 
 namespace livetet {
 
-/// Throws Error if two tool names are identical in the 20 bytes that the wire has for a name.
+/// Throws Error if two tools have one name. Names that agree in the 20 bytes that the wire has for
+/// a name are told apart by the whole name in the metadata of version 2.
 void check_tools_differ(const std::vector<std::string>& tools);
 
 /// Assembles tracking messages into samples by the rules of `OpenIgtLinkSource`. Has no sockets and
@@ -37,6 +39,10 @@ class PoseGatherer {
     /// Number of samples that a tool's message completed.
     std::uint64_t samples() const { return samples_; }
     const std::map<std::string, std::uint64_t>& names() const { return names_; }
+    /// Number of poses dropped because several tools have the name, cut to 20 bytes, and why the
+    /// last one was.
+    std::uint64_t ambiguous() const { return ambiguous_; }
+    const std::string& ambiguity() const { return ambiguity_; }
     std::vector<std::string> never_came() const;
 
   private:
@@ -55,12 +61,16 @@ class PoseGatherer {
                    std::span<const std::pair<std::string, Pose>> tools, double now_s);
     State* update(const std::string& name, const Pose& pose, PoseStatus status, std::uint64_t stamp,
                   double now_s);
+    bool is_mixed(const State& tool, const std::string& name, const Pose& pose,
+                  std::uint64_t stamp) const;
+    void refuse(const std::string& name, const std::string& claims);
     void post_if_complete(double now_s);
     void post(double now_s);
     void post_quiet(double now_s);
     void hand_over(double time_s, double now_s);
     double expected_time_s(double now_s) const;
     State* find(const std::string& name);
+    std::vector<std::string> claims_on(const std::string& name) const;
     bool is_up_to_date(const State& tool) const;
     bool is_alive(const State& tool, double now_s) const;
     TrackedPose pose_of(const State& tool, double now_s) const;
@@ -69,6 +79,9 @@ class PoseGatherer {
     Post post_;
     std::vector<State> tools_;
     std::map<std::string, std::uint64_t> names_;
+    std::set<std::string> mixed_;  ///< names under which several tools were seen to be sent
+    std::uint64_t ambiguous_ = 0;
+    std::string ambiguity_;
     std::optional<std::uint64_t> stamp_;  ///< time stamp of the current sample
     double due_s_ = 0;
     StreamSample sample_;

@@ -6,9 +6,11 @@
 #include <mutex>
 #include <thread>
 
+#include "base/log.hpp"
 #include "io/openigtlink/close_on_exec.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/parser.hpp"
+#include "io/openigtlink/wire_names.hpp"
 
 namespace livetet {
 
@@ -95,8 +97,10 @@ class OpenIgtLinkServer::Listener {
         }
         asio::post(io_, [this, messages = std::move(messages)]() mutable {
             --publications_;
-            for (igtl::Message& message : messages)
+            for (igtl::Message& message : messages) {
+                names_.assign(message);
                 hand_out(std::make_shared<Outgoing>(std::move(message)));
+            }
         });
     }
 
@@ -254,6 +258,7 @@ class OpenIgtLinkServer::Listener {
     const std::uint16_t port_;
     asio::steady_timer pause_{io_};
     std::vector<ClientPointer> clients_;
+    WireNames names_{log_warning};
     std::thread thread_;
 };
 

@@ -35,6 +35,9 @@ struct OpenIgtLinkServerStatistics {
 /// header version 1 until it has sent a header of version 2 (3D Slicer sends a STATUS on
 /// connecting), then version 2.
 ///
+/// Device names that agree in their first 20 bytes are numbered in the header; version 2 has the
+/// whole name in the metadata (`WireNames`).
+///
 /// A client that reads too slowly loses the oldest messages: a waiting message is replaced by a
 /// newer one of the same type and device; a message being sent is completed. Messages from clients
 /// are checked by their header and skipped. A query (GET_...) is answered with STATUS 4 (not

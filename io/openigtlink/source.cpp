@@ -276,6 +276,8 @@ class OpenIgtLinkSource::Connector {
         statistics_.malformed = finished_.malformed + counts.malformed;
         statistics_.passed_over = finished_.passed_over + counts.passed_over;
         if (!counts.last_error.empty()) statistics_.last_error = counts.last_error;
+        statistics_.ambiguous = gatherer_.ambiguous();
+        if (statistics_.ambiguous > 0) statistics_.last_error = gatherer_.ambiguity();
         statistics_.names = gatherer_.names();
         statistics_.never_came = gatherer_.never_came();
         if (statistics_.messages > 0) statistics_.last_arrival_s = last_message_s_;
@@ -324,7 +326,7 @@ SourceStatus OpenIgtLinkSource::status() const {
     return {std::string(to_text(s.state)),
             s.problem,
             s.samples,
-            s.bad_crc + s.malformed,
+            s.bad_crc + s.malformed + s.ambiguous,
             s.names,
             s.never_came,
             s.last_error};

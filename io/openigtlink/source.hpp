@@ -36,9 +36,10 @@ struct OpenIgtLinkStatistics {
     std::uint64_t messages = 0,
                   samples = 0;  ///< `samples`: samples that a tool's message completed
     std::uint64_t bad_crc = 0, malformed = 0;  ///< messages dropped
-    std::uint64_t passed_over = 0;             ///< messages of types that are not used
-    std::string last_error;                    ///< why the last message was dropped
-    std::uint64_t connections = 0;             ///< connections made so far
+    std::uint64_t ambiguous = 0;    ///< poses dropped: several tools have the name, cut to 20 bytes
+    std::uint64_t passed_over = 0;  ///< messages of types that are not used
+    std::string last_error;         ///< why the last message was dropped
+    std::uint64_t connections = 0;  ///< connections made so far
     /// Number of messages for each transform name ("StylusToTracker"); at most 256 names.
     std::map<std::string, std::uint64_t> names;
     std::vector<std::string> never_came;  ///< requested tools that were never reported
@@ -54,9 +55,10 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// which PLUS sends no metadata.
 ///
 /// Names: `StylusToTracker` or `Stylus` is the tool "Stylus"; a name of 20 bytes matches the one
-/// tool whose name is cut to it. Other names are counted. A pose with a status other than OK in its
-/// metadata takes that status; a matrix that is not finite or not rigid makes the pose broken. The
-/// numbers of such poses do not appear in samples.
+/// tool whose name is cut to it. If several may be cut to it, or if two poses of one moment come
+/// under it, its poses are dropped. Other names are counted. A pose with a status other than OK in
+/// its metadata takes that status; a matrix that is not finite or not rigid makes the pose broken.
+/// The numbers of such poses do not appear in samples.
 ///
 /// Samples: a sample has the newest pose of every tool. It is posted as soon as every active tool
 /// has been reported with the same time stamp. So nothing waits when a frame's messages arrive one
@@ -70,8 +72,8 @@ std::string_view to_text(OpenIgtLinkStatistics::State state);
 /// new report: a hung server may send it again and again. (A stamp of 0 means none.)
 class OpenIgtLinkSource : public TrackerSource {
   public:
-    /// Poses are in the order of `tools`. Throws Error if two tools cannot be distinguished on the
-    /// wire or an option is not positive. Does not wait for the server, which may start later.
+    /// Poses are in the order of `tools`. Throws Error if two tools have one name or an
+    /// option is not positive. Does not wait for the server, which may start later.
     OpenIgtLinkSource(std::string host, std::uint16_t port, std::vector<std::string> tools,
                       OpenIgtLinkSourceOptions options = {});
     ~OpenIgtLinkSource() override;

@@ -217,14 +217,78 @@ TEST(PoseGatherer, LongNamesAreKnownWholeOrByTheir20Bytes) {
     m.device = "LongInstrumentNameToReference";
     EXPECT_FALSE(ok(m)) << "another transform, cut to the same 20 bytes";
     EXPECT_TRUE(says(error_of([] {
-                         PoseGatherer({"LongInstrumentName_Left", "LongInstrumentName_LeftToo"},
-                                      options, {}, 100, when);
-                     }),
-                     {"LongInstrumentName_Left and LongInstrumentName_LeftToo", "20 bytes"}));
-    EXPECT_TRUE(says(error_of([] {
                          PoseGatherer({"Stylus", "Stylus"}, options, {}, 100, when);
                      }),
                      {"expected two names"}));
+}
+
+/// A gatherer for two tools whose names agree in 20 bytes.
+struct AlikeTools {
+    std::vector<StreamSample> samples;
+    PoseGatherer gatherer{{"DeformationSensorLeft1", "DeformationSensorLeft2"},
+                          options,
+                          [this](const StreamSample& s) { samples.push_back(s); },
+                          100,
+                          when};
+
+    /// Sends a tool's pose as it is on the wire.
+    void send(const std::string& tool, double x_m, double time_s, std::uint16_t version) {
+        Message m = transform_message(tool + "ToTracker", Gathered::at(x_m), when + time_s);
+        m.version = version;
+        const Bytes bytes = encode(m);
+        gatherer.take(decode_body(decode_header(ByteView(bytes).first(header_size)),
+                                  ByteView(bytes).subspan(header_size)),
+                      100 + time_s);
+    }
+};
+
+TEST(PoseGatherer, NamesThatAgreeIn20BytesAreToldApartByTheMetadata) {
+    AlikeTools g;
+    for (const double t : {0.0, 0.1}) {
+        g.send("DeformationSensorLeft1", 1, t, 2);
+        g.send("DeformationSensorLeft2", 2, t, 2);
+    }
+    const std::vector<TrackedPose>& poses = g.samples.back().sample.poses;
+    EXPECT_EQ(poses[0].translation.x(), 1);
+    EXPECT_EQ(poses[1].translation.x(), 2);
+    EXPECT_EQ(g.gatherer.ambiguous(), 0u);
+}
+
+TEST(PoseGatherer, ACutNameThatMayBeTwoToolsIsRefusedWithTheCause) {
+    AlikeTools g;
+    g.send("DeformationSensorLeft1", 1, 0, 1);
+    g.gatherer.post_due(101);
+    for (const StreamSample& s : g.samples)
+        for (const TrackedPose& pose : s.sample.poses) EXPECT_FALSE(is_usable(pose));
+    EXPECT_EQ(g.gatherer.ambiguous(), 1u);
+    EXPECT_TRUE(says(g.gatherer.ambiguity(),
+                     {"DeformationSensorLef", "DeformationSensorLeft1, DeformationSensorLeft2",
+                      "20 bytes", "version 2"}));
+}
+
+TEST(PoseGatherer, TwoToolsUnderOneCutNameAreNotMixed) {
+    std::vector<StreamSample> samples;
+    PoseGatherer gatherer(
+        {"LongInstrumentName"}, options, [&](const auto& s) { samples.push_back(s); }, 100, when);
+    for (int i = 0; i < 5; ++i)  // LongInstrumentNameToTracker and ...ToReference
+        for (const double x : {1.0, 2.0})
+            gatherer.take(
+                transform_message("LongInstrumentNameTo", Gathered::at(x), when + 0.1 * i),
+                100 + 0.1 * i);
+    gatherer.post_due(100.5);
+    ASSERT_GT(samples.size(), 0u);
+    EXPECT_FALSE(is_usable(samples.back().sample.poses[0]));
+    EXPECT_GE(gatherer.ambiguous(), 8u);
+    EXPECT_TRUE(says(gatherer.ambiguity(), {"LongInstrumentNameTo", "several tools"}));
+
+    TrackingData both;  // and in one list
+    for (const float x : {1.F, 2.F})
+        both.tools.push_back({"DeformationSensorLef", 2, {1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0}});
+    PoseGatherer of_list(
+        {"DeformationSensorLeft1"}, options, [&](const auto& s) { samples.push_back(s); }, 100,
+        when);
+    of_list.take(message("TDATA", both), 100);
+    EXPECT_EQ(of_list.ambiguous(), 2u);
 }
 
 TEST(PoseGatherer, ANameInMetadataThatIsNoneGivesWayToTheHeaders) {

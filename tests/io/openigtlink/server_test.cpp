@@ -6,6 +6,7 @@
 #include "io/openigtlink/conversions.hpp"
 #include "io/openigtlink/messages.hpp"
 #include "io/openigtlink/sockets.hpp"
+#include "io/openigtlink/wire_names.hpp"
 
 namespace livetet::igtl {
 namespace {
@@ -71,6 +72,34 @@ TEST(OpenIgtLinkServer, SpeaksVersion2ToWhoSpeaksVersion2) {
     } while (m.version == 1);
     EXPECT_EQ(whole_name(m), "A name of more than twenty bytes");
     EXPECT_EQ(old.receive_message().version, 1);
+}
+
+TEST(OpenIgtLinkServer, NumbersNamesThatAgreeIn20Bytes) {
+    OpenIgtLinkServer server(any_port);
+    Peer old = connect_to(server.port());
+    ASSERT_TRUE(has_clients(server, 1));
+    server.publish({string_message("DeformationSensorLeft1ToRAS", "1", 0),
+                    string_message("DeformationSensorLeft2ToRAS", "2", 0),
+                    status_message("DeformationSensorLeft2ToRAS", 1, "of another type", 0)});
+    EXPECT_EQ(old.receive_message().device, "DeformationSensorLef");
+    EXPECT_EQ(old.receive_message().device, "DeformationSensorL_2");
+    EXPECT_EQ(old.receive_message().device, "DeformationSensorLef");
+}
+
+TEST(WireNames, KeepTheWholeNameInTheMetadata) {
+    std::vector<std::string> told;
+    WireNames names([&](const std::string& text) { told.push_back(text); });
+    for (int i = 0; i < 2; ++i)
+        for (const char* device : {"DeformationSensorLeft1", "DeformationSensorLeft2", "Sensor"}) {
+            Message m = string_message(device, "", 0);
+            names.assign(m);
+            EXPECT_LE(m.device.size(), device_name_size);
+            EXPECT_EQ(whole_name(m), device);
+        }
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_NE(told[0].find("DeformationSensorLeft2 is sent as DeformationSensorL_2"),
+              std::string::npos)
+        << told[0];
 }
 
 TEST(OpenIgtLinkServer, AMessageOfVersion2GoesToThoseAloneWhoSpeakIt) {
