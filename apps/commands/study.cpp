@@ -11,7 +11,7 @@
 #include "io/text.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
-#include "apps/plots/pictures.hpp"
+#include "apps/commands/study_charts.hpp"
 #endif
 
 namespace livetet {
@@ -87,32 +87,6 @@ void print_summary(const StudyTable& table, const Study& study) {
                csv.replace_extension(".csv").filename().string());
 }
 
-#ifdef LIVETET_IMAGES
-/// Plots of an output of the converged solves against each varied numerical input.
-std::vector<ScatterChart> charts_of(const StudyTable& table, const Study& study,
-                                    const std::string& output) {
-    std::vector<ScatterChart> charts;
-    const auto column = static_cast<std::size_t>(
-        std::find(table.outputs.begin(), table.outputs.end(), output) - table.outputs.begin());
-    for (std::size_t i = 0; i < table.inputs.size(); ++i) {
-        ScatterChart chart{
-            table.inputs[i], output, {}, {}, study.options.vary[i].spacing == Spacing::logarithmic};
-        for (std::size_t k = 0; k < table.values.size(); ++k) {
-            const auto x = parse_number(table.values[k][i]);
-            if (!x || !table.failures[k].empty() || std::isnan(table.results[k][column])) continue;
-            chart.x.push_back(*x);
-            chart.y.push_back(table.results[k][column]);
-        }
-        if (chart.x.empty()) continue;
-        const auto [min, max] = std::minmax_element(chart.x.begin(), chart.x.end());
-        if (!(*min < *max)) continue;
-        chart.logarithmic = chart.logarithmic && *min > 0;
-        charts.push_back(std::move(chart));
-    }
-    return charts;
-}
-#endif
-
 void draw(const StudyTable& table, const Study& study) {
 #ifdef LIVETET_IMAGES
     if (study.options.plots.empty()) return;
@@ -129,7 +103,7 @@ void draw(const StudyTable& table, const Study& study) {
             name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
         std::filesystem::path picture = study.options.output;
         picture.replace_filename(fmt::format("{}_{}.png", picture.stem().string(), name));
-        const std::vector<ScatterChart> charts = charts_of(table, study, output);
+        const std::vector<ScatterChart> charts = study_charts(table, study, output);
         if (charts.empty()) continue;
         const auto converged =
             std::count(table.failures.begin(), table.failures.end(), std::string());

@@ -82,11 +82,17 @@ void write_spread_picture(const std::filesystem::path& path, std::span<const Spr
 /// An output against an input.
 struct ScatterChart {
     std::string x_axis, y_axis;
-    std::vector<double> x, y;
+    std::vector<double> x{}, y{};
     bool logarithmic = false;  ///< x
+    /// What the colours mean: the name of another input, and names of groups of its values, in
+    /// order. No groups: all points have one colour.
+    std::string colour_axis{};
+    std::vector<std::string> groups{};
+    std::vector<std::size_t> group_of{};  ///< of each point, index in groups
 };
 
-/// Charts in rows: a point for each pair, and a line through the means where values of x repeat.
+/// Charts in rows: a point for each pair, coloured by its group, and a line through the means where
+/// values of x repeat.
 void write_scatter_picture(const std::filesystem::path& path, const std::string& title,
                            std::span<const ScatterChart> charts);
 
