@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/scene/probes.hpp"
 #include "apps/simulation/run_description.hpp"
@@ -60,6 +61,8 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
             "inverted         {} tets: their stresses are meaningless; use a finer mesh or a "
             "smaller load\n",
             figures.inverted_tets);
+    for (const std::string& sentence : figures.beyond_model)
+        fmt::print("warning          {}\n", sentence);
     for (const auto& [key, force] : figures.forces)
         fmt::print("{:<16} ({:.4g}, {:.4g}, {:.4g}) N on the body\n", key, force.x(), force.y(),
                    force.z());
@@ -121,6 +124,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     figures.forces = constraints.forces(body.body->reactions(), displacement);
     figures.inverted_tets = body.body->inverted_tets();
     figures.largest_displacement_m = largest_norm(displacement);
+    if (first) figures.beyond_model = beyond_model(scene, body.mesh(), displacement);
     figures.sum = sum_of(history);
     if (arguments.profile)
         figures.profile = solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,

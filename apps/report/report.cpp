@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 
@@ -51,6 +52,7 @@ void add_scene(Report& report, const RunResult& result) {
                                result.info.levels, result.info.solver, Use::track);
     if (report.parts.empty()) return;
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
+    report.notes = beyond_model(scene, result.mesh, result.displacement(report.deepest_frame));
     if (scene.track)
         for (const SensorOptions& s : scene.track->sensors)
             report.sensors.push_back(

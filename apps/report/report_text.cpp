@@ -180,6 +180,7 @@ std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
+    sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());
     if (report.truth) {
         sentences.push_back(press_verdict(*report.truth));
         if (report.truth->rest.frames > 0) sentences.push_back(rest_verdict(report.truth->rest));

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -165,8 +166,10 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
     r.run = with_context(r.source + ": description of the solve",
                          [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, Use::solve);
-    if (!r.parts.empty())
-        r.fixed = fixed_nodes(read_yaml<Scene>(r.scene_text, r.source), result.mesh(), source);
+    if (r.parts.empty()) return r;
+    const Scene scene = read_yaml<Scene>(r.scene_text, r.source);
+    r.fixed = fixed_nodes(scene, result.mesh(), source);
+    r.beyond_model = beyond_model(scene, result.mesh(), result.displacement(r.largest_frame));
     return r;
 }
 
@@ -207,6 +210,7 @@ std::vector<std::string> verdicts(const SolveReport& r) {
                   "The body moves by {:.3f} mm at most, {:.3f} mm in the last of {} frames.",
                   r.largest_mm, r.last_mm, r.frames)
             : fmt::format("The body moves by {:.3f} mm at most.", r.largest_mm));
+    sentences.insert(sentences.end(), r.beyond_model.begin(), r.beyond_model.end());
     return sentences;
 }
 

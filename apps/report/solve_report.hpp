@@ -42,10 +42,11 @@ struct SolveReport {
     double first_s = 0, last_s = 0;
     std::size_t largest_frame = 0;  ///< kept frame with the largest displacement
     double largest_mm = 0,
-           last_mm = 0;                ///< largest displacement of all frames, and of the last
-    std::optional<SolvedRun> run;      ///< missing in files of earlier versions
-    std::vector<std::int32_t> fixed;   ///< fixed nodes, if the scene and its masks are known
-    std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if unknown
+           last_mm = 0;               ///< largest displacement of all frames, and of the last
+    std::optional<SolvedRun> run;     ///< missing in files of earlier versions
+    std::vector<std::int32_t> fixed;  ///< fixed nodes, if the scene and its masks are known
+    std::vector<std::string> beyond_model{};  ///< of the largest frame: what cannot be meant
+    std::vector<ExplainedPart> parts;         ///< parts built and left out; empty if unknown
 
     bool is_static() const { return run && run->is_static; }
 };

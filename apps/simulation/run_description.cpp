@@ -54,6 +54,7 @@ json describe_run(const Scene& scene, const SceneBody& body, const RunHistory& h
                {"converged", history.converged},
                {"failure", history.failure},
                {"inverted_tets", figures.inverted_tets},
+               {"beyond_model", figures.beyond_model},
                {"share", history.share},
                {"is_static", !scene.time.is_dynamic()},
                {"restarted_at_s", start_s},

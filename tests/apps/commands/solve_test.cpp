@@ -194,6 +194,33 @@ TEST(Solve, TolerancesOfTheCommandLineGoBeforeTheScenes) {
     EXPECT_LT(iterations("-ksp_atol 1e3"), 1);
 }
 
+TEST(Solve, WarnsOfAResultThatCannotBeMeant) {
+    const Folder folder;
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1})}, "a block"));
+    const auto warnings = [&](double force_N) {
+        write_text(folder / "scene.yaml",
+                   fmt::format("mesh: {{file: block.h5}}\nstrain: linear\n"
+                               "fix: [{{half_space_mm: [1, 0, 0, 1, 0, 0]}}]\n"
+                               "loads: [{{half_space_mm: [199, 0, 0, -1, 0, 0], force_N: [0, 0, "
+                               "{}]}}]\n",
+                               force_N));
+        const auto outcome = livetet(folder, "solve scene.yaml --json told.json");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(livetet(folder, "report result.h5 --no-pictures").status, 0);
+        const bool reported =
+            text_of(folder / "result.report/report.txt").find("above the body's size") !=
+            std::string::npos;
+        EXPECT_EQ(
+            outcome.out.find("warning          The largest displacement") != std::string::npos,
+            reported);
+        EXPECT_EQ(reported, force_N > 1);
+        return nlohmann::json::parse(text_of(folder / "told.json"))["beyond_model"].size();
+    };
+    EXPECT_EQ(warnings(0.05), 0u);
+    EXPECT_EQ(warnings(10), 3u) << "displacement, strain, rotation";
+}
+
 TEST(Solve, MultigridOnOneLevelIsRefused) {
     const Folder folder;
     prepare_press(folder);

@@ -1,0 +1,119 @@
+#include "apps/scene/model_limits.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "mechanics/materials/kinematics.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Eigen::Matrix3d;
+
+Matrix3d edges_of(const Tet& tet, std::span<const Vector3> places) {
+    Matrix3d edges;
+    for (int i = 0; i < 3; ++i) edges.col(i) = places[tet[i + 1]] - places[tet[0]];
+    return edges;
+}
+
+/// Strain and rotation of a tet with displacement gradient H.
+struct Deformation {
+    double strain = 0, rotation_rad = 0;
+
+    Deformation(const Matrix3d& H, Kinematics kinematics) {
+        const bool small = kinematics == Kinematics::small_strain;
+        const Matrix3d measure =
+            small ? Matrix3d(0.5 * (H + H.transpose())) : twice_green_strain(H);
+        Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
+        solver.computeDirect(measure, Eigen::EigenvaluesOnly);
+        for (const double e : solver.eigenvalues()) {
+            const double own = small ? e : std::sqrt(std::max(0.0, 1 + e)) - 1;
+            strain = std::max(strain, std::abs(own));
+        }
+        rotation_rad =
+            0.5 * Vector3(H(2, 1) - H(1, 2), H(0, 2) - H(2, 0), H(1, 0) - H(0, 1)).norm();
+    }
+};
+
+/// How far a model's tets go beyond its limits.
+struct Excess {
+    double volume = 0, strained = 0, turned = 0;  ///< m^3: all, beyond strain, beyond rotation
+    double max_strain = 0, max_rotation_rad = 0;
+
+    void add(const Deformation& d, const ModelLimits& limits, double of_tet) {
+        volume += of_tet;
+        if (d.strain > limits.strain) strained += of_tet;
+        if (limits.rotation_rad && d.rotation_rad > *limits.rotation_rad) turned += of_tet;
+        max_strain = std::max(max_strain, d.strain);
+        max_rotation_rad = std::max(max_rotation_rad, d.rotation_rad);
+    }
+};
+
+void add_sentences(const ConstitutiveModel& model, const Excess& excess,
+                   std::vector<std::string>& sentences) {
+    const ModelLimits limits = limits_of(model.kinematics());
+    const double tolerated = ModelLimits::tolerated_share * excess.volume;
+    if (excess.strained > tolerated)
+        sentences.push_back(fmt::format(
+            "Strains are above {:.0f} %, up to which the model {} stands, in {:.0f} % of its "
+            "volume; the largest is {:.0f} %.",
+            100 * limits.strain, model.name(), 100 * excess.strained / excess.volume,
+            100 * excess.max_strain));
+    if (excess.turned > tolerated)
+        sentences.push_back(fmt::format(
+            "Rotations are above {:.0f} degrees, up to which the model {} stands, in {:.0f} % of "
+            "its volume; the largest is {:.0f} degrees.",
+            *limits.rotation_rad * 180 / std::numbers::pi, model.name(),
+            100 * excess.turned / excess.volume, excess.max_rotation_rad * 180 / std::numbers::pi));
+}
+
+double size_of(const TetMesh& mesh) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : mesh.nodes) box.extend(x);
+    return box.diagonal().norm();
+}
+
+}  // namespace
+
+ModelLimits limits_of(Kinematics kinematics) {
+    switch (kinematics) {
+        case Kinematics::small_strain:
+            return {.strain = 0.05, .rotation_rad = 0.1};
+        case Kinematics::corotated:
+            return {.strain = 0.5, .rotation_rad = {}};
+        case Kinematics::finite_strain:
+            break;
+    }
+    return {};
+}
+
+std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
+                                      std::span<const Vector3> displacement) {
+    std::vector<std::string> sentences;
+    double largest = 0;
+    for (const Vector3& u : displacement) largest = std::max(largest, u.norm());
+    if (const double size = size_of(mesh); largest > size)
+        sentences.push_back(fmt::format(
+            "The largest displacement, {:.4g} mm, is above the body's size, {:.4g} mm: check "
+            "loads, moduli, units and what is fixed.",
+            1e3 * largest, 1e3 * size));
+    std::map<const ConstitutiveModel*, Excess> excess;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const int region = mesh.regions.empty() ? 0 : mesh.regions[e];
+        const ConstitutiveModel& model =
+            model_of(material_of(scene.materials, region), scene.strain);
+        const Matrix3d rest = edges_of(mesh.tets[e], mesh.nodes);
+        const Matrix3d H = edges_of(mesh.tets[e], displacement) * rest.inverse();
+        excess[&model].add({H, model.kinematics()}, limits_of(model.kinematics()),
+                           std::abs(rest.determinant()) / 6);
+    }
+    for (const auto& [model, own] : excess) add_sentences(*model, own, sentences);
+    return sentences;
+}
+
+}  // namespace livetet

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/scene/body_factory.hpp"
+
+namespace livetet {
+
+/// Up to where a result is what its model stands for. Strain: largest principal stretch minus one;
+/// in a model of small strains the largest principal small strain. A limit counts as passed if it
+/// is in more than `tolerated_share` of the volume, as strains are singular at the edges of what is
+/// driven.
+struct ModelLimits {
+    double strain = 1;                   ///< finite strain: twice the length
+    std::optional<double> rotation_rad;  ///< none: the model rotates with the body
+
+    static constexpr double tolerated_share = 0.01;
+};
+
+/// Small strain: 5 % and 0.1 rad, where the rotation alone adds a false strain of 0.5 %. Corotated:
+/// 50 %, as its stress is linear in the stretch.
+ModelLimits limits_of(Kinematics kinematics);
+
+/// Sentences on a displacement (of each node, m) that cannot be meant: larger than the body, or
+/// with strains or rotations beyond the limits of the materials' models. Empty if all is well. Uses
+/// the corners of the tets alone.
+std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
+                                      std::span<const Vector3> displacement);
+
+}  // namespace livetet

@@ -1,0 +1,85 @@
+#include "apps/scene/model_limits.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+/// A block of 200 x 100 x 100 mm; its diagonal has 245 mm.
+const TetMesh& limits_block() {
+    static const TetMesh block = test::block({8, 4, 4}, {0.2, 0.1, 0.1});
+    return block;
+}
+
+/// What is said of a block that is moved so, of a material of this model.
+std::vector<std::string> said(const std::string& model,
+                              const std::function<Vector3(const Vector3& x)>& moved_to) {
+    Scene scene;
+    scene.strain = ModelChoice(model);
+    std::vector<Vector3> displacement;
+    for (const Vector3& x : limits_block().nodes) displacement.push_back(moved_to(x) - x);
+    return beyond_model(scene, limits_block(), displacement);
+}
+
+std::function<Vector3(const Vector3&)> stretched(double by) {
+    return [by](const Vector3& x) { return Vector3((1 + by) * x.x(), x.y(), x.z()); };
+}
+
+std::function<Vector3(const Vector3&)> turned(double degrees) {
+    return [turn = rotation_of_vector({0, 0, degrees * std::numbers::pi / 180})](const Vector3& x) {
+        return Vector3(turn * x);
+    };
+}
+
+TEST(BeyondModel, StrainsAreJudgedByWhatTheModelStandsFor) {
+    for (const auto& [model, good, bad] :
+         {std::tuple("linear", 0.04, 0.06), {"corotated", 0.45, 0.55}, {"neohookean", 0.9, 1.1}}) {
+        EXPECT_TRUE(said(model, stretched(good)).empty()) << model;
+        const std::vector<std::string> sentences = said(model, stretched(bad));
+        ASSERT_EQ(sentences.size(), 1u) << model;
+        EXPECT_NE(sentences[0].find(fmt::format("the largest is {:.0f} %", 100 * bad)),
+                  std::string::npos)
+            << sentences[0];
+        EXPECT_NE(sentences[0].find("100 % of its volume"), std::string::npos) << sentences[0];
+    }
+}
+
+TEST(BeyondModel, ARotationIsBeyondSmallStrainAlone) {
+    EXPECT_TRUE(said("corotated", turned(40)).empty());
+    EXPECT_TRUE(said("neohookean", turned(40)).empty());
+    EXPECT_TRUE(said("linear", turned(4)).empty());
+    const std::vector<std::string> sentences = said("linear", turned(15));
+    ASSERT_EQ(sentences.size(), 1u);
+    EXPECT_NE(sentences[0].find("Rotations are above 6 degrees"), std::string::npos)
+        << sentences[0];
+}
+
+TEST(BeyondModel, ADisplacementLargerThanTheBodyIsSaid) {
+    EXPECT_TRUE(said("corotated", [](const Vector3& x) {
+                    return Vector3(x + Vector3(0.24, 0, 0));
+                }).empty());
+    const std::vector<std::string> sentences =
+        said("corotated", [](const Vector3& x) { return Vector3(x + Vector3(17, 0, 0)); });
+    ASSERT_EQ(sentences.size(), 1u);
+    EXPECT_NE(sentences[0].find("1.7e+04 mm, is above the body's size, 244.9 mm"),
+              std::string::npos)
+        << sentences[0];
+}
+
+TEST(BeyondModel, APeakInLessThanAHundredthOfTheVolumeIsNone) {
+    const Vector3 corner(0.2, 0.1, 0.1);
+    EXPECT_TRUE(said("corotated",
+                     [&](const Vector3& x) {
+                         return Vector3((x - corner).norm() < 1e-9 ? x + Vector3(0.02, 0, 0) : x);
+                     })
+                    .empty())
+        << "one node at a corner of 8 x 4 x 4 cells is pulled";
+}
+
+}  // namespace
+}  // namespace livetet
