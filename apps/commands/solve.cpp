@@ -101,6 +101,8 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (first) progress.emplace("solve");
     const auto callback = [&] { return progress ? progress->callback() : ProgressCallback{}; };
 
+    if (const auto note = locking_note(scene, Use::solve); note && first) log_warning(*note);
+
     // 2. mesh, body
     RunFigures figures;
     figures.ranks = session.ranks();

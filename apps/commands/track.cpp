@@ -10,6 +10,7 @@
 #include "apps/live/replay.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/report/report.hpp"
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -240,6 +241,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
+    if (const auto note = locking_note(scene, Use::track)) log_warning(*note);
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
     TrackFiles files(inputs, body);
     TrackedBody tracked(

@@ -45,7 +45,7 @@ struct Report {
     std::vector<ReportSensor> sensors;
     std::optional<std::array<double, 6>>
         sensor_frames;                 ///< frames in each of `sensor_states`, summed over sensors
-    std::vector<std::string> notes;    ///< on what the frame of the deepest press cannot mean
+    std::vector<std::string> notes;    ///< what the frame of the deepest press cannot mean; locking
     std::size_t unplaced = 0;          ///< sensors that were still being placed at the end
     std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if the scene is unknown
     RunInfo run;

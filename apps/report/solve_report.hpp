@@ -45,8 +45,9 @@ struct SolveReport {
            last_mm = 0;               ///< largest displacement of all frames, and of the last
     std::optional<SolvedRun> run;     ///< missing in files of earlier versions
     std::vector<std::int32_t> fixed;  ///< fixed nodes, if the scene and its masks are known
-    std::vector<std::string> beyond_model{};  ///< of the largest frame: what cannot be meant
-    std::vector<ExplainedPart> parts;         ///< parts built and left out; empty if unknown
+    std::vector<std::string>
+        beyond_model{};                ///< of the largest frame: what cannot be meant; locking
+    std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if unknown
 
     bool is_static() const { return run && run->is_static; }
 };

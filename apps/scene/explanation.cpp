@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "solvers/linear/live_support.hpp"
@@ -41,7 +42,9 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
         e.uses("pressures",
                "one at each corner, FGMRES around the preconditioner of the displacements");
     else
-        e.leaves_out("pressures", scene.track ? "`track`" : formulation.reason);
+        e.leaves_out("pressures", locking_note(scene, use_of(scene))
+                                      .value_or(scene.track ? "`track`, and no poisson >= 0.49"
+                                                            : formulation.reason));
     if (!has_corotated(scene.materials, scene.strain))
         e.leaves_out("rotations", "no material is corotated");
     else

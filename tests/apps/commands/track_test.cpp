@@ -150,6 +150,26 @@ TEST(Track, ASensorThatNeverRestsIsNotFollowedAndTheReportSaysSo) {
     EXPECT_NE(test::text_of(t.folder / "stdout.txt").find("1 of 1 NOT placed"), std::string::npos);
 }
 
+TEST(Track, WarnsOfElementsThatLock) {
+    Tracked t;
+    t.tracker.hold_s = 0.2;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const std::string scene = test::text_of(t.folder / "scene.yaml");
+    for (const double poisson : {0.495, 0.45}) {
+        write_text(t.folder / "scene.yaml",
+                   scene + fmt::format("materials: [{{young_Pa: 3000, poisson: {}}}]\n", poisson));
+        const auto outcome =
+            livetet(t.folder, "track scene.yaml --every-sample --json report.json");
+        const std::string report = test::text_of(t.folder / "report.json"),
+                          explained = livetet(t.folder, "explain scene.yaml").out;
+        for (const std::string& text : {outcome.err, report, explained})
+            EXPECT_EQ(text.find("lock near 0.5 and are too stiff. Reactions") != std::string::npos,
+                      poisson > 0.49)
+                << text;
+    }
+}
+
 TEST(Track, ARecordingWithoutTheNamedSensorIsRefused) {
     Tracked t;
     t.record();
