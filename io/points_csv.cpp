@@ -37,6 +37,20 @@ bool is_header(std::string_view line) {
            fmt::format("{},{},{},{}", (*cells)[0], (*cells)[1], (*cells)[2], (*cells)[3]) == header;
 }
 
+/// What to change in a first line that is not the header.
+std::string header_advice(std::string_view line) {
+    const auto cells = split_csv(line);
+    const auto expected = split_csv(header);
+    if (!cells || cells->size() < expected->size()) return "";
+    if (parse_number((*cells)[1])) return "; add this line above the first point";
+    std::string text;
+    for (std::size_t i = 0; i < expected->size(); ++i)
+        if ((*cells)[i] != (*expected)[i])
+            text += fmt::format("{}'{}' to '{}'", text.empty() ? "; rename " : ", ", (*cells)[i],
+                                (*expected)[i]);
+    return text;
+}
+
 }  // namespace
 
 std::string point_csv_row(const NamedPoint& point) {
@@ -57,8 +71,8 @@ std::vector<NamedPoint> read_points_csv(const fs::path& path) {
         if (trim(line).empty() || line.starts_with('#')) continue;
         if (!headed) {
             if (!is_header(line))
-                fail("{}: found '{}', expected the header {}", where, trim(line).substr(0, 60),
-                     header);
+                fail("{}: found '{}', expected the header {}{}", where, trim(line).substr(0, 60),
+                     header, header_advice(line));
             headed = true;
             continue;
         }

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/run_program.hpp"
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
 #include "mesh/quadratic.hpp"
@@ -53,21 +54,22 @@ Difference difference(const SamplePoints& points, const SampledRun& a, const Sam
     return d;
 }
 
-SolveRun SceneRuns::solve(const Scene& scene, std::size_t number) {
+SolveRun SceneRuns::solve(const Scene& scene, std::size_t number,
+                          std::optional<double> time_limit_s) {
     Scene own = scene;
     own.output.file = folder_ / fmt::format("{}.h5", number);
     if (own.probes) own.probes->displacements = folder_ / fmt::format("{}.csv", number);
     const std::filesystem::path file = folder_ / fmt::format("{}.yaml", number);
     write_text_file(file, to_yaml(own) + "\n");
-    return run_solve(fmt::format("{}", number), "", 1, file);
+    return run_solve(fmt::format("{}", number), "", 1, file, time_limit_s);
 }
 
-const SampledRun& SceneRuns::run(const Scene& scene) {
+const SampledRun& SceneRuns::run(const Scene& scene, std::optional<double> time_limit_s) {
     const auto [place, fresh] = numbers_.try_emplace(to_yaml(scene), numbers_.size());
     SampledRun& run = runs_[place->second];
     if (!fresh) return run;
     try {
-        run.took = solve(scene, place->second);
+        run.took = solve(scene, place->second, time_limit_s);
         if (!run.took->converged) run.failure = "did not converge";
         const std::filesystem::path file = folder_ / fmt::format("{}.h5", place->second);
         {
@@ -81,13 +83,16 @@ const SampledRun& SceneRuns::run(const Scene& scene) {
     } catch (const Error& error) {
         run.failure = error.what();
         run.took.reset();
+    } catch (const Interrupted&) {  // not a run of this scene
+        numbers_.erase(place);
+        throw;
     }
     return run;
 }
 
 SolveRun SceneRuns::again(const Scene& scene) {
     const std::size_t number = numbers_.at(to_yaml(scene));
-    SolveRun took = solve(scene, number);
+    SolveRun took = solve(scene, number, {});
     std::filesystem::remove(folder_ / fmt::format("{}.h5", number));
     return took;
 }

@@ -49,12 +49,13 @@ class SceneRuns {
     SceneRuns(std::filesystem::path folder, const SamplePoints& points)
         : folder_(std::move(folder)), points_(points) {}
 
-    const SampledRun& run(const Scene& scene);
+    /// A run that takes longer than `time_limit_s` has failed.
+    const SampledRun& run(const Scene& scene, std::optional<double> time_limit_s = {});
     /// Runs a scene again, for its times.
     SolveRun again(const Scene& scene);
 
   private:
-    SolveRun solve(const Scene& scene, std::size_t number);
+    SolveRun solve(const Scene& scene, std::size_t number, std::optional<double> time_limit_s);
 
     std::filesystem::path folder_;
     const SamplePoints& points_;

@@ -14,7 +14,7 @@ namespace livetet {
 using nlohmann::json;
 
 SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
-                   const std::filesystem::path& scene) {
+                   const std::filesystem::path& scene, std::optional<double> time_limit_s) {
     std::filesystem::path figures = scene, log = scene;
     figures.replace_extension(fmt::format("{}.json", ranks));
     log.replace_extension(fmt::format("{}.log", ranks));
@@ -28,7 +28,7 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     const std::string command = fmt::format(
         "{} '{}' solve '{}' --json '{}'", start,
         std::filesystem::read_symlink("/proc/self/exe").string(), scene.string(), figures.string());
-    const int status = run_program(command, log);
+    const int status = run_program(command, log, time_limit_s);
     if (!std::filesystem::exists(figures))
         fail("{}: `livetet solve` ended with status {}: {}", scene.string(), status,
              last_error_lines(read_text_file(log)));

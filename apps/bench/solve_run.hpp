@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 namespace livetet {
@@ -30,9 +31,9 @@ struct SolveRun {
 
 /// Runs the program on this number of ranks, or without a launcher if that is empty; its output
 /// goes to a log beside the scene. Throws Error with its last message if it fails, but not if it
-/// does not converge.
+/// does not converge, and if it takes longer than `time_limit_s`.
 SolveRun run_solve(const std::string& name, const std::string& launcher, int ranks,
-                   const std::filesystem::path& scene);
+                   const std::filesystem::path& scene, std::optional<double> time_limit_s = {});
 
 nlohmann::json json_of(const SolveRun& run);
 

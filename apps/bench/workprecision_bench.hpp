@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/bench/choices.hpp"
 #include "apps/bench/sampled_run.hpp"
+#include "base/run_program.hpp"
 
 namespace livetet {
 
@@ -36,6 +38,7 @@ struct WorkPrecision {
     double largest_m = 0, mean_m = 0;  ///< of the displacement of the reference: largest, L2
     double reference_s = 0;
     std::vector<ChoiceResult> results;
+    std::optional<Interrupted> interrupted{};  ///< by the user: `results` are those until then
 
     /// The fastest choice with an error of at most `error_m` and steps of at most `step_s`; nullptr
     /// if there is none.
@@ -45,10 +48,18 @@ struct WorkPrecision {
     const ChoiceResult* most_accurate(ErrorMeasure measure, double step_s) const;
 };
 
+struct WorkPrecisionOptions {
+    int repeats = 3;
+    std::string only{};         ///< choices with this in their name
+    double time_limit_s = 600;  ///< of each solve of a choice; one that takes longer has failed
+    /// Called after each choice and each round with the results until then.
+    std::function<void(const WorkPrecision&)> keep{};
+};
+
 /// Runs every choice of a scene `repeats` times, in rounds (those slower than 5 s once), and the
-/// references of their errors once. Meshes, scenes and logs go to `folder`. Shows progress. Throws
-/// Error if the reference fails.
-WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder, int repeats,
-                              const std::string& only);
+/// references of their errors once. Meshes, scenes and logs go to `folder`. Shows progress. Ctrl-C
+/// ends it with what is done. Throws Error if the reference fails, Interrupted before its end.
+WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder,
+                              const WorkPrecisionOptions& options);
 
 }  // namespace livetet

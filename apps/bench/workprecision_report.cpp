@@ -22,6 +22,7 @@ using nlohmann::json;
 struct WorkPrecisionArguments {
     std::filesystem::path scene, csv, json, figure, memory_figure, folder;
     int repeats = 3;
+    double time_limit_s = 600;
     std::string only;
 };
 
@@ -161,11 +162,20 @@ void draw(const std::filesystem::path& path, const WorkPrecision& w, const std::
 int bench_workprecision(const WorkPrecisionArguments& a) {
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder(a.folder);
-    const WorkPrecision w = measure_choices(scene, folder.path(), a.repeats, a.only);
+    const auto keep = [&](const WorkPrecision& w) {
+        if (!a.csv.empty()) write_text_file(a.csv, csv_text(w));
+        if (!a.json.empty()) write_text_file(a.json, json_of(w).dump(2) + "\n");
+    };
+    const WorkPrecision w =
+        measure_choices(scene, folder.path(), {a.repeats, a.only, a.time_limit_s, keep});
+    keep(w);
     print_table(w);
+    if (w.interrupted) {
+        fmt::print("\nended after {} choices; no figures of the others\n", w.results.size());
+        std::fflush(stdout);
+        throw *w.interrupted;
+    }
     recommend(w);
-    if (!a.csv.empty()) write_text_file(a.csv, csv_text(w));
-    if (!a.json.empty()) write_text_file(a.json, json_of(w).dump(2) + "\n");
 #ifdef LIVETET_IMAGES
     const std::string name = a.scene.stem().string();
     if (!a.figure.empty())
@@ -198,8 +208,14 @@ void add_workprecision_benchmark(CLI::App& bench, int& status) {
     command->add_option("--only", a->only,
                         "only choices with this in their name, such as \"solver\" or "
                         "\"level 1, P2\"");
+    command
+        ->add_option("--time-limit", a->time_limit_s,
+                     "seconds for each solve of a choice; one that takes longer is given up")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
     command->add_option("--folder", a->folder, "keep meshes, scenes and logs here");
-    command->add_option("--csv", a->csv, "write the figures of every choice to this file");
+    command->add_option("--csv", a->csv,
+                        "write the figures of every choice to this file, which grows with each");
     command->add_option("--json", a->json, "the same as JSON");
     add_figure_option(*command, "--figure", a->figure, "draw error against run time to this PNG");
     add_figure_option(*command, "--memory-figure", a->memory_figure,

@@ -49,7 +49,8 @@ int tune(const TuneArguments& a) {
     refuse_to_overwrite("--output", output, {a.scene});
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
     const WorkFolder folder;
-    const WorkPrecision w = measure_choices(scene, folder.path(), a.repeats, "");
+    const WorkPrecision w = measure_choices(scene, folder.path(), {.repeats = a.repeats});
+    if (w.interrupted) throw *w.interrupted;
     const ChoiceResult* best = w.cheapest(measure, error_m, budget);
     if (!best) {
         const ChoiceResult* nearest = w.most_accurate(measure, budget.value_or(1e30));

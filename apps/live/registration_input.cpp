@@ -79,25 +79,42 @@ Recording read_poses(const RegisterArguments& a, const SourceReader& read,
     return read(source, options);
 }
 
+/// "80:150,175:245", as --dwells takes it.
+std::string frames_of(const std::vector<Dwell>& dwells) {
+    std::vector<std::string> windows;
+    for (const Dwell& d : dwells) windows.push_back(fmt::format("{}:{}", d.first, d.last));
+    return fmt::format("{}", fmt::join(windows, ","));
+}
+
+[[noreturn]] void refuse_rests(const RegisterArguments& a, const Rests& rests,
+                               std::size_t expected) {
+    const DwellOptions options = dwell_options(a);
+    std::string text = fmt::format("{}: the tip rested {} times", a.tracker, rests.dwells.size());
+    if (!rests.dwells.empty()) text += fmt::format(" ({})", frames_of(rests.dwells));
+    text += fmt::format(", expected {} as the image has fiducials", expected);
+    if (!rests.unheld.empty())
+        fail(
+            "{}; in {} it rested too, but turned by less than {:g} degrees, as if laid aside: turn "
+            "the tool about its tip on each fiducial, or name the frames with --dwells {}",
+            text, frames_of(rests.unheld), options.min_turn_deg, frames_of(rests.unheld));
+    fail(
+        "{}; let the tip rest for {:g} s on each, within {:g} mm, and turn the tool a little, or "
+        "name the frames with --dwells FIRST:END,...",
+        text, options.min_duration_s, options.radius_mm);
+}
+
 std::vector<Dwell> collect_dwells(const RegisterArguments& a, const SourceReader& read,
                                   std::size_t expected) {
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, a.tracker);
     std::vector<FrameWindow> windows;
     if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
     const Recording recording = read_poses(a, read, a.tracker, "fiducials");
-    const std::vector<Dwell> dwells = with_context(a.tracker, [&] {
-        return windows.empty()
-                   ? find_dwells(recording, tool_from_tip, dwell_options(a))
-                   : dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a));
+    const Rests rests = with_context(a.tracker, [&]() -> Rests {
+        if (windows.empty()) return find_rests(recording, tool_from_tip, dwell_options(a));
+        return {dwells_in_windows(recording, tool_from_tip, windows, dwell_options(a)), {}};
     });
-    if (dwells.size() == expected) return dwells;
-    std::string found;
-    for (const Dwell& d : dwells)
-        found += fmt::format("{}{}:{}", found.empty() ? "" : ",", d.first, d.last);
-    fail(
-        "{}: the tip rested {} times ({}), expected {} as the image has fiducials; name them with "
-        "--dwells",
-        a.tracker, dwells.size(), found.empty() ? "never" : found, expected);
+    if (rests.dwells.size() == expected) return rests.dwells;
+    refuse_rests(a, rests, expected);
 }
 
 void set_weights(const RegisterArguments& a, FiducialRegistration& r) {

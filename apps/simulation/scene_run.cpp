@@ -8,8 +8,9 @@ namespace {
 
 std::string progress_text(const StepRecord& step, std::size_t count) {
     return fmt::format(
-        "step {} at {:.4g}: {} Newton iterations, {} Krylov iterations, imbalance {:.1e}", count,
-        step.time_s, step.report.newton_iterations, step.report.iterations, step.report.imbalance);
+        "step {} at {:.4g}: {} Newton iterations, {} Krylov iterations, imbalance {:.1e}{}", count,
+        step.time_s, step.report.newton_iterations, step.report.iterations, step.report.imbalance,
+        step.report.converged ? "" : ", NOT converged");
 }
 
 constexpr double min_part = 1.0 / 32;
@@ -58,9 +59,10 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
                 history.steps.push_back({begin + share * (planned * whole - begin),
                                          part * (planned * whole - begin), report,
                                          report.converged});
+                const StepRecord& tried = history.steps.back();
                 if (hooks.progress)
-                    hooks.progress(history.steps.back().time_s,
-                                   progress_text(history.steps.back(), history.steps.size()));
+                    hooks.progress(tried.time_s - (tried.report.converged ? 0 : tried.step_s),
+                                   progress_text(tried, history.steps.size()));
             });
         history.share = begin + reached * (planned * whole - begin);
         if (reached < 1) {

@@ -53,7 +53,8 @@ pid_t start(const std::string& command, const std::filesystem::path& log) {
 
 }  // namespace
 
-int run_program(const std::string& command, const std::filesystem::path& log) {
+int run_program(const std::string& command, const std::filesystem::path& log,
+                std::optional<double> time_limit_s) {
     constexpr std::chrono::milliseconds pause(5);
     constexpr double doubled_s = 1;  // a shell or a wrapper may send a signal twice
     asked = 0;
@@ -62,6 +63,8 @@ int run_program(const std::string& command, const std::filesystem::path& log) {
             1);  // the shell may end before what it started does, whose parent this then is
     const pid_t child = start(command, log);
     int status = 0, first = 0;
+    bool timed_out = false;
+    const auto began = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point since;
     for (;;) {
         int how = 0;
@@ -76,9 +79,14 @@ int run_program(const std::string& command, const std::filesystem::path& log) {
         } else if (which != 0 && seconds_since(since) > doubled_s) {
             ::kill(-child, SIGKILL);
         }
+        if (time_limit_s && !timed_out && seconds_since(began) > *time_limit_s) {
+            timed_out = true;
+            ::kill(-child, SIGKILL);
+        }
         std::this_thread::sleep_for(pause);
     }
     if (first != 0) throw Interrupted{first};
+    if (timed_out) fail("took longer than {:g} s", *time_limit_s);
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

@@ -127,6 +127,11 @@ std::size_t end_of_stretch(std::span<const TipSample> samples, std::size_t first
 std::vector<Dwell> find_dwells(const Recording& recording,
                                const RigidTransform<Tool, Tip>& tool_from_tip,
                                const DwellOptions& options) {
+    return find_rests(recording, tool_from_tip, options).dwells;
+}
+
+Rests find_rests(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
+                 const DwellOptions& options) {
     check_options(options);
     std::vector<TipSample> samples = tip_samples(recording, tool_from_tip.translation, options);
     smooth(samples, options.smoothing_s);
@@ -153,12 +158,12 @@ std::vector<Dwell> find_dwells(const Recording& recording,
             stretches.push_back({i, j, mean});
         i = j;
     }
-    std::vector<Dwell> dwells;
+    Rests rests;
     for (const Stretch& s : stretches) {
         const Dwell dwell = dwell_of(all.subspan(s.first, s.last - s.first), options);
-        if (dwell.turn_deg >= options.min_turn_deg) dwells.push_back(dwell);
+        (dwell.turn_deg >= options.min_turn_deg ? rests.dwells : rests.unheld).push_back(dwell);
     }
-    return dwells;
+    return rests;
 }
 
 std::vector<Dwell> dwells_in_windows(const Recording& recording,

@@ -51,6 +51,11 @@ struct FrameWindow {
     std::size_t first = 0, last = 0;
 };
 
+/// Stretches in which the tip rested: dwells, and those in which the tool lay still.
+struct Rests {
+    std::vector<Dwell> dwells, unheld;
+};
+
 /// Finds all dwells, in time order: stretches in which the tip (tracker_from_tip =
 /// tracker_from_tool * tool_from_tip), averaged over `smoothing_s`, stays within `radius_mm` of the
 /// stretch's running mean for at least `min_duration_s`. Frames without a usable pose are skipped;
@@ -59,6 +64,10 @@ struct FrameWindow {
 std::vector<Dwell> find_dwells(const Recording& recording,
                                const RigidTransform<Tool, Tip>& tool_from_tip,
                                const DwellOptions& options = {});
+
+/// The same, with the stretches in which the tool turned by less than `min_turn_deg`.
+Rests find_rests(const Recording& recording, const RigidTransform<Tool, Tip>& tool_from_tip,
+                 const DwellOptions& options = {});
 
 /// The dwells of given windows. Throws Error for a window outside the recording, a window without a
 /// usable frame, and a window in which the tip moves: scatter above `max_scatter_mm`, or a drift

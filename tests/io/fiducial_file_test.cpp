@@ -149,7 +149,9 @@ TEST(PointsCsv, MalformedLinesAreNamed) {
         EXPECT_TRUE(says(error_of([&] { read_points_csv(path); }), words)) << text;
     };
     const std::string head = "\xEF\xBB\xBFname, x_mm, y_mm, z_mm\r\n# a comment\n";
-    refuses("a,1,2,3\n", {"p.csv:1", "expected the header"});
+    refuses("a,1,2,3\n", {"p.csv:1", "expected the header", "add this line above"});
+    refuses("id,x_mm,y_mm,z_mm\na,1,2,3\n", {"p.csv:1", "rename 'id' to 'name'"});
+    refuses("label,x,y,z\na,1,2,3\n", {"rename 'label' to 'name', 'x' to 'x_mm'"});
     refuses(head, {"no point"});
     refuses(head + "a,1,2\n", {"p.csv:3", "3 cells"});
     refuses(head + "a,1,2,inf\n", {"p.csv:3", "'inf'"});

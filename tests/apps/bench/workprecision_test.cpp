@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <future>
 #include <map>
@@ -111,6 +112,40 @@ TEST(WorkPrecision, FinerMeshesAndTighterSolvesAreNearerAndThePartsSayWhy) {
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'),
               static_cast<std::ptrdiff_t>(all.size()) + 1);
     EXPECT_NE(csv.find(",tip_mm,"), std::string::npos);
+}
+
+TEST(WorkPrecision, KeepsWhatIsDoneWhenItIsEnded) {
+    const Folder folder;
+    prepare_load(folder);
+    auto run = std::async(std::launch::async, [&] {
+        return livetet(folder, "bench workprecision scene.yaml --repeats 50 --csv w.csv",
+                       "echo $$ > pid.txt && exec");
+    });
+    const auto rows = [&] {
+        const std::string csv = text_of(folder / "w.csv");
+        return std::count(csv.begin(), csv.end(), '\n');
+    };
+    while (rows() < 3 && run.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
+        ;
+    ASSERT_EQ(::kill(std::stoi(text_of(folder / "pid.txt")), SIGINT), 0);
+    const auto outcome = run.get();
+    EXPECT_NE(outcome.status, 0);
+    EXPECT_NE(outcome.out.find("level 0, P1"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("ended after"), std::string::npos) << outcome.out;
+    EXPECT_GE(rows(), 3);
+}
+
+TEST(WorkPrecision, AChoiceThatTakesTooLongIsGivenUp) {
+    const Folder folder;
+    prepare_load(folder);
+    const auto outcome = livetet(folder,
+                                 "bench workprecision scene.yaml --repeats 1 --json w.json --only "
+                                 "\"level 1, P1, 1e-04\" --time-limit 0.01");
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    for (const auto& [name, choice] : choices_of(folder))
+        EXPECT_NE(choice.at("failure").get<std::string>().find("took longer than 0.01 s"),
+                  std::string::npos)
+            << name;
 }
 
 TEST(WorkPrecision, ADynamicSceneHasItsStepsAmongTheChoices) {

@@ -94,6 +94,18 @@ TEST(Register, MatchesByNameWhereAFiducialWasNotTouched) {
     expect_refused(t.run(), {"2 fiducials", "has 4"});
 }
 
+TEST(Register, SaysWhatToDoWithAStylusThatRestsWithoutTurning) {
+    TouchedFiducials t(0);
+    write_fiducials(t.folder / "image.mrk.json", t.image);
+    test::write_text(t.folder / "still.yaml",
+                     "rate_Hz: 40\nduration_s: 6\n"
+                     "tools: [{tool: Stylus, on: tracker, at_mm: [10, 20, 30]}]\n");
+    expect_refused(
+        livetet(t.folder, "register --tracker still.yaml --tip-mm 0 0 150 --image image.mrk.json"),
+        {"rested 0 times, expected 6", "turned by less than 2 degrees",
+         "turn the tool about its tip", "--dwells 0:241"});
+}
+
 TEST(Register, RefusesAnOrderThatASymmetricLayoutDoesNotTell) {
     TouchedFiducials t(0);
     t.image.resize(4);

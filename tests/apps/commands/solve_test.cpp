@@ -221,6 +221,17 @@ TEST(Solve, WarnsOfAResultThatCannotBeMeant) {
     EXPECT_EQ(warnings(10), 3u) << "displacement, strain, rotation";
 }
 
+TEST(Solve, AnAttemptThatFailsIsNotShownAsASuccess) {
+    const Folder folder;
+    prepare_press(folder);
+    std::string scene = press;
+    scene.replace(scene.find("solver: {"), 9, "solver: {max_newton: 1, ");
+    write_text(folder / "scene.yaml", scene);
+    const auto outcome = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_EQ(outcome.err.find("solve 100 %"), std::string::npos) << outcome.err;
+}
+
 TEST(Solve, MultigridOnOneLevelIsRefused) {
     const Folder folder;
     prepare_press(folder);

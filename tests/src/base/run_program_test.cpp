@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 #include <sstream>
+
+#include "base/error.hpp"
 
 namespace livetet {
 namespace {
@@ -26,6 +29,15 @@ TEST(RunProgram, TheProgramInheritsNoDescriptor) {
     text << file.rdbuf();
     std::filesystem::remove(log);
     EXPECT_EQ(text.str(), "0\n1\n2\n");
+}
+
+TEST(RunProgram, ATimeLimitEndsAllOfIt) {
+    const auto log = std::filesystem::path(testing::TempDir()) / "limited.log";
+    const auto began = std::chrono::steady_clock::now();
+    EXPECT_THROW((void)run_program("sleep 60 & sleep 60", log, 0.3), Error);
+    EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(20));
+    EXPECT_EQ(run_program("exit 4", log, 30), 4);
+    std::filesystem::remove(log);
 }
 
 }  // namespace
