@@ -35,7 +35,6 @@ double largest_norm(const std::vector<Vector3>& values) {
     return largest;
 }
 
-
 /// Checks what can be checked before anything runs. Collective.
 void check_files(const SolveArguments& arguments, const Scene& scene, bool first) {
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);

@@ -23,6 +23,20 @@ class Explanation {
     std::vector<ExplainedPart> parts;
 };
 
+void explain_tracking(Explanation& e, const Scene& scene) {
+    if (!scene.track) return e.leaves_out("tracker", "no track section: no thread, no filter");
+    e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, "
+                                  "the result file, the status "
+                                  "line and the scene file",
+                                  scene.track->sensors.size()));
+    if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
+    if (scene.track->publish)
+        e.uses("OpenIGTLink server",
+               fmt::format("track.publish: port {}", scene.track->publish->port));
+    else
+        e.leaves_out("OpenIGTLink server", "no track.publish, no --publish: no socket");
+}
+
 }  // namespace
 
 std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, std::size_t levels,
@@ -81,20 +95,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     else
         e.leaves_out("coarse levels",
                      levels > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
-    if (scene.track) {
-        e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, "
-                                      "the result file, the status "
-                                      "line and the scene file",
-                                      scene.track->sensors.size()));
-        if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
-        if (scene.track->publish)
-            e.uses("OpenIGTLink server",
-                   fmt::format("track.publish: port {}", scene.track->publish->port));
-        else
-            e.leaves_out("OpenIGTLink server", "no track.publish, no --publish: no socket");
-    } else {
-        e.leaves_out("tracker", "no track section: no thread, no filter");
-    }
+    explain_tracking(e, scene);
     if (scene.probes)
         e.uses("probes", scene.probes->points.string());
     else

@@ -107,6 +107,20 @@ struct StepLengthControl {
     }
 };
 
+/// Enters the outcome of the step of `step` seconds from `time`; whether the run can go on.
+bool note_outcome(RunHistory& history, const StepReport& report, double time, double step) {
+    history.converged = history.converged && report.converged;
+    if (!report.converged && history.failure.empty())
+        history.failure = fmt::format(
+            "the step to {:.4g} s left an imbalance of forces of {:.1e} (allowed {:.1e})",
+            time + step, report.imbalance, report.allowed_imbalance);
+    if (report.kept_old)
+        history.failure =
+            fmt::format("the step to {:.4g} s reached no finite state; the run ends at {:.4g} s",
+                        time + step, time);
+    return !report.kept_old;
+}
+
 RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                        const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
@@ -160,17 +174,7 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
                 continue;
             }
         }
-        history.converged = history.converged && report.converged;
-        if (!report.converged && history.failure.empty())
-            history.failure = fmt::format(
-                "the step to {:.4g} s left an imbalance of forces of {:.1e} (allowed {:.1e})",
-                time + step, report.imbalance, report.allowed_imbalance);
-        if (report.kept_old) {
-            history.failure = fmt::format(
-                "the step to {:.4g} s reached no finite state; the run ends at {:.4g} s",
-                time + step, time);
-            return history;
-        }
+        if (!note_outcome(history, report, time, step)) return history;
         time += step;
         ++place.steps;
         if (hooks.progress)

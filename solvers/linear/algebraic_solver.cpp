@@ -6,9 +6,9 @@ namespace livetet {
 
 namespace {
 
-/// Aggressive coarsening with short interpolation, each displacement component by itself: on organs,
-/// boxes and a machine part up to ten times faster than the options for elasticity's near-nullspace
-/// (Baker, Kolev, Yang 2010), whose interpolation fills the coarse operators.
+/// Aggressive coarsening with short interpolation, each displacement component by itself: on
+/// organs, boxes and a machine part up to ten times faster than the options for elasticity's
+/// near-nullspace (Baker, Kolev, Yang 2010), whose interpolation fills the coarse operators.
 void configure_boomeramg(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCHYPRE));
     LIVETET_PETSC(PCHYPRESetType(pc, "boomeramg"));

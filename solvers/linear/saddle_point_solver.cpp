@@ -6,8 +6,8 @@ namespace livetet {
 
 namespace {
 
-/// Two Chebyshev steps on S, scaled by its diagonal. The KSP around `pc` would apply the exact Schur
-/// complement, so the steps are those of a PCKSP, which takes S.
+/// Two Chebyshev steps on S, scaled by its diagonal. The KSP around `pc` would apply the exact
+/// Schur complement, so the steps are those of a PCKSP, which takes S.
 void configure_schur_inverse(PC pc) {
     constexpr double largest = 2.5, smallest = 0.5;  // see PressureCoupling::minus_schur
     constexpr int steps = 2;

@@ -14,9 +14,9 @@ enum class CoarseOperator { automatic, galerkin, rediscretised };
 /// Tangent of a Newton iteration.
 enum class TangentChoice { automatic, frozen_rotation, exact };
 
-/// What `automatic` means for a mesh of so many levels, the finest of so many nodes. On one level a
-/// factorisation is the quickest up to some 5000 nodes, then GAMG (organs, boxes and a machine part,
-/// P1 and P2: docs/theory/multigrid.md).
+/// What `automatic` means for a mesh of so many levels, the finest of so many nodes. On one level
+/// a factorisation is the quickest up to some 5000 nodes, then GAMG (organs and a machine part, P1
+/// and P2: docs/theory/multigrid.md).
 inline SolverKind resolved_kind(SolverKind kind, std::size_t levels, std::size_t nodes) {
     constexpr std::size_t max_factored_nodes = 5000;
     if (kind != SolverKind::automatic) return kind;

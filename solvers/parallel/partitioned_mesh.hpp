@@ -39,8 +39,8 @@ enum class MeshDistribution {
 };
 
 /// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels).
-/// With one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes to
-/// the owner of the first of its two corners.
+/// With one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes
+/// to the owner of the first of its two corners.
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
                                 std::span<const std::int32_t> parts,
                                 MeshDistribution distribution = MeshDistribution::by_plex);
