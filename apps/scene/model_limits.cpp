@@ -124,7 +124,7 @@ std::optional<std::string> locking_note(const Scene& scene, Use use) {
     return fmt::format(
         "materials[{}].poisson = {:g} with {}: elements made of displacements alone lock near 0.5 "
         "and are too stiff. Reactions of a pressed liver of 60,000 tets are 1.2 times too large at "
-        "0.49, 2.0 times at 0.499 and 7.4 times at 0.4999; coarser meshes lock more. Expected "
+        "0.49, 2.0 times at 0.499 and 7.5 times at 0.4999; coarser meshes lock more. Expected "
         "below 0.49{}.",
         stiffest - scene.materials.begin(), stiffest->poisson,
         use == Use::track ? "`track`, which has no pressures" : "formulation: displacement",

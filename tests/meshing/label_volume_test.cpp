@@ -252,7 +252,9 @@ TEST(Materials, of_a_hollow_body_leave_its_cavity_empty) {
                   (ShellCount{1, 1}));
         ASSERT_TRUE(level.node_sets.contains("cavity"));
         const TriangleMesh cavity{level.nodes, level.triangle_sets.at("cavity")};
-        EXPECT_NEAR(-signed_volume(cavity), ball_m3(9), 0.06 * ball_m3(9));
+        // Nothing holds a cavity's own volume; a coarse level cuts its corners.
+        const bool is_finest = &level == &result.hierarchy.levels.front();
+        EXPECT_NEAR(-signed_volume(cavity) / ball_m3(9), 1, is_finest ? 0.1 : 0.2);
         for (const std::int32_t n : level.node_sets.at("cavity"))
             EXPECT_NEAR(1e3 * level.nodes[n].norm(), 9, 2);
     }
