@@ -9,6 +9,7 @@
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "io/text.hpp"
+#include "solvers/parallel/first_rank.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/commands/study_charts.hpp"
@@ -122,6 +123,13 @@ void draw(const StudyTable& table, const Study& study) {
 #endif
 }
 
+/// 3 if no solve converged, 4 if some did not.
+int status_of(const std::vector<std::string>& failures) {
+    const auto converged = std::count(failures.begin(), failures.end(), std::string());
+    if (converged == std::ssize(failures)) return 0;
+    return converged == 0 ? 3 : 4;
+}
+
 int run_study(const StudyArguments& arguments, const std::vector<std::string>& petsc) {
     // 1. inputs
     PetscSession session("livetet", petsc);  // first, so that only one rank reports an error
@@ -135,21 +143,21 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
         if (session.rank() == 0) print_list(study);
         return 0;
     }
-    check_ranks(study, session.ranks());
     session.add_options(load_scene(study.options.scene).solver.petsc_options);
     const bool first = session.rank() == 0;
     StudyStore store(study);
 
     // 2. completed solves
     int complete = first && store.is_complete();
-    if (first && !complete) {
-        check_meshes(study);
-        store.open();
-    }
     MPI_Bcast(&complete, 1, MPI_INT, 0, PETSC_COMM_WORLD);
+    if (!complete) check_ranks(study, session.ranks());
 
     // 3. remaining solves
     if (!complete) {
+        on_first_rank([&] {
+            check_meshes(study);
+            store.open();
+        });
         std::optional<ProgressLine> line;
         if (first) line.emplace("study");
         solve_remaining(study, store, line ? line->callback() : ProgressCallback{});
@@ -167,9 +175,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     print_summary(table, study);
     draw(table, study);
     session.tell_unused_options();
-    const bool none = std::all_of(table.failures.begin(), table.failures.end(),
-                                  [](const std::string& failure) { return !failure.empty(); });
-    return none ? 3 : 0;
+    return status_of(table.failures);
 }
 
 }  // namespace

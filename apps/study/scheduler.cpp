@@ -30,11 +30,12 @@ struct Group {
     Group(const Group&) = delete;
     Group& operator=(const Group&) = delete;
 
-    bool agree(bool of_leader) const {
-        int value = of_leader;
+    /// The leader's value, on every rank. Collective.
+    int of_leader(int value) const {
         MPI_Bcast(&value, 1, MPI_INT, 0, comm);
-        return value != 0;
+        return value;
     }
+    bool agree(bool value) const { return of_leader(value) != 0; }
 };
 
 /// "about 4 min left".
@@ -99,6 +100,7 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
                 progress->update(fmt::format("solve {}, {}", k, what));
             };
         const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
+        const int ended_runs = group.of_leader(group.leader ? store.ended_runs(k) : 0);
         StudyRow row;
         if (group.agree(reason.has_value())) {
             row.converged = false;
@@ -107,7 +109,7 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
             try {
                 row = solver.solve(study.scene(k), callback);
             } catch (const std::exception& e) {
-                store.note_failure(k, e.what());
+                store.note_failure(k, ended_runs + 1, e.what());
                 throw;
             }
         }

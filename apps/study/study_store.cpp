@@ -197,17 +197,25 @@ void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     }
 }
 
-void StudyStore::note_failure(std::size_t k, const std::string& reason) const {
-    std::ofstream(folder_ / (number_of(k) + ".failed"), std::ios::app) << reason << '\n';
+fs::path StudyStore::failure_file(std::size_t k, int number) const {
+    return folder_ / fmt::format("{}.{}.failed", number_of(k), number);
+}
+
+int StudyStore::ended_runs(std::size_t k) const {
+    int count = 0;
+    while (fs::exists(failure_file(k, count + 1))) ++count;
+    return count;
+}
+
+void StudyStore::note_failure(std::size_t k, int number, const std::string& reason) const {
+    std::ofstream(failure_file(k, number)) << reason << '\n';
 }
 
 std::optional<std::string> StudyStore::given_up(std::size_t k) const {
-    const fs::path file = folder_ / (number_of(k) + ".failed");
-    if (!fs::exists(file)) return std::nullopt;
-    const std::string text = read_text_file(file);
-    const auto reasons = split_lines(trim(text));
-    if (reasons.size() < 2) return std::nullopt;
-    return fmt::format("ended the study twice: {}", reasons.back());
+    constexpr int max_tries = 2;
+    const int count = ended_runs(k);
+    if (count < max_tries) return std::nullopt;
+    return fmt::format("ended the study twice: {}", trim(read_text_file(failure_file(k, count))));
 }
 
 void StudyStore::check_rows() const {

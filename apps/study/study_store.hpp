@@ -35,8 +35,11 @@ class StudyStore {
     StudyRow row(std::size_t k) const;
     /// Throws Error, naming the first file, if rows are damaged or missing.
     void check_rows() const;
-    /// Records a solve whose failure ended the whole run because its ranks could not agree on it.
-    void note_failure(std::size_t k, const std::string& reason) const;
+    /// How often a solve has ended the whole run, because its ranks could not agree on its failure.
+    int ended_runs(std::size_t k) const;
+    /// Records that it does so for the `number`th time (from 1). All ranks of a group may: they
+    /// count once.
+    void note_failure(std::size_t k, int number, const std::string& reason) const;
     /// The reason, if that happened twice: the solve is not tried again.
     std::optional<std::string> given_up(std::size_t k) const;
     /// The fingerprint of study and input files at construction. Throws Error if they have changed.
@@ -46,6 +49,7 @@ class StudyStore {
     void remove();
 
   private:
+    std::filesystem::path failure_file(std::size_t k, int number) const;
     /// Locks the folder: a second run with the same output is refused.
     class Lock {
       public:
@@ -59,6 +63,7 @@ class StudyStore {
         }
 
       private:
+        std::filesystem::path failure_file(std::size_t k, int number) const;
         int descriptor_ = -1;
     };
     std::filesystem::path row_file(std::size_t k) const;
