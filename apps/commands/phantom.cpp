@@ -29,7 +29,7 @@ next, in {0}:
   livetet register --tracker fiducials.igs.mha --tip tip.json --reference Reference \
       --image image_fiducials.mrk.json -o registration.json
   livetet track scene.yaml
-  livetet report result.h5 --truth truth/truth.json -o report
+  livetet report result.h5 --truth truth/truth.json
 )";
 
 struct PhantomArguments {
