@@ -221,8 +221,8 @@ double step_in_parts(
 
 RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
                      const RunHooks& hooks) {
-    return !scene.time.is_dynamic() ? run_static(scene, body, constraints, hooks)
-                                    : run_dynamic(scene, body, constraints, hooks);
+    return scene.time.is_dynamic() ? run_dynamic(scene, body, constraints, hooks)
+                                   : run_static(scene, body, constraints, hooks);
 }
 
 }  // namespace livetet
