@@ -8,6 +8,7 @@
 #include "apps/study/scheduler.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "io/text.hpp"
 #include "solvers/parallel/first_rank.hpp"
 #include "solvers/parallel/petsc_session.hpp"
@@ -157,6 +158,10 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
         on_first_rank([&] {
             check_meshes(study);
             store.open();
+            if (std::filesystem::exists(study.options.output))
+                log_info(fmt::format("note         {} of the {} solves are taken from {}",
+                                     store.count_done(), study.samples.size(),
+                                     study.options.output.string()));
         });
         std::optional<ProgressLine> line;
         if (first) line.emplace("study");
@@ -167,10 +172,10 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     // 4. one file of all solves
     if (!complete) {
         ProgressLine line("study");
-        write_study(study, store, line.callback());
+        store.write_result(line.callback());
     }
     store.remove();
-    const StudyTable table = read_study(study.options.output);
+    const StudyTable table = StudyFile(study.options.output).table();
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
     draw(table, study);

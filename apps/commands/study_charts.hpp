@@ -5,7 +5,7 @@
 
 #include "apps/plots/pictures.hpp"
 #include "apps/study/study.hpp"
-#include "apps/study/study_store.hpp"
+#include "apps/study/study_file.hpp"
 
 namespace livetet {
 

@@ -99,12 +99,13 @@ void solve_all(const Study& study, const StudyStore& store, const Group& group,
             callback = [&](double, std::string_view what) {
                 progress->update(fmt::format("solve {}, {}", k, what));
             };
-        const std::optional<std::string> reason = group.leader ? store.given_up(k) : std::nullopt;
-        const int ended_runs = group.of_leader(group.leader ? store.ended_runs(k) : 0);
+        const StudyStore::Failures failures =
+            group.leader ? store.failures(k) : StudyStore::Failures{};
+        const int ended_runs = group.of_leader(failures.count);
         StudyRow row;
-        if (group.agree(reason.has_value())) {
+        if (group.agree(failures.given_up.has_value())) {
             row.converged = false;
-            row.failure = reason.value_or("");
+            row.failure = failures.given_up.value_or("");
         } else {
             try {
                 row = solver.solve(study.scene(k), callback);

@@ -124,9 +124,8 @@ std::vector<std::string> values_of(const VaryOptions& v) {
     return values;
 }
 
-std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& vary,
-                                              const std::string& file) {
-    std::vector<std::vector<std::string>> values, samples;
+std::vector<Sample> grid_of(const std::vector<VaryOptions>& vary, const std::string& file) {
+    std::vector<Sample> values, samples;
     std::size_t count = 1;
     for (const VaryOptions& v : vary) {
         values.push_back(values_of(v));
@@ -144,9 +143,8 @@ std::vector<std::vector<std::string>> grid_of(const std::vector<VaryOptions>& va
     return samples;
 }
 
-std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& vary,
-                                              const std::string& file) {
-    std::vector<std::vector<std::string>> samples;
+std::vector<Sample> list_of(const std::vector<VaryOptions>& vary, const std::string& file) {
+    std::vector<Sample> samples;
     for (const VaryOptions& v : vary) {
         const std::vector<std::string> values = values_of(v);
         if (&v == &vary.front()) samples.resize(values.size());
@@ -158,11 +156,11 @@ std::vector<std::vector<std::string>> list_of(const std::vector<VaryOptions>& va
     return samples;
 }
 
-std::vector<std::vector<std::string>> hypercube_of(const StudyOptions& o, const std::string& file) {
+std::vector<Sample> hypercube_of(const StudyOptions& o, const std::string& file) {
     if (o.samples < 1 || static_cast<std::size_t>(o.samples) > max_solves)
         fail("{}: samples = {}, expected from 1 to {} for design latin-hypercube", file, o.samples,
              max_solves);
-    std::vector<std::vector<std::string>> samples;
+    std::vector<Sample> samples;
     for (const auto& point : latin_hypercube(static_cast<std::size_t>(o.samples), o.vary.size(),
                                              static_cast<std::uint64_t>(o.seed))) {
         std::vector<std::string>& sample = samples.emplace_back();
@@ -182,6 +180,18 @@ void note_files(const Scene& scene, std::set<std::filesystem::path>& files) {
 }
 
 }  // namespace
+
+std::vector<Sample> samples_of(const StudyOptions& options, const std::string& file) {
+    switch (options.design) {
+        case Design::grid:
+            return grid_of(options.vary, file);
+        case Design::list:
+            return list_of(options.vary, file);
+        case Design::latin_hypercube:
+            return hypercube_of(options, file);
+    }
+    return {};
+}
 
 std::vector<std::vector<double>> latin_hypercube(std::size_t count, std::size_t dimensions,
                                                  std::uint64_t seed) {
@@ -272,9 +282,7 @@ Study load_study(const std::filesystem::path& path, const ProgressCallback& prog
             fail("{}: vary[{}].key = {}: a study keeps its results in its own output", study.file,
                  i, v.key);
     }
-    study.samples = o.design == Design::grid   ? grid_of(o.vary, study.file)
-                    : o.design == Design::list ? list_of(o.vary, study.file)
-                                               : hypercube_of(o, study.file);
+    study.samples = samples_of(o, study.file);
     study.scene_text = to_yaml(load_scene(o.scene));
     study.scene_folder = o.scene.parent_path();
     for (std::size_t k = 0; k < study.samples.size(); ++k) {

@@ -78,16 +78,22 @@ void visit_fields(Visitor& v, StudyOptions& o) {
     v.field("plots", o.plots, "", "outputs to plot against every numerical input");
 }
 
+/// The values of one solve, for each key.
+using Sample = std::vector<std::string>;
+
+/// The solves of a study in their order. `file`: its name in messages. Throws Error.
+std::vector<Sample> samples_of(const StudyOptions& options, const std::string& file);
+
 /// A study with all its solves.
 struct Study {
     StudyOptions options;
-    std::string file;                               ///< file name, for messages
-    std::string text;                               ///< contents of the file
-    std::string scene_text;                         ///< scene with all defaults filled in
-    std::filesystem::path scene_folder;             ///< folder of relative paths among the values
-    std::vector<std::vector<std::string>> samples;  ///< a value for each key, for each solve
-    std::set<std::filesystem::path> files;          ///< read by the solves
-    std::string petsc_options{};                    ///< from the command line
+    std::string file;                       ///< file name, for messages
+    std::string text;                       ///< contents of the file
+    std::string scene_text;                 ///< scene with all defaults filled in
+    std::filesystem::path scene_folder;     ///< folder of relative paths among the values
+    std::vector<Sample> samples;            ///< of each solve
+    std::set<std::filesystem::path> files;  ///< read by the solves
+    std::string petsc_options{};            ///< from the command line
 
     /// The checked scene of solve `k`. Throws Error, naming solve, keys and values.
     Scene scene(std::size_t k) const;

@@ -19,15 +19,40 @@ void add_vector(StudyRow& row, const std::string& name, const char* unit, const 
 
 }  // namespace
 
-std::vector<double> history_values(const StudyRow& row) {
+std::vector<double> history_values(std::span<const StepRecord> steps) {
     std::vector<double> values;
-    for (const StepRecord& s : row.steps)
-        for (const double x :
-             {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0,
-              static_cast<double>(s.report.newton_iterations),
-              static_cast<double>(s.report.iterations), s.report.imbalance, s.report.seconds()})
+    for (const StepRecord& s : steps)
+        for (const double x : {s.time_s, s.step_s, s.report.converged ? 1.0 : 0.0,
+                               static_cast<double>(s.report.newton_iterations),
+                               static_cast<double>(s.report.iterations), s.report.imbalance})
             values.push_back(x);
     return values;
+}
+
+std::vector<double> step_seconds(std::span<const StepRecord> steps) {
+    std::vector<double> seconds;
+    for (const StepRecord& s : steps) seconds.push_back(s.report.seconds());
+    return seconds;
+}
+
+std::vector<StepRecord> read_steps(const hdf5::File& file, const std::string& history,
+                                   const std::string& seconds) {
+    const auto rows = file.read<double>(history, history_columns.size());
+    const auto times = file.read<double>(seconds, 1);
+    if (rows.rows != times.rows)
+        fail("{}: {} has {} rows and {} has {}, expected equally many", file.shown(), history,
+             rows.rows, seconds, times.rows);
+    std::vector<StepRecord> steps;
+    for (std::size_t i = 0; i < rows.rows; ++i) {
+        const double* x = rows.values.data() + i * history_columns.size();
+        StepRecord& step = steps.emplace_back(StepRecord{x[0], x[1], {}});
+        step.report.converged = x[2] != 0;
+        step.report.newton_iterations = static_cast<int>(x[3]);
+        step.report.iterations = static_cast<int>(x[4]);
+        step.report.imbalance = x[5];
+        step.report.solve_s = times.values[i];
+    }
+    return steps;
 }
 
 void StudySolver::take_mesh(const Scene& scene) {

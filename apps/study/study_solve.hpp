@@ -3,11 +3,13 @@
 #include "base/petsc.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/simulation/scene_run.hpp"
+#include "io/hdf5.hpp"
 #include "io/points_csv.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/quadratic.hpp"
@@ -28,10 +30,15 @@ struct StudyRow {
     std::vector<Vector3> displacement;  ///< of each node at the end, m
 };
 
-/// Columns of a stored history.
-inline const std::vector<std::string> history_columns{
-    "time_s", "step_s", "converged", "linearisations", "iterations", "imbalance", "seconds"};
-std::vector<double> history_values(const StudyRow& row);
+/// Columns of a stored history; its times are in a table of their own, as they differ between two
+/// runs of the same.
+inline const std::vector<std::string> history_columns{"time_s",         "step_s",     "converged",
+                                                      "linearisations", "iterations", "imbalance"};
+std::vector<double> history_values(std::span<const StepRecord> steps);
+std::vector<double> step_seconds(std::span<const StepRecord> steps);
+/// The steps of a stored history. Throws Error if the tables do not fit each other.
+std::vector<StepRecord> read_steps(const hdf5::File& file, const std::string& history,
+                                   const std::string& seconds);
 
 /// Solves scenes one after the other on a group of ranks. Keeps the mesh while scenes name the same
 /// one.

@@ -4,20 +4,18 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <cmath>
+#include <algorithm>
 #include <fstream>
-#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "apps/scene/scene_files.hpp"
+#include "apps/study/study_file.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
-#include "io/hdf5.hpp"
-#include "io/hierarchy_file.hpp"
 #include "io/text.hpp"
 #include "io/vector_table.hpp"
-#include "io/xdmf.hpp"
 
 namespace livetet {
 
@@ -27,15 +25,31 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* row_format = "livetet study row";
-constexpr const char* study_format = "livetet study";
-constexpr int study_version = 1;
+constexpr int row_version = 2;
+constexpr const char* moved = ".moved";  ///< end of a row's file on its way to another number
 constexpr const char* fingerprint_file = "study.yaml";
-
-std::string number_of(std::size_t k) { return fmt::format("{:06}", k); }
 
 /// The study and the present contents of the files that its solves read.
 std::string whole_fingerprint(const Study& study) {
     return study.fingerprint() + "---\n" + stamps_of(study.files);
+}
+
+std::multimap<Sample, std::size_t> places_of(const std::vector<Sample>& samples) {
+    std::multimap<Sample, std::size_t> places;
+    for (std::size_t k = 0; k < samples.size(); ++k) places.emplace(samples[k], k);
+    return places;
+}
+
+/// The parts of a fingerprint: options, scene, perhaps PETSc's options, files.
+std::vector<std::string> parts_of(const std::string& fingerprint) {
+    std::vector<std::string> parts(1);
+    for (const std::string_view line : split_lines(fingerprint)) {
+        if (line == "---")
+            parts.emplace_back();
+        else
+            parts.back() += fmt::format("{}\n", line);
+    }
+    return parts;
 }
 
 [[noreturn]] void refuse_other(const Study& study, const fs::path& where, const std::string& was,
@@ -82,14 +96,37 @@ std::string StudyStore::checked_fingerprint() const {
     return fingerprint_;
 }
 
+bool StudyStore::extends(const std::string& earlier) const {
+    const std::vector<std::string> was = parts_of(earlier), is = parts_of(fingerprint_);
+    if (was.size() != is.size() || !std::equal(was.begin() + 1, was.end() - 1, is.begin() + 1))
+        return false;
+    const auto options = read_yaml<StudyOptions>(was.front(), "fingerprint");
+    const auto keys = [](StudyOptions o) {
+        o.design = {};
+        o.samples = o.seed = 0;
+        for (VaryOptions& v : o.vary) {
+            VaryOptions named;
+            named.key = v.key;
+            v = named;
+        }
+        return to_yaml(o);
+    };
+    if (keys(options) != keys(read_yaml<StudyOptions>(is.front(), "fingerprint"))) return false;
+    const auto files = split_lines(is.back());
+    for (const std::string_view file : split_lines(was.back()))
+        if (std::find(files.begin(), files.end(), file) == files.end()) return false;
+    std::vector<Sample> before = samples_of(options, "fingerprint"), now = study_.samples;
+    std::sort(before.begin(), before.end());
+    std::sort(now.begin(), now.end());
+    return std::includes(now.begin(), now.end(), before.begin(), before.end());
+}
+
 bool StudyStore::is_complete() const {
     const fs::path& output = study_.options.output;
     if (!fs::exists(output)) return false;
-    const hdf5::File file = hdf5::File::open(output);
-    hdf5::check_format(file, study_format, study_version);
-    if (const std::string was = file.read_text("fingerprint"); was != fingerprint_)
-        refuse_other(study_, output, was, fingerprint_);
-    return true;
+    const std::string was = StudyFile(output).fingerprint();
+    if (was != fingerprint_ && !extends(was)) refuse_other(study_, output, was, fingerprint_);
+    return was == fingerprint_;
 }
 
 void StudyStore::open() {
@@ -110,7 +147,7 @@ void StudyStore::open() {
                 "{}: holds solves, but not the {} that describes them; remove it, or name another "
                 "output",
                 folder_.string(), fingerprint_file);
-        refuse_other(study_, folder_, was, fingerprint_);
+        if (!extends(was)) refuse_other(study_, folder_, was, fingerprint_);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
         const fs::path& path = entry.path();
@@ -119,25 +156,74 @@ void StudyStore::open() {
             path.filename().string().starts_with("."))
             fs::remove(path);
     }
+    place_rows();
     if (is_other) write_text_file(fingerprint, fingerprint_);
-    const std::vector<bool> there = done();
-    std::vector<fs::path> kept;
-    for (std::size_t k = 0; k < there.size(); ++k)
-        if (there[k]) kept.push_back(row_file(k));
-    bool are_sound = true;
+    if (fs::exists(study_.options.output)) take_over(StudyFile(study_.options.output));
+}
+
+std::vector<StudyStore::KeptRow> StudyStore::sound_rows() const {
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
+        if (const auto end = entry.path().extension(); end == ".h5" || end == moved)
+            files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    hdf5::Validation validation = hdf5::Validation::done;
     try {
-        hdf5::File::check(kept);
+        hdf5::File::check(files);
     } catch (const Error&) {
-        are_sound = false;
+        validation = hdf5::Validation::now;
     }
-    for (std::size_t k = 0; k < there.size(); ++k) {
-        if (!there[k]) continue;
+    std::vector<KeptRow> rows;
+    for (const fs::path& file : files) {
         try {
-            if (!are_sound) (void)hdf5::File::open(row_file(k));
-            (void)row(k);
+            rows.push_back({file, read_row(file, validation).second});
         } catch (const Error&) {  // incomplete after a crash of the machine
-            fs::remove(row_file(k));
+            fs::remove(file);
         }
+    }
+    return rows;
+}
+
+void StudyStore::place_rows() const {
+    std::multimap<Sample, std::size_t> places = places_of(study_.samples);
+    std::vector<KeptRow> misplaced;
+    for (const KeptRow& kept : sound_rows()) {
+        const auto [first, last] = places.equal_range(kept.inputs);
+        const auto own = std::find_if(first, last, [&](const auto& place) {
+            return kept.file.filename() == row_file(place.second).filename();
+        });
+        if (own != last)
+            places.erase(own);
+        else
+            misplaced.push_back(kept);
+    }
+    // All are moved out of the way before the first takes a number that may be another's.
+    for (KeptRow& kept : misplaced) {
+        const fs::path to = fs::path(kept.file).replace_extension(moved);
+        fs::rename(kept.file, to);
+        kept.file = to;
+    }
+    for (const KeptRow& kept : misplaced) {
+        const auto place = places.find(kept.inputs);
+        if (place == places.end()) {
+            fs::remove(kept.file);
+            continue;
+        }
+        fs::rename(kept.file, row_file(place->second));
+        places.erase(place);
+    }
+}
+
+void StudyStore::take_over(const StudyFile& earlier) const {
+    const StudyTable table = earlier.table();
+    const std::vector<bool> there = done();
+    std::multimap<Sample, std::size_t> places = places_of(study_.samples);
+    std::erase_if(places, [&](const auto& place) { return there[place.second]; });
+    for (std::size_t j = 0; j < table.values.size(); ++j) {
+        const auto place = places.find(table.values[j]);
+        if (place == places.end()) continue;
+        keep(place->second, earlier.row(table, j));
+        places.erase(place);
     }
 }
 
@@ -172,23 +258,20 @@ bool StudyStore::claim(std::size_t k) const {
 
 void StudyStore::keep(std::size_t k, const StudyRow& row) const {
     try {
-        const std::size_t bytes = history_columns.size() * row.steps.size() * sizeof(double) +
+        const std::size_t bytes = (history_columns.size() + 1) * row.steps.size() * sizeof(double) +
                                   row.displacement.size() * sizeof(Vector3);
-        hdf5::write_whole(row_file(k), row_format, study_version, bytes, [&](hdf5::File& file) {
-            json about{{"solve", k},
-                       {"converged", row.converged},
-                       {"failure", row.failure},
-                       {"mesh_s", row.mesh_s},
-                       {"setup_s", row.setup_s},
-                       {"solve_s", row.solve_s},
-                       {"iterations", row.iterations},
-                       {"linearisations", row.newton_iterations}};
+        hdf5::write_whole(row_file(k), row_format, row_version, bytes, [&](hdf5::File& file) {
+            json about{{"inputs", study_.samples[k]},  {"converged", row.converged},
+                       {"failure", row.failure},       {"mesh_s", row.mesh_s},
+                       {"setup_s", row.setup_s},       {"solve_s", row.solve_s},
+                       {"iterations", row.iterations}, {"linearisations", row.newton_iterations}};
             for (const auto& [name, value] : row.outputs) about["names"].push_back(name);
             file.write_text("row", about.dump());
             std::vector<double> outputs;
             for (const auto& [name, value] : row.outputs) outputs.push_back(value);
             file.write<double>("outputs", outputs, 1);
-            file.write<double>("history", history_values(row), history_columns.size());
+            file.write<double>("history", history_values(row.steps), history_columns.size());
+            file.write<double>("seconds", step_seconds(row.steps), 1);
             if (study_.options.keep_displacements)
                 file.write<double>("displacement", flat(row.displacement), 3);
         });
@@ -201,41 +284,29 @@ fs::path StudyStore::failure_file(std::size_t k, int number) const {
     return folder_ / fmt::format("{}.{}.failed", number_of(k), number);
 }
 
-int StudyStore::ended_runs(std::size_t k) const {
-    int count = 0;
-    while (fs::exists(failure_file(k, count + 1))) ++count;
-    return count;
+StudyStore::Failures StudyStore::failures(std::size_t k) const {
+    constexpr int max_tries = 2;
+    Failures failures;
+    while (fs::exists(failure_file(k, failures.count + 1))) ++failures.count;
+    if (failures.count >= max_tries)
+        failures.given_up = fmt::format("ended the study twice: {}",
+                                        trim(read_text_file(failure_file(k, failures.count))));
+    return failures;
 }
 
 void StudyStore::note_failure(std::size_t k, int number, const std::string& reason) const {
     std::ofstream(failure_file(k, number)) << reason << '\n';
 }
 
-std::optional<std::string> StudyStore::given_up(std::size_t k) const {
-    constexpr int max_tries = 2;
-    const int count = ended_runs(k);
-    if (count < max_tries) return std::nullopt;
-    return fmt::format("ended the study twice: {}", trim(read_text_file(failure_file(k, count))));
-}
-
-void StudyStore::check_rows() const {
-    std::vector<fs::path> files;
-    for (std::size_t k = 0; k < study_.samples.size(); ++k) files.push_back(row_file(k));
-    try {
-        hdf5::File::check(files);
-    } catch (const Error& e) {
-        fail("{}; remove it, and the study solves that one again", e.what());
-    }
-}
-
-StudyRow StudyStore::row(std::size_t k) const {
-    const hdf5::File file = hdf5::File::open(row_file(k), hdf5::Validation::done);
-    hdf5::check_format(file, row_format, study_version);
-    StudyRow row;
+std::pair<StudyRow, Sample> StudyStore::read_row(const fs::path& path,
+                                                 hdf5::Validation validation) const {
+    const hdf5::File file = hdf5::File::open(path, validation);
+    hdf5::check_format(file, row_format, row_version);
+    std::pair<StudyRow, Sample> found;
+    auto& [row, inputs] = found;
     try {
         const json about = json::parse(file.read_text("row"));
-        if (about.at("solve") != k)
-            fail("{}: is of solve {}", file.shown(), about.at("solve").dump());
+        inputs = about.at("inputs").get<Sample>();
         row.converged = about.at("converged");
         row.failure = about.at("failure");
         row.mesh_s = about.at("mesh_s");
@@ -249,240 +320,43 @@ StudyRow StudyStore::row(std::size_t k) const {
             fail("{}: {} outputs for {} names", file.shown(), outputs.size(), names.size());
         for (std::size_t i = 0; i < names.size(); ++i)
             row.outputs.emplace_back(names[i], outputs[i]);
-        const auto history = file.read<double>("history", history_columns.size());
-        for (std::size_t i = 0; i < history.rows; ++i) {
-            const double* x = history.values.data() + i * history_columns.size();
-            StepRecord& step = row.steps.emplace_back(StepRecord{x[0], x[1], {}});
-            step.report.converged = x[2] != 0;
-            step.report.newton_iterations = static_cast<int>(x[3]);
-            step.report.iterations = static_cast<int>(x[4]);
-            step.report.imbalance = x[5];
-            step.report.solve_s = x[6];
-        }
-        if (!study_.options.keep_displacements) return row;
-        row.displacement = read_vectors(file, "displacement");
+        row.steps = read_steps(file, "history", "seconds");
+        if (study_.options.keep_displacements)
+            row.displacement = read_vectors(file, "displacement");
     } catch (const json::exception&) {
         fail("{}: invalid contents", file.shown());
     }
+    return found;
+}
+
+void StudyStore::check_rows() const {
+    std::vector<fs::path> files;
+    for (std::size_t k = 0; k < study_.samples.size(); ++k) files.push_back(row_file(k));
+    try {
+        hdf5::File::check(files);
+    } catch (const Error& e) {
+        fail("{}; remove it, and the study solves that one again", e.what());
+    }
+}
+
+StudyRow StudyStore::row(std::size_t k) const {
+    auto [row, inputs] = read_row(row_file(k), hdf5::Validation::done);
+    if (inputs != study_.samples[k])
+        fail("{}: is of {}, expected {}", row_file(k).string(), fmt::join(inputs, ", "),
+             fmt::join(study_.samples[k], ", "));
     return row;
+}
+
+void StudyStore::write_result(const ProgressCallback& progress) const {
+    const std::string fingerprint = checked_fingerprint();
+    check_rows();
+    write_study(
+        study_, fingerprint, [&](std::size_t k) { return row(k); }, progress);
 }
 
 void StudyStore::remove() {
     lock_ = {};
     fs::remove_all(folder_);
-}
-
-namespace {
-
-/// Throws Error unless the disk has room for `bytes`, and for the tables and texts at the end.
-void need_room(hdf5::File& file, std::size_t bytes) {
-    constexpr std::size_t room_beside = 1 << 20;
-    if (!file.reserve(bytes + room_beside))
-        fail("{}: cannot be written (is the disk full?)", file.shown());
-}
-
-/// Writes the meshes of a study's solves, each once.
-class StoredMeshes {
-  public:
-    explicit StoredMeshes(hdf5::File& file) : file_(file) {}
-
-    /// A frame without fields on the mesh of a scene; writes the mesh the first time.
-    XdmfFrame frame(const Scene& scene) {
-        const std::string key =
-            to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
-        const auto found = frames_.find(key);
-        if (found != frames_.end()) return found->second;
-        MeshHierarchy hierarchy = load_mesh(scene.mesh, {});
-        if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
-        const TetMesh& mesh = hierarchy.levels.front();
-        const std::string group = fmt::format("meshes/{}", frames_.size());
-        need_room(file_, bytes_written(mesh));
-        write_mesh(file_, group, mesh);
-        return frames_[key] = {0,
-                               group,
-                               mesh.nodes.size(),
-                               mesh.tets.size(),
-                               !mesh.edge_nodes.empty(),
-                               !mesh.regions.empty(),
-                               {}};
-    }
-
-  private:
-    hdf5::File& file_;
-    std::map<std::string, XdmfFrame> frames_;
-};
-
-std::string versions() {
-    char library[MPI_MAX_LIBRARY_VERSION_STRING];
-    int length = 0;
-    MPI_Get_library_version(library, &length);
-    return json{{"livetet", LIVETET_VERSION},
-                {"petsc", fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR,
-                                      PETSC_VERSION_SUBMINOR)},
-                {"mpi", std::string(library, static_cast<std::size_t>(length))}}
-        .dump();
-}
-
-std::string csv_of(const StudyTable& table) {
-    std::string text = "solve";
-    for (const std::string& name : table.inputs) text += "," + csv_cell(name);
-    text += ",converged";
-    for (const std::string& name : table.outputs) text += "," + csv_cell(name);
-    text += ",seconds,failure\n";
-    for (std::size_t k = 0; k < table.values.size(); ++k) {
-        text += fmt::format("{}", k);
-        for (const std::string& value : table.values[k]) text += "," + csv_cell(value);
-        text += table.failures[k].empty() ? ",yes" : ",no";
-        for (const double x : table.results[k])
-            text += std::isnan(x) ? "," : fmt::format(",{:.9g}", x);
-        text += fmt::format(",{:.3f},{}\n", table.seconds[k], csv_cell(table.failures[k]));
-    }
-    return text;
-}
-
-/// All that a study's file holds but displacements and histories, a row for each solve.
-struct StudyColumns {
-    std::vector<double> inputs, converged, seconds, work;
-    std::vector<std::vector<std::pair<std::string, double>>> outputs;
-    StudyTable table;
-
-    void add(const std::vector<std::string>& sample, const StudyRow& row) {
-        constexpr double none = std::numeric_limits<double>::quiet_NaN();
-        for (const std::string& value : sample)
-            inputs.push_back(parse_number(value).value_or(none));
-        converged.push_back(row.converged ? 1 : 0);
-        for (const double s : {row.mesh_s, row.setup_s, row.solve_s}) seconds.push_back(s);
-        for (const std::size_t n :
-             {static_cast<std::size_t>(row.iterations),
-              static_cast<std::size_t>(row.newton_iterations), row.steps.size()})
-            work.push_back(static_cast<double>(n));
-        outputs.push_back(row.outputs);
-        table.values.push_back(sample);
-        table.failures.push_back(row.converged ? "" : row.failure);
-        table.seconds.push_back(row.mesh_s + row.setup_s + row.solve_s);
-        for (const auto& [name, value] : row.outputs)
-            if (std::find(table.outputs.begin(), table.outputs.end(), name) == table.outputs.end())
-                table.outputs.push_back(name);
-    }
-
-    /// Fills table.results: the outputs of each solve in the order of table.outputs, NaN where a
-    /// solve has none. Returns the same, row after row.
-    std::vector<double> finish() {
-        std::vector<double> results;
-        for (const auto& row : outputs) {
-            std::vector<double>& columns = table.results.emplace_back();
-            for (const std::string& name : table.outputs) {
-                const auto found = std::find_if(row.begin(), row.end(),
-                                                [&](const auto& o) { return o.first == name; });
-                columns.push_back(found != row.end() ? found->second
-                                                     : std::numeric_limits<double>::quiet_NaN());
-            }
-            results.insert(results.end(), columns.begin(), columns.end());
-        }
-        return results;
-    }
-};
-
-/// Copies histories and displacements, row by row. Returns the frames of the displacements.
-std::vector<XdmfFrame> write_rows(hdf5::File& file, const Study& study, const StudyStore& store,
-                                  StudyColumns& columns, const ProgressCallback& progress) {
-    std::vector<XdmfFrame> frames;
-    StoredMeshes meshes(file);
-    const std::size_t count = study.samples.size();
-    for (std::size_t k = 0; k < count; ++k) {
-        if (progress)
-            progress(static_cast<double>(k) / static_cast<double>(count),
-                     "writing " + study.options.output.filename().string());
-        const StudyRow row = store.row(k);
-        columns.add(study.samples[k], row);
-        need_room(file, history_values(row).size() * sizeof(double) +
-                            row.displacement.size() * sizeof(Vector3));
-        file.write<double>("histories/" + number_of(k), history_values(row),
-                           history_columns.size());
-        if (row.displacement.empty()) continue;
-        const std::string name = "displacement/" + number_of(k);
-        file.write<double>(name, flat(row.displacement), 3);
-        XdmfFrame& frame = frames.emplace_back(meshes.frame(study.scene(k)));
-        frame.time = static_cast<double>(k);
-        frame.fields.push_back({"displacement", name, FieldPlace::node, 3});
-    }
-    return frames;
-}
-
-void write_columns(hdf5::File& file, const Study& study, StudyColumns& columns) {
-    const StudyTable& table = columns.table;
-    need_room(file, (columns.inputs.size() + study.samples.size() * (table.outputs.size() + 20)) *
-                        2 * sizeof(double));
-    const std::vector<double> results = columns.finish();
-    file.write<double>("inputs", columns.inputs, table.inputs.size());
-    if (!table.outputs.empty()) file.write<double>("outputs", results, table.outputs.size());
-    file.write<double>("converged", columns.converged, 1);
-    file.write<double>("seconds", columns.seconds, 3);
-    file.write<double>("work", columns.work, 3);
-    file.write_text("texts/input_names", json(table.inputs).dump());
-    file.write_text("texts/output_names", json(table.outputs).dump());
-    file.write_text("texts/inputs", json(table.values).dump());
-    file.write_text("texts/failures", json(table.failures).dump());
-    file.write_text("texts/history_names", json(history_columns).dump());
-    file.write_text("texts/study", study.text);
-    file.write_text("texts/scene", study.scene_text);
-    file.write_text("texts/versions", versions());
-}
-
-}  // namespace
-
-void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress) {
-    const fs::path& output = study.options.output;
-    const std::string fingerprint = store.checked_fingerprint();
-    store.check_rows();
-    const std::size_t text_bytes = study.text.size() + study.scene_text.size() + fingerprint.size();
-    hdf5::write_whole(output, study_format, study_version, text_bytes, [&](hdf5::File& file) {
-        StudyColumns columns;
-        for (const VaryOptions& v : study.options.vary) columns.table.inputs.push_back(v.key);
-        const std::vector<XdmfFrame> frames = write_rows(file, study, store, columns, progress);
-        write_columns(file, study, columns);
-        file.write_text("fingerprint", fingerprint);
-        // Before the study's own file: once that exists, the study is complete.
-        fs::path beside = output;
-        write_text_file(beside.replace_extension(".csv"), csv_of(columns.table));
-        write_text_file(beside.replace_extension(".xdmf"),
-                        xdmf_text(output.filename().string(), frames));
-    });
-}
-
-StudyTable read_study(const fs::path& path) {
-    const hdf5::File file = hdf5::File::open(path);
-    hdf5::check_format(file, study_format, study_version);
-    StudyTable table;
-    try {
-        const auto text = [&](const char* name) {
-            return json::parse(file.read_text(fmt::format("texts/{}", name)));
-        };
-        table.inputs = text("input_names").get<std::vector<std::string>>();
-        table.outputs = text("output_names").get<std::vector<std::string>>();
-        table.values = text("inputs").get<std::vector<std::vector<std::string>>>();
-        table.failures = text("failures").get<std::vector<std::string>>();
-    } catch (const json::exception&) {
-        fail("{}: invalid column names", path.string());
-    }
-    const std::size_t count = table.values.size(), columns = table.outputs.size();
-    const auto results =
-        columns > 0 ? file.read<double>("outputs", columns) : hdf5::Table<double>{count, {}};
-    const auto seconds = file.read<double>("seconds", 3);
-    if (results.rows != count || seconds.rows != count || table.failures.size() != count)
-        fail("{}: holds {} inputs, {} outputs and {} times, expected equal numbers", path.string(),
-             count, results.rows, seconds.rows);
-    for (std::size_t k = 0; k < count; ++k) {
-        table.results.emplace_back(
-            results.values.begin() + static_cast<std::ptrdiff_t>(k * columns),
-            results.values.begin() + static_cast<std::ptrdiff_t>((k + 1) * columns));
-        table.seconds.push_back(seconds.values[3 * k] + seconds.values[3 * k + 1] +
-                                seconds.values[3 * k + 2]);
-        if (table.values[k].size() != table.inputs.size())
-            fail("{}: solve {} has {} inputs, expected {}", path.string(), k,
-                 table.values[k].size(), table.inputs.size());
-    }
-    return table;
 }
 
 }  // namespace livetet

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/study/study.hpp"
-#include "apps/study/study_solve.hpp"
+#include "apps/study/study_file.hpp"
 
 namespace livetet {
 
@@ -18,11 +18,12 @@ class StudyStore {
   public:
     explicit StudyStore(const Study& study);
 
-    /// Whether the output is complete. Throws Error if it is of another study.
+    /// Whether the output is complete; not if this study extends it: the same scene, keys and files,
+    /// with more solves. Throws Error if it is of another study.
     bool is_complete() const;
     /// By rank 0, before the others start: creates the folder, or opens that of an earlier run.
-    /// Removes claims and unreadable rows. Throws Error if that run still goes on, or kept solves
-    /// of another study.
+    /// Removes claims and unreadable rows. Takes over the rows of a folder or an output that this
+    /// study extends. Throws Error if that run still goes on, or kept solves of another study.
     void open();
 
     /// Which rows exist.
@@ -36,16 +37,21 @@ class StudyStore {
     /// Throws Error, naming the first file, if rows are damaged or missing.
     void check_rows() const;
     /// How often a solve has ended the whole run, because its ranks could not agree on its failure.
-    int ended_runs(std::size_t k) const;
+    /// `given_up`: why, if that happened twice: it is not tried again.
+    struct Failures {
+        int count = 0;
+        std::optional<std::string> given_up{};
+    };
+    Failures failures(std::size_t k) const;
     /// Records that it does so for the `number`th time (from 1). All ranks of a group may: they
     /// count once.
     void note_failure(std::size_t k, int number, const std::string& reason) const;
-    /// The reason, if that happened twice: the solve is not tried again.
-    std::optional<std::string> given_up(std::size_t k) const;
     /// The fingerprint of study and input files at construction. Throws Error if they have changed.
     std::string checked_fingerprint() const;
 
-    /// By rank 0, at the end: removes the folder.
+    /// By rank 0, at the end: writes the study's result (see write_study), and removes the folder.
+    /// Throw Error if inputs changed during the run, or rows are damaged.
+    void write_result(const ProgressCallback& progress) const;
     void remove();
 
   private:
@@ -63,36 +69,28 @@ class StudyStore {
         }
 
       private:
-        std::filesystem::path failure_file(std::size_t k, int number) const;
         int descriptor_ = -1;
     };
+    struct KeptRow {
+        std::filesystem::path file;
+        Sample inputs;
+    };
     std::filesystem::path row_file(std::size_t k) const;
+    std::pair<StudyRow, Sample> read_row(const std::filesystem::path& file,
+                                         hdf5::Validation validation) const;
+    /// Removes those that cannot be read.
+    std::vector<KeptRow> sound_rows() const;
+    /// Gives each row the number of the solve with its inputs; removes those that have none.
+    void place_rows() const;
+    /// Keeps what the result of an earlier study has of solves that are not done.
+    void take_over(const StudyFile& earlier) const;
+    /// Whether this study is that of an earlier fingerprint with solves added.
+    bool extends(const std::string& earlier) const;
 
     const Study& study_;
     std::filesystem::path folder_;
     std::string fingerprint_;
     Lock lock_;
 };
-
-/// Writes an HDF5 file of all rows, its XDMF and its CSV. `/inputs` and `/outputs` have a row for
-/// each solve and a column for each name in the texts "input_names" and "output_names" (JSON).
-/// Inputs that are no numbers are NaN there; the text "inputs" has all values as given. Further:
-/// `/converged`, `/seconds` (mesh, set-up, solve), `/work` (iterations, linearisations, steps),
-/// `/histories/000123`, `/displacement/000123`,
-/// `/meshes/0`, and the texts "failures", "study", "scene", "versions". Each file is written
-/// completely or not at all. Throws Error if that fails.
-void write_study(const Study& study, const StudyStore& store, const ProgressCallback& progress);
-
-/// The table of a study, for summary and pictures.
-struct StudyTable {
-    std::vector<std::string> inputs, outputs;
-    std::vector<std::vector<std::string>> values;  ///< of the inputs, for each solve
-    std::vector<std::vector<double>> results;      ///< of the outputs, for each solve; NaN: none
-    std::vector<std::string> failures;             ///< empty: converged
-    std::vector<double> seconds;
-};
-
-/// Reads the result of `write_study`. Throws Error.
-StudyTable read_study(const std::filesystem::path& path);
 
 }  // namespace livetet

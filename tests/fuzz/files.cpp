@@ -375,11 +375,11 @@ std::vector<Target> study_targets() {
                 return row;
             }),
         target(
-            "study_table", ".h5", [](const fs::path& p) { read_study(p); },
+            "study_table", ".h5", [](const fs::path& p) { StudyFile(p).table(); },
             [] {
-                with_study([&](const Study& of, StudyStore& store) {
+                with_study([&](const Study&, StudyStore& store) {
                     for (std::size_t k = 0; k < 2; ++k) store.keep(k, small_row());
-                    write_study(of, store, {});
+                    store.write_result({});
                 });
                 return std::vector<Bytes>{bytes_of(folder() / "kept.h5")};
             }),

@@ -48,16 +48,19 @@ struct Outcome {
     std::string out, err;
 };
 
-/// Runs the shipped program, from within `folder`; `before`: what stands in front of it ("mpirun -n
-/// 2").
-inline Outcome livetet(const Folder& folder, const std::string& arguments,
-                       const std::string& before = "") {
-    const std::string command = "cd '" + folder.path().string() + "' && " + before +
-                                " '" LIVETET_PROGRAM "' " + arguments +
-                                " >stdout.txt 2>stderr.txt </dev/null";
-    const int raw = std::system(command.c_str());
+/// Runs a command from within `folder`.
+inline Outcome run(const Folder& folder, const std::string& command) {
+    const int raw = std::system(("cd '" + folder.path().string() + "' && " + command +
+                                 " >stdout.txt 2>stderr.txt </dev/null")
+                                    .c_str());
     return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), text_of(folder / "stdout.txt"),
             text_of(folder / "stderr.txt")};
+}
+
+/// Runs the shipped program; `before`: what stands in front of it ("mpirun -n 2").
+inline Outcome livetet(const Folder& folder, const std::string& arguments,
+                       const std::string& before = "") {
+    return run(folder, before + " '" LIVETET_PROGRAM "' " + arguments);
 }
 
 /// The processes of the shipped program that work in `folder`, by rising number.

@@ -170,7 +170,7 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
     prepare_study(folder);
     const auto one = livetet(folder, "study study.yaml");
     ASSERT_EQ(one.status, 0) << one.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     ASSERT_EQ(table.values.size(), 6u);
     EXPECT_EQ(table.failures, std::vector<std::string>(6, ""));
     const std::size_t tip = column_of(table, "tip_z_mm"),
@@ -197,7 +197,7 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
         std::filesystem::remove(folder / "study.h5");
         const auto more = livetet(folder, "study study.yaml", mpirun(ranks));
         ASSERT_EQ(more.status, 0) << more.err;
-        expect_same(read_study(folder / "study.h5"), table);
+        expect_same(StudyFile(folder / "study.h5").table(), table);
 #ifdef LIVETET_IMAGES
         EXPECT_TRUE(std::filesystem::remove(picture)) << more.err;
 #endif
@@ -206,7 +206,7 @@ TEST(Study, OneTwoAndFourRanksGiveTheSameTable) {
     std::filesystem::remove(folder / "study.h5");
     const auto pairs = livetet(folder, "study study.yaml", mpirun(4));
     ASSERT_EQ(pairs.status, 0) << pairs.err;
-    expect_same(read_study(folder / "study.h5"), table, 1e-5);
+    expect_same(StudyFile(folder / "study.h5").table(), table, 1e-5);
 }
 
 TEST(Study, ASensorsNoiseVariesByItsSeed) {
@@ -216,7 +216,7 @@ TEST(Study, ASensorsNoiseVariesByItsSeed) {
                   "values: [1, 2, 1]}\n"
                   "  - {key: \"drive[0].noise_mm\", values: [1.4, 1.4, 1.4]}\n");
     ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     const std::size_t pull = column_of(table, "drive[0]_force_z_N");
     EXPECT_EQ(table.results[0], table.results[2]);
     EXPECT_GT(std::abs(table.results[0][pull] - table.results[1][pull]),
@@ -236,7 +236,7 @@ TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
     write_text(folder / "scene.yaml", scene);
     const auto outcome = livetet(folder, "study study.yaml");
     ASSERT_EQ(outcome.status, 4) << outcome.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     const std::size_t inverted = column_of(table, "inverted_tets");
     EXPECT_EQ(table.results[0][inverted], 0);
     EXPECT_GT(table.results[1][inverted], 0);
@@ -252,7 +252,7 @@ TEST(Study, AFailedSolveIsARowWithItsReason) {
                   "\"drive[0].sphere_mm[2]\", values: [100, 500]}]\n");
     const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
     ASSERT_EQ(outcome.status, 4) << outcome.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     EXPECT_EQ(table.failures[0], "");
     EXPECT_NE(table.failures[1].find("drive[0]"), std::string::npos) << table.failures[1];
     EXPECT_TRUE(std::isnan(table.results[1][0]));
@@ -267,7 +267,7 @@ TEST(Study, TheSummaryIsOfTheSolvesThatConverged) {
                   "values: [1, 50]}]\n");
     const auto outcome = livetet(folder, "study study.yaml");
     ASSERT_EQ(outcome.status, 4) << outcome.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     EXPECT_NE(table.failures[0], "");
     EXPECT_EQ(table.failures[1], "");
     const std::size_t share = column_of(table, "share_of_load");
@@ -296,7 +296,7 @@ TEST(Study, AMissingMaterialIsARowOnSeveralRanksToo) {
     write_hierarchy(folder / "block.h5", hierarchy);
     const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
     ASSERT_EQ(outcome.status, 4) << outcome.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     EXPECT_EQ(table.failures[0], "");
     EXPECT_NE(table.failures[1].find("region 2"), std::string::npos) << table.failures[1];
 }
@@ -310,12 +310,12 @@ TEST(Study, ASolveThatEndedTheStudyTwiceIsNotTriedAgain) {
         store.open();
         store.note_failure(2, 1, "PETSc: something failed");
         for (int rank = 0; rank < 2; ++rank) store.note_failure(3, 1, "PETSc: something failed");
-        EXPECT_FALSE(store.given_up(3)) << "the ranks of a group count once";
-        store.note_failure(3, store.ended_runs(3) + 1, "PETSc: it failed again");
+        EXPECT_FALSE(store.failures(3).given_up) << "the ranks of a group count once";
+        store.note_failure(3, store.failures(3).count + 1, "PETSc: it failed again");
     }
     const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
     ASSERT_EQ(outcome.status, 4) << outcome.err;
-    const StudyTable table = read_study(folder / "study.h5");
+    const StudyTable table = StudyFile(folder / "study.h5").table();
     EXPECT_EQ(table.failures[2], "");
     EXPECT_NE(table.failures[3].find("twice: PETSc: it failed again"), std::string::npos)
         << table.failures[3];
@@ -357,7 +357,7 @@ TEST(Study, WithoutASolveThatConvergedItsStatusIsThatOfOneThatDidNot) {
                   "values: [1]}]\n");
     const auto outcome = livetet(folder, "study study.yaml");
     EXPECT_EQ(outcome.status, 3) << outcome.out << outcome.err;
-    EXPECT_EQ(read_study(folder / "study.h5").failures.size(), 1u);
+    EXPECT_EQ(StudyFile(folder / "study.h5").table().failures.size(), 1u);
 }
 
 TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
@@ -389,6 +389,82 @@ TEST(Study, WhatIsCompleteIsNotSolvedAgainAndWhatChangedIsRefused) {
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\ntip,199,50,50\n");
     expect_refused(livetet(folder, "study study.yaml"), {"changed", "points.csv"});
     EXPECT_TRUE(text_of(folder / "study.h5") == bytes);
+}
+
+/// What `h5diff` says of two results, all but their times; empty: they are equal.
+std::string h5diff(const Folder& folder, const std::string& options) {
+    const auto outcome = test::run(folder, "h5diff -v " + options + " first.h5 study.h5");
+    return outcome.status == 0 ? "" : outcome.out + outcome.err + "differ";
+}
+
+TEST(Study, EqualStudiesDifferInTheirTimesAlone) {
+    const Folder folder;
+    prepare_study(folder);
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    std::filesystem::rename(folder / "study.h5", folder / "first.h5");
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    EXPECT_EQ(h5diff(folder, "--exclude-path /times"), "");
+    EXPECT_NE(h5diff(folder, ""), "") << "no two runs take the same time to the nanosecond";
+}
+
+/// Values are added in front and between; what is done is not solved again, wherever it now is.
+TEST(Study, ValuesThatAreAddedAreSolvedAndTheOthersKept) {
+    const Folder folder;
+    prepare_study(folder);
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    const StudyTable before = StudyFile(folder / "study.h5").table();
+    std::string longer = grid;
+    longer.replace(longer.find("[-4, -8]"), 8, "[-2, -4, -6, -8]");
+    write_text(folder / "study.yaml", longer);
+    const auto outcome = livetet(folder, "study study.yaml", mpirun(2));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("6 of the 12 solves are taken from"), std::string::npos)
+        << outcome.err;
+    const StudyTable after = StudyFile(folder / "study.h5").table();
+    ASSERT_EQ(after.values.size(), 12u);
+    EXPECT_EQ(after.values[0], (Sample{"2000", "-2"}));
+    for (std::size_t k = 0; k < before.values.size(); ++k) {
+        const std::size_t now = k / 2 * 4 + (k % 2 == 0 ? 1 : 3);
+        EXPECT_EQ(after.values[now], before.values[k]);
+        EXPECT_EQ(after.results[now], before.results[k]);
+        EXPECT_EQ(after.seconds[now], before.seconds[k]) << "solved again";
+    }
+
+    std::filesystem::rename(folder / "study.h5", folder / "first.h5");
+    ASSERT_EQ(livetet(folder, "study study.yaml").status, 0);
+    EXPECT_EQ(h5diff(folder, "--exclude-path /times"), "");
+    write_text(folder / "study.yaml", grid);  // fewer than there are
+    expect_refused(livetet(folder, "study study.yaml"), {"study.yaml", "changed", "-2"});
+}
+
+TEST(Study, AnInterruptedStudyMayBeExtended) {
+    const Folder folder;
+    prepare_study(folder);
+    StudyRow row;
+    row.converged = true;
+    {
+        const Study study = load_study(folder / "study.yaml");
+        StudyStore store(study);
+        store.open();
+        for (const std::size_t k : {1, 2, 4}) {
+            row.outputs = {{"number", static_cast<double>(k)}};
+            store.keep(k, row);
+        }
+    }
+    // Half on its way already: the run that moved the rows was killed.
+    const std::filesystem::path parts = folder / "study.h5.parts";
+    std::filesystem::rename(parts / "000002.h5", parts / "000002.moved");
+    std::string longer = grid;
+    longer.replace(longer.find("[-4, -8]"), 8, "[-8, -4, -6]");
+    write_text(folder / "study.yaml", longer);
+    const Study study = load_study(folder / "study.yaml");
+    StudyStore store(study);
+    store.open();
+    EXPECT_EQ(store.done(),
+              (std::vector<bool>{true, false, false, false, true, false, false, true, false}));
+    EXPECT_EQ(store.row(0).outputs.front().second, 1);
+    EXPECT_EQ(store.row(4).outputs.front().second, 2);
+    EXPECT_EQ(store.row(7).outputs.front().second, 4);
 }
 
 TEST(Study, APetscOptionThatNoSolveCouldTakeIsRefusedAndTheCorrectedOneIsNot) {
@@ -454,7 +530,7 @@ void kill_and_go_on(const std::string& study, int ranks, int times, const std::s
     const Folder folder;
     prepare_study(folder, study);
     ASSERT_EQ(livetet(folder, "study study.yaml", whole_by).status, 0);
-    const StudyTable whole = read_study(folder / "study.h5");
+    const StudyTable whole = StudyFile(folder / "study.h5").table();
     const std::string csv = without_times(text_of(folder / "study.csv"));
     std::filesystem::remove(folder / "study.h5");
 
@@ -478,14 +554,14 @@ void kill_and_go_on(const std::string& study, int ranks, int times, const std::s
         killed += run.get().status == 128 + SIGKILL;  // as mpirun hands it on
         if (std::filesystem::exists(folder /
                                     "study.h5")) {  // it had been done before the moment came
-            expect_same(read_study(folder / "study.h5"), whole);
+            expect_same(StudyFile(folder / "study.h5").table(), whole);
             EXPECT_EQ(without_times(text_of(folder / "study.csv")), csv);
             std::filesystem::remove(folder / "study.h5");
         }
     }
     const auto last = livetet(folder, "study study.yaml", mpirun(ranks));
     ASSERT_EQ(last.status, 0) << last.err;
-    expect_same(read_study(folder / "study.h5"), whole);
+    expect_same(StudyFile(folder / "study.h5").table(), whole);
     EXPECT_EQ(without_times(text_of(folder / "study.csv")), csv);
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5.parts"));
 }
@@ -564,12 +640,12 @@ TEST(Study, AFullDiskIsALineAndLeavesNothingHalfWritten) {
     EXPECT_EQ(store.row(1).displacement, row.displacement);
     {
         const SmallDisk disk(3'000'000);  // room for the first solve's, not for both
-        EXPECT_NE(words_of([&] { write_study(study, store, {}); }).find("is the disk full?"),
+        EXPECT_NE(words_of([&] { store.write_result({}); }).find("is the disk full?"),
                   std::string::npos);
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
-    write_study(study, store, {});
-    EXPECT_EQ(read_study(folder / "study.h5").results,
+    store.write_result({});
+    EXPECT_EQ(StudyFile(folder / "study.h5").table().results,
               (std::vector<std::vector<double>>{{1.5}, {1.5}}));
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
         EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
@@ -581,7 +657,7 @@ TEST(Study, ADamagedRowIsNamedAndRemovedSolvedAgain) {
     for (std::size_t k = 0; k < 2; ++k) store.keep(k, row);
     const std::string good = text_of(folder / "study.h5.parts/000001.h5");
     write_text(folder / "study.h5.parts/000001.h5", good.substr(0, good.size() / 2));
-    const std::string words = words_of([&] { write_study(study, store, {}); });
+    const std::string words = words_of([&] { store.write_result({}); });
     for (const char* part : {"000001.h5", "truncated", "remove it"})
         EXPECT_NE(words.find(part), std::string::npos) << words;
     EXPECT_FALSE(std::filesystem::exists(folder / "study.h5"));
@@ -599,8 +675,8 @@ TEST(Study, ADamagedRowIsNamedAndRemovedSolvedAgain) {
     }
     EXPECT_GT(refused, 5);
     write_text(folder / "study.h5.parts/000001.h5", good);
-    write_study(study, store, {});
-    EXPECT_EQ(read_study(folder / "study.h5").results.size(), 2u);
+    store.write_result({});
+    EXPECT_EQ(StudyFile(folder / "study.h5").table().results.size(), 2u);
 }
 
 TEST(Study, RowsThatAreNotOfTheirSolveAreSolvedAgainAndThoseOfAnUnknownStudyRefused) {
