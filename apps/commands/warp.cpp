@@ -63,6 +63,7 @@ void check_outputs(const WarpArguments& a) {
             if (path != other_path && same_file(*path, *other_path))
                 fail("{} and {}: both name {}, expected two files", option, other, path->string());
         (void)PendingFile(*path);  // throws if it cannot be written
+        remove_left_parts(*path);
     }
 }
 

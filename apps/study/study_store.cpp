@@ -138,6 +138,7 @@ void StudyStore::open() {
     fs::create_directory(folder_, error);
     if (error) fail("{}: cannot be created: {}", folder_.string(), error.message());
     lock_ = Lock(folder_ / "lock");
+    remove_left_parts(study_.options.output);
     const fs::path fingerprint = folder_ / fingerprint_file;
     const std::string was = fs::exists(fingerprint) ? read_text_file(fingerprint) : "";
     const bool is_other = was != fingerprint_;

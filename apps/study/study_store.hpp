@@ -18,8 +18,8 @@ class StudyStore {
   public:
     explicit StudyStore(const Study& study);
 
-    /// Whether the output is complete; not if this study extends it: the same scene, keys and files,
-    /// with more solves. Throws Error if it is of another study.
+    /// Whether the output is complete; not if this study extends it: the same scene, keys and
+    /// files, with more solves. Throws Error if it is of another study.
     bool is_complete() const;
     /// By rank 0, before the others start: creates the folder, or opens that of an earlier run.
     /// Removes claims and unreadable rows. Takes over the rows of a folder or an output that this

@@ -134,6 +134,15 @@ void warn_of_left_parts(const fs::path& target) {
             part.string(), target.filename().string()));
 }
 
+void remove_left_parts(const fs::path& target) {
+    for (const fs::path& part : left_parts(target)) {
+        std::error_code error;
+        if (fs::remove(part, error))
+            log_info(fmt::format("note         removed {}, which a run that was killed left",
+                                 part.string()));
+    }
+}
+
 void write_text_file(const fs::path& path, const std::string& text) {
     PendingFile file(path);
     std::ofstream out(file.path(), std::ios::binary);

@@ -49,8 +49,11 @@ class PendingFile {
 /// number any more.
 std::vector<std::filesystem::path> left_parts(const std::filesystem::path& target);
 
-/// Warns of each of them.
+/// Warns of each of them: of a file that grows, whose parts can be used.
 void warn_of_left_parts(const std::filesystem::path& target);
+
+/// Removes each of them, with a note: of a file that is written at the end of a run.
+void remove_left_parts(const std::filesystem::path& target);
 
 /// Writes a text file atomically (see PendingFile). Throws Error if that fails.
 void write_text_file(const std::filesystem::path& path, const std::string& text);

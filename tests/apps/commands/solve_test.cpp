@@ -360,6 +360,20 @@ TEST(Solve, NamesThePartFileThatAKilledRunLeft) {
     EXPECT_TRUE(std::filesystem::exists(folder / ".result.part4194305.h5")) << "it may be of use";
 }
 
+TEST(Solve, SaysThatASmallMeshHasTooManyRanks) {
+    const Folder folder;
+    write_hierarchy(folder / "block.h5",
+                    make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
+    test::write_text(folder / "scene.yaml",
+                     "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
+    const std::string warning = "1 rank(s) would be as fast";
+    const auto two = livetet(folder, "solve scene.yaml", "mpirun --oversubscribe -n 2");
+    EXPECT_EQ(two.status, 0) << two.err;
+    EXPECT_NE(two.err.find(warning), std::string::npos) << two.err;
+    const auto one = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(one.err.find(warning), std::string::npos) << one.err;
+}
+
 TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
     const Folder folder;
     prepare_press(folder);

@@ -29,8 +29,12 @@ TEST(Warp, FindsTheLabelMapThatWasMeshedAndMovesItByWholeVoxels) {
     const WarpedBlock block;
     block.write_meshed();
     block.write_result("result.h5", {stay, three_right});
+    const std::filesystem::path left = block.folder / ".out.nii.part4194305.gz";
+    test::write_text(left, "of a run that was killed");
     const auto outcome = livetet(block.folder, "warp result.h5 -o out.nii.gz");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(left));
+    EXPECT_NE(outcome.err.find(left.filename().string()), std::string::npos) << outcome.err;
     const LabelImage before = read_label_image(block.folder / "labels.nii.gz"),
                      after = read_label_image(block.folder / "out.nii.gz");
     for (int k = 0; k < 40; ++k)

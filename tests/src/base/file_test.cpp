@@ -40,6 +40,9 @@ TEST(File, PartsThatAKilledRunLeftAreFound) {
     write_text_file(part, "");
     EXPECT_EQ(left_parts(folder / "result.h5"), std::vector{part});
     EXPECT_TRUE(left_parts(folder / "nowhere/result.h5").empty());
+    remove_left_parts(folder / "result.h5");
+    EXPECT_TRUE(left_parts(folder / "result.h5").empty());
+    EXPECT_TRUE(std::filesystem::exists(folder / fmt::format(".result.part{}.h5", ::getpid())));
     std::filesystem::remove_all(folder);
 }
 
