@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/mesh_source_options.hpp"
+#include "apps/report/mesh_report.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
@@ -14,8 +16,6 @@
 #include "io/text.hpp"
 #include "meshing/body_mask.hpp"
 #include "meshing/options.hpp"
-#include "meshing/quality.hpp"
-#include "meshing/surface_check.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/scene/mesh_input.hpp"
 #include "config/yaml.hpp"
@@ -29,7 +29,7 @@ namespace {
 struct MeshArguments {
     MeshSource source;
     std::filesystem::path fixed_mask, output, json;
-    bool metres = false, again = false;
+    bool again = false;
     MeshingOptions options;
     std::optional<double> budget_ms, inside_growth, fix_edge_ratio;
     std::vector<double> spheres;  ///< five numbers for each sphere
@@ -44,115 +44,7 @@ std::string text_of(const nlohmann::json& json, int indent) {
     return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-nlohmann::json to_json(const Vector3& place) {
-    return {1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z()};
-}
-
-nlohmann::json to_json(const MeshQuality& q) {
-    nlohmann::json worst = nlohmann::json::array();
-    for (const auto& tet : q.worst)
-        worst.push_back({{"tet", tet.tet},
-                         {"min_dihedral_deg", tet.min_dihedral_deg},
-                         {"radius_ratio", tet.radius_ratio},
-                         {"place_mm", to_json(tet.place)}});
-    return {{"tets", q.tets},
-            {"nodes", q.nodes},
-            {"volume_ml", 1e6 * q.volume_m3},
-            {"mean_edge_mm", 1e3 * q.mean_edge_m},
-            {"min_dihedral_deg", q.min_dihedral_deg},
-            {"max_dihedral_deg", q.max_dihedral_deg},
-            {"min_radius_ratio", q.min_radius_ratio},
-            {"dihedral_counts_of_10_deg", q.dihedral_counts},
-            {"worst", worst}};
-}
-
 #ifdef LIVETET_IMAGES
-std::vector<double> in_ml(std::vector<double> volumes_m3) {
-    for (double& v : volumes_m3) v *= 1e6;
-    return volumes_m3;
-}
-
-nlohmann::json to_json(const SurfaceDistance& d) {
-    return {{"max_mm", 1e3 * d.max_m},
-            {"mean_mm", 1e3 * d.mean_m},
-            {"farthest_mm", to_json(d.farthest)}};
-}
-
-nlohmann::json to_json(const LevelReport& level) {
-    nlohmann::json json = to_json(level.quality);
-    json.update({{"edge_mm", 1e3 * level.edge_length_m},
-                 {"volume_ratio", level.volume_ratio},
-                 {"to_surface", to_json(level.distance.to_body)},
-                 {"from_surface", to_json(level.distance.from_body)},
-                 {"filled_by", level.filled_by},
-                 {"not_taken", level.dropped},
-                 {"moves", level.optimise.moves},
-                 {"flips", level.optimise.flips},
-                 {"collapses", level.optimise.collapses},
-                 {"peeled_tets", level.optimise.peeled_tets},
-                 {"fillings", level.fillings},
-                 {"seconds", level.seconds}});
-    return json;
-}
-
-/// Prints how the input was meshed, and returns the same as JSON.
-nlohmann::json report(const MeshedInput& meshed) {
-    nlohmann::json json{{"levels", nlohmann::json::array()}, {"notes", meshed.result.notes}};
-    if (const auto& image = meshed.image) {
-        fmt::print(
-            "picked       {:.4g} ml; the body {:.4g} ml{}; its surface encloses {:.4g} ml "
-            "({:+.2f} %), "
-            "{:.2f} mm from the voxels' faces in the mean, {:.2f} mm at most, at {}\n",
-            1e6 * image->label_volume_m3, 1e6 * image->body_volume_m3,
-            image->filled_volume_m3 > 0
-                ? fmt::format(" with {:.4g} ml of filled cavities", 1e6 * image->filled_volume_m3)
-                : "",
-            1e6 * image->surface_volume_m3,
-            100 * (image->surface_volume_m3 / image->body_volume_m3 - 1), 1e3 * image->moved.mean_m,
-            1e3 * image->moved.max_m, place_mm(image->moved.farthest));
-        const ImageGrid& grid = meshed.grid.value();
-        const Eigen::Matrix4d& affine = grid.ras_from_voxel;
-        nlohmann::json rows = nlohmann::json::array();  // mm, RAS
-        for (int i = 0; i < 3; ++i)
-            rows.push_back(
-                {1e3 * affine(i, 0), 1e3 * affine(i, 1), 1e3 * affine(i, 2), 1e3 * affine(i, 3)});
-        json["image"] = {{"size", grid.size},
-                         {"spacing_mm", to_json(grid.spacing())},
-                         {"ras_from_voxel_mm", rows},
-                         {"labels_ml", 1e6 * image->label_volume_m3},
-                         {"body_ml", 1e6 * image->body_volume_m3},
-                         {"filled_ml", 1e6 * image->filled_volume_m3},
-                         {"cavities_ml", in_ml(image->cavities_m3)},
-                         {"parts_ml", in_ml(image->parts_m3)},
-                         {"surface_ml", 1e6 * image->surface_volume_m3},
-                         {"voxel_mm", image->voxel_mm},
-                         {"smoothing_mm", image->smoothing_mm},
-                         {"moved", to_json(image->moved)}};
-    }
-    // Refined levels come before meshed ones.
-    const auto& levels = meshed.result.hierarchy.levels;
-    const std::size_t refined = levels.size() - meshed.result.levels.size();
-    std::vector<MeshQuality> qualities;
-    for (std::size_t l = 0; l < levels.size(); ++l) {
-        const LevelReport* made = l < refined ? nullptr : &meshed.result.levels[l - refined];
-        qualities.push_back(made ? made->quality : measure_quality(levels[l]));
-        json["levels"].push_back(made ? to_json(*made) : to_json(qualities.back()));
-    }
-    fmt::print("{}\n{}\ndihedral angles of level 0\n{}", quality_table(qualities),
-               level_table(meshed.result.levels, refined), dihedral_histogram(qualities.front()));
-    if (meshed.regions.size() > 1)
-        for (const RegionVolume& r : meshed.regions) {
-            fmt::print("region {:>5} {:>9.4g} ml of tets, {:.4g} ml of voxels ({:+.1f} %)\n",
-                       r.label, 1e6 * r.tets_m3, 1e6 * r.voxels_m3,
-                       100 * (r.tets_m3 / r.voxels_m3 - 1));
-            json["regions"].push_back({{"label", r.label},
-                                       {"tets_ml", 1e6 * r.tets_m3},
-                                       {"voxels_ml", 1e6 * r.voxels_m3}});
-        }
-    for (const std::string& note : meshed.result.notes) fmt::print("note         {}\n", note);
-    return json;
-}
-
 /// The mesh block and the options that it lacks, as given or by default.
 nlohmann::json requested(const MeshArguments& a) {
     MeshSource source = a.source;
@@ -207,7 +99,9 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
     try {
         MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options);
         progress.update(1, "done");
-        json = report(meshed);
+        MeshReport report = report_of(meshed);
+        fmt::print("{}", report.text);
+        json = std::move(report.json);
         image = meshed.grid;
         json.update({{"made_by", meshed.result.hierarchy.provenance},
                      {"asked", requested(a)},
@@ -252,6 +146,7 @@ void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     if (same_file(a.json, a.output))
         fail("--json {}: is the same file as --output, expected another", a.json.string());
     (void)PendingFile(a.output);  // throws before minutes of meshing if it cannot be written
+    remove_left_parts(a.output);
 }
 
 /// Throws Error if an option does not apply to the input.
@@ -273,7 +168,6 @@ nlohmann::json read_provenance(const MeshHierarchy& hierarchy, const std::string
     if (!json.is_object()) json = {{"made_by", hierarchy.provenance}};
     json.erase("fingerprint");
     json["read_by"] = fmt::format("livetet {} from {}", LIVETET_VERSION, name);
-    json["levels"] = nlohmann::json::array();
     return json;
 }
 
@@ -281,7 +175,6 @@ void run(MeshArguments& a) {
     const std::filesystem::path given = a.source.file;
     if (is_scene(given)) a.source = load_scene(given).mesh;
     check_outputs(a, given);
-    if (a.metres) a.source.unit = LengthUnit::metre;
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
     if (a.spheres.size() % 5 != 0)
@@ -325,92 +218,16 @@ void run(MeshArguments& a) {
         ProgressLine progress("mesh");
         hierarchy = load_mesh(a.source, progress.callback());
         if (kind_of(a.source.file) == MeshKind::hierarchy) image = read_image_grid(a.source.file);
-        std::vector<MeshQuality> qualities;
+        MeshReport report = report_of(hierarchy);
+        fmt::print("{}", report.text);
         json = read_provenance(hierarchy, a.source.file.filename().string());
-        for (const TetMesh& level : hierarchy.levels)
-            json["levels"].push_back(to_json(qualities.emplace_back(measure_quality(level))));
-        fmt::print("{}\ndihedral angles of level 0\n{}", quality_table(qualities),
-                   dihedral_histogram(qualities.front()));
+        json.update(report.json);
     }
     if (mask) fix_nodes(hierarchy, *mask, a, json);
     hierarchy.provenance = text_of(json, -1);
     write_hierarchy(a.output, hierarchy, image);
     fmt::print("written      {}\n", a.output.string());
     if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
-}
-
-/// What of the input is the body.
-void add_body_options(CLI::App* command, MeshArguments* a) {
-    command->add_flag(
-        "--fill-cavities", [a](std::int64_t) { a->source.body.cavities = Cavities::fill; },
-        "fill the body's closed cavities (default: each has a surface of its own, the set "
-        "\"cavity\")");
-    command->add_flag(
-        "--all-parts", [a](std::int64_t) { a->source.body.parts = Parts::all; },
-        "mesh all parts of the body, not the largest alone: the sets \"part_1\", \"part_2\", ...");
-    command
-        ->add_option("--speck-ml", a->source.body.speck_ml,
-                     "smaller parts are left out and smaller cavities filled (default: a "
-                     "thousandth of the largest part)")
-        ->check(CLI::NonNegativeNumber);
-    command
-        ->add_option("--wrap", a->source.wrap_mm,
-                     "wrap an open, crossing or dirty surface by a closed one: gaps narrower than "
-                     "this are closed, mm")
-        ->check(CLI::PositiveNumber);
-}
-
-/// Options that say the same as a key of a scene's mesh block.
-void add_source_options(CLI::App* command, MeshArguments* a) {
-    command
-        ->add_option("--labels", a->source.labels, "labels that form the body (default: all but 0)")
-        ->delimiter(',');
-    command
-        ->add_option("--threshold", a->source.threshold,
-                     "of a grey image: the body is the voxels with values from LOW to HIGH, in its "
-                     "units; either may be left out")
-        ->type_name("LOW:HIGH")
-        ->check([](const std::string& text) {
-            return range_of(text)
-                       ? std::string()
-                       : "found '" + text + "', expected LOW:HIGH, such as 100:300, 100: or :300";
-        });
-    add_body_options(command, a);
-    command
-        ->add_option("--voxel-mm", a->source.voxel_mm,
-                     "spacing of the grid from which an image's surface is extracted (default: "
-                     "from the sizes of body and voxels, 1.5 for an organ)")
-        ->check(CLI::PositiveNumber);
-    command
-        ->add_option("--smoothing-mm", a->source.smoothing_mm,
-                     "standard deviation of the Gaussian that smooths an image's voxels, at least "
-                     "0.6 voxels (default: likewise; less if a thin body would lose volume)")
-        ->check(CLI::PositiveNumber);
-    command
-        ->add_option("--tets", a->source.tets,
-                     "approximate number of tetrahedra of the finest level")
-        ->capture_default_str()
-        ->check(CLI::Range(min_tets, max_tets));
-    command
-        ->add_option("--levels", a->source.levels,
-                     "number of levels; 0: as many as bring the coarsest to about 150 tets, but "
-                     "one for a .msh or .vtu")
-        ->capture_default_str()
-        ->check(CLI::Range(0, max_levels));
-    command
-        ->add_option("--edge-lengths-mm", a->source.edge_lengths_mm,
-                     "edge length of each level, finest first; instead of --tets and --levels")
-        ->delimiter(',')
-        ->check(CLI::PositiveNumber);
-    command->add_flag("--metres", a->metres,
-                      "a surface, .msh or .vtu file is in metres, not millimetres");
-    command
-        ->add_option("--space", a->source.space,
-                     "axes of a surface, .msh or .vtu file: ras, or lps as in models of 3D Slicer "
-                     "since 2020")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, Space>{{"ras", Space::ras}, {"lps", Space::lps}}))
-        ->default_str("ras");
 }
 
 /// Options that only this command has: where the mesh is finer, and what a level must satisfy.
@@ -454,7 +271,7 @@ void add_mesh_command(CLI::App& app) {
                      "(.msh, .vtu, .vtk, .h5), or a scene (.yaml)")
         ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();
-    add_source_options(command, a.get());
+    add_source_options(*command, a->source);
     add_meshing_options(command, a.get());
     command->add_flag("--again", a->again,
                       "mesh even if the output was made from the same input and options");

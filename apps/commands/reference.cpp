@@ -45,6 +45,8 @@ std::string value_text(const CLI::Option& option) {
         text += ", at least 0";
     } else if (type.find("POSITIVE") != type.npos) {
         text += ", greater than 0";
+    } else if (colon != type.npos) {
+        text += ", " + type.substr(colon + 1);
     }
     const int items = option.get_items_expected_max();
     if (option.get_type_size_min() > 1 && option.get_type_size_max() == option.get_type_size_min())

@@ -22,6 +22,7 @@ struct MeshKey {
     const char* key;     ///< key of the mesh block; nullptr: none
     std::initializer_list<MeshKind> kinds;
     bool (*given)(const MeshSource&);  ///< whether a mesh block sets it; nullptr without a key
+    const char* flag = nullptr;        ///< the option is a flag: the choice that it takes
 };
 std::span<const MeshKey> mesh_keys();
 

@@ -231,7 +231,8 @@ void visit_fields(Visitor& v, MeshSource& m) {
             Check<int>{"from 100 to 20000000",
                        [](const int& n) { return n >= min_tets && n <= max_tets; }});
     v.field("levels", m.levels, "",
-            "number of levels; 0: as many as bring the coarsest to about 150 tets",
+            "number of levels; 0: as many as bring the coarsest to about 150 tets, but one for a "
+            ".msh or .vtu",
             Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
     v.field("refine", m.refine, "",
             "number of uniform refinements, each tet into eight and each a level more: for meshes "
