@@ -40,13 +40,14 @@ HierarchyResult levels_below(TetMesh finest, MeshingOptions options,
         min_tets, std::llround(finest_tets / std::pow(options.coarsening, 3)));
     --options.levels;
     options.body.parts = Parts::all;
+    check_options(options);
     HierarchyResult result;
     std::vector<TetMesh> levels;
     try {
         const TriangleMesh boundary{finest.nodes, boundary_triangles(finest.tets)};
         result = build_hierarchy(boundary, options, progress);
         levels = std::move(result.hierarchy.levels);
-    } catch (const MeshingFailure& failure) {
+    } catch (const Error& failure) {  // also of a boundary that cannot be repaired
         result.notes.push_back(fmt::format("no level below that of the file: {}", failure.what()));
     }
     if (!levels.empty() && static_cast<double>(levels.front().tets.size()) >= finest_tets) {

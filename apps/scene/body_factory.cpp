@@ -303,6 +303,9 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
     if (use == Use::track && options.kind == SolverKind::automatic &&
         why_not_live(elastic_model(scene, use), hierarchy).empty())
         options.kind = SolverKind::live;
+    if (scene.mesh.levels > 1 && hierarchy.levels.size() == 1 &&
+        options.kind == SolverKind::multigrid)
+        options.kind = SolverKind::automatic;  // load_mesh noted why there are no levels
     return options;
 }
 

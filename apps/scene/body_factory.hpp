@@ -70,7 +70,8 @@ inline Use use_of(const Scene& scene) { return scene.track ? Use::track : Use::s
 ElasticModel elastic_model(const Scene& scene, Use use);
 
 /// The solver options of a scene. For `track`, the kind `automatic` means the live solver if it can
-/// be used on this mesh.
+/// be used on this mesh. Where none of the levels could be made that `mesh.levels` asked for,
+/// `multigrid` means `automatic`.
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use);
 
 /// Throws Error if a static scene leaves rigid motions of the body free: which, and how many.

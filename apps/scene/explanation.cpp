@@ -124,7 +124,7 @@ std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std:
         Scene scene = read_yaml<Scene>(scene_text, source);
         if (use == Use::solve) scene.track.reset();
         const bool multigrid = solver.find("multigrid") != std::string::npos ||
-                               solver.find("+ mg,") != std::string::npos;
+                               solver.find(" mg,") != std::string::npos;
         return explain_parts(scene, tets, levels,
                              multigrid ? SolverKind::multigrid : SolverKind::petsc);
     } catch (const Error&) {

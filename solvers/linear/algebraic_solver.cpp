@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "solvers/linear/matrix_preconditioner.hpp"
+
 namespace livetet {
 
 namespace {
@@ -46,10 +48,8 @@ void AlgebraicSolver::configure(PC pc) {
             // A Newton iteration's operator differs little from the one before.
             LIVETET_PETSC(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
             return;
-        case SolverKind::direct:  // L D L^T: an exact tangent need not be positive
-            LIVETET_PETSC(PCSetType(pc, PCCHOLESKY));
-            LIVETET_PETSC(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-            return;
+        case SolverKind::direct:
+            return configure_factorisation(pc);
         case SolverKind::petsc:  // the user's options choose
             return;
         default:

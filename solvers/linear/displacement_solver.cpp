@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+
 #include "solvers/linear/stopping_test.hpp"
 #include "solvers/linear/transfer.hpp"
 
@@ -147,12 +149,41 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     LIVETET_PETSC(VecNorm(b, NORM_2, &size));
     const bool started = !guesses.empty() && start_from(guesses, b);
     stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
-    LIVETET_PETSC(KSPSolve(krylov_.get(), started ? rest_.get() : b, x));
+    Vec right_side = started ? rest_.get() : b;
+    PetscInt iterations = 0;
+    LIVETET_PETSC(KSPSolve(krylov_.get(), right_side, x));
+    LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
+    const int more = go_on(right_side, x);
     if (started) LIVETET_PETSC(VecAXPY(x, 1, start_.get()));
     LinearReport report;
     report.error = stopping_->end();
     finish_report(krylov_.get(), report);
+    if (more > 0) report.iterations = static_cast<int>(iterations) + more;
     return report;
+}
+
+int DisplacementSolver::go_on(Vec b, Vec x) {
+    KSP ksp = krylov_.get();
+    int more = 0;
+    for (;;) {
+        KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+        PetscInt iterations = 0;
+        LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
+        LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
+        if (reason >= 0 || !change_preconditioner(reason)) return more;
+        set_up_preconditioner();
+        stopping_->resume(static_cast<int>(iterations));
+        PetscReal size = 0;
+        LIVETET_PETSC(VecNorm(x, NORM_2, &size));
+        if (!std::isfinite(size)) LIVETET_PETSC(VecSet(x, 0));
+        PetscBool nonzero = PETSC_FALSE;
+        LIVETET_PETSC(KSPGetInitialGuessNonzero(ksp, &nonzero));
+        LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+        LIVETET_PETSC(KSPSolve(ksp, b, x));
+        LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, nonzero));
+        LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
+        more += static_cast<int>(iterations);
+    }
 }
 
 std::string DisplacementSolver::preconditioner_name() const {

@@ -19,6 +19,7 @@ class DisplacementSolver : public LinearSolver {
 
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        std::span<const Vec> guesses) override;
+    int go_on(Vec b, Vec x) override;
     LevelAssembler& fine() override { return *levels_.front(); }
     int level_count() const override { return static_cast<int>(levels_.size()); }
     std::string name() const override;
@@ -46,6 +47,13 @@ class DisplacementSolver : public LinearSolver {
     /// `configure` choose the preconditioner, and takes PETSc's options.
     void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
     virtual void configure(PC pc) = 0;
+    /// Takes another preconditioner after a solve that ended for this reason, if there is one that
+    /// may do better. Returns whether it did.
+    virtual bool change_preconditioner(KSPConvergedReason /*reason*/) { return false; }
+    /// Whether solves end early where the preconditioner is too poor (role `solver`).
+    void watch_convergence(bool watched) {
+        if (stopping_) stopping_->watch(watched);
+    }
     /// Whether the preconditioner is of PETSc's type `type`: the user's options may have chosen
     /// another.
     bool preconditions_by(PCType type) const;

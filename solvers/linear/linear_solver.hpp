@@ -140,6 +140,11 @@ class LinearSolver {
                                std::span<const Vec> guesses = {}) = 0;
     static constexpr int max_guesses = 2;
 
+    /// After `krylov()` was run from outside, on A x = b: if its preconditioner was too poor and
+    /// the solver has another, goes on from x with that, and keeps it. Returns the iterations that
+    /// this took. `solve` does so by itself.
+    virtual int go_on(Vec /*b*/, Vec /*x*/) { return 0; }
+
     /// The outermost Krylov solver, for SNES, set to stop as `controls` say (without a deadline).
     KSP krylov(const LinearControls& controls);
     /// A, as the Krylov solver applies it: of displacements, or in the mixed form of each rank's
@@ -169,6 +174,8 @@ class LinearSolver {
     virtual KSP preconditioned_krylov() const { return outer_krylov(); }
     /// Forgets small strain's operator: constraints or springs are new.
     void invalidate() { kept_.reset(); }
+    /// The preconditioner has something to set up: it is another one.
+    void renew_preconditioner() { is_new_ = true; }
     /// Reads the user's PETSc options that say when the outermost Krylov solver stops: they take
     /// precedence over what a solve asks for.
     void read_user_tolerances();

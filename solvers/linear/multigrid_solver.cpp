@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/log.hpp"
+
 namespace livetet {
 
 namespace {
@@ -61,6 +63,8 @@ void add_identity(Mat A, const PartitionedMesh& share, std::span<const std::uint
 MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                                  const SolverOptions& options, Role role)
     : DisplacementSolver(mesh, role, ThreadTeam::alone()),
+      asked_kind_(options.kind),
+      asked_coarse_(options.coarse),
       coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
       smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6),
       constraints_(mesh.hierarchy) {
@@ -79,6 +83,8 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
     }
     const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm, ErrorEstimate::none);
+    is_cycle_ = role == Role::solver && preconditions_by(PCMG);
+    watch_convergence(is_watched());
 }
 
 MultigridSolver::~MultigridSolver() = default;
@@ -150,7 +156,8 @@ void MultigridSolver::find_mass() {
 
 RenewalExtent MultigridSolver::renew(const Configuration& at, const OperatorTerms& terms,
                                      RenewalExtent /*wanted*/) {
-    if (!bounds_known_) {
+    may_be_negative_ = terms.tangent == Tangent::exact && !fine().is_linear();
+    if (!bounds_known_ && !substitute_) {
         // Mass only lowers the largest eigenvalue of D^-1 A: bounds of the stiffness alone hold for
         // any time step.
         OperatorTerms massless = terms;
@@ -170,6 +177,7 @@ RenewalExtent MultigridSolver::renew(const Configuration& at, const OperatorTerm
 
 void MultigridSolver::assemble_levels(const Configuration& at, const OperatorTerms& terms) {
     fine().assemble(at, terms);
+    if (substitute_) return substitute_->set_matrix(scalars_.update(matrix()));
     for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
         if (coarse_ == CoarseOperator::galerkin) {
             form_galerkin_product(l);
@@ -190,7 +198,8 @@ void MultigridSolver::form_galerkin_product(std::size_t l) {
     CoarseLevel& coarse = coarse_levels_[l];
     const bool first = !coarse.galerkin;
     Mat product = coarse.galerkin.get();
-    LIVETET_PETSC(MatPtAP(level_matrix(l), coarse.transfer->interpolation(),
+    LIVETET_PETSC(MatPtAP(l == 0 ? scalars_.update(matrix()) : level_matrix(l),
+                          coarse.transfer->interpolation(),
                           first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
     if (first) coarse.galerkin = PetscHandle<Mat>::adopt(product);
     add_identity(product, levels_[l + 1]->share(), constraints_.components(l + 1));
@@ -232,10 +241,74 @@ bool MultigridSolver::set_bounds() {
     return good;
 }
 
-std::string MultigridSolver::preconditioner_name() const {
+MultigridSolver::Change MultigridSolver::next_change() {
+    if (substitute_)
+        return substitute_->method() == MatrixMethod::factorisation ? Change::aggregation
+                                                                    : Change::none;
+    if (asked_kind_ != SolverKind::automatic)
+        return galerkin_is_left() ? Change::galerkin : Change::none;
+    if (replaced_.empty()) {
+        Mat A = scalars_.update(matrix());
+        if (is_affordable(A, estimate_factorisation(A))) return Change::factorisation;
+    }
+    return galerkin_is_left() ? Change::galerkin : Change::aggregation;
+}
+
+void MultigridSolver::make_change(Change change) {
+    if (change == Change::galerkin) {
+        coarse_ = CoarseOperator::galerkin;
+        for (std::size_t l = 0; l < coarse_levels_.size(); ++l) form_galerkin_product(l);
+        set_level_operators();
+        set_bounds();
+    } else {
+        PC pc = nullptr;
+        LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+        fine().set_rigid_motions();
+        substitute_ = std::make_unique<MatrixPreconditioner>(pc,
+                                                             change == Change::factorisation
+                                                                 ? MatrixMethod::factorisation
+                                                                 : MatrixMethod::aggregation,
+                                                             prefix() + "substitute_");
+        substitute_->set_matrix(scalars_.update(matrix()));
+    }
+    renew_preconditioner();
+}
+
+bool MultigridSolver::change_preconditioner(KSPConvergedReason reason) {
+    const bool is_indefinite = reason == KSP_DIVERGED_INDEFINITE_PC && !may_be_negative_;
+    const bool is_slow = reason == KSP_DIVERGED_BREAKDOWN;
+    if (!is_cycle_ || !(is_indefinite || is_slow || reason == KSP_DIVERGED_PC_FAILED)) return false;
+    const Change change = next_change();
+    if (change == Change::none) return false;
+    PetscInt iterations = 0;
+    LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
+    const std::string before = preconditioner_name();
+    make_change(change);
+    replaced_ = before;
+    watch_convergence(is_watched());
+    int rank = 0;
+    MPI_Comm_rank(fine().share().comm, &rank);
+    if (rank == 0)
+        log_warning(fmt::format(
+            "solver: {} in place of {}: {}", cycle_name(), before,
+            is_slow ? fmt::format("its coarse levels do not fit the body ({} iterations brought "
+                                  "too little)",
+                                  iterations)
+                    : fmt::format("its coarse levels do not fit the body ({})",
+                                  is_indefinite ? "it is indefinite" : "it could not be set up")));
+    return true;
+}
+
+std::string MultigridSolver::cycle_name() const {
+    if (substitute_) return name_of(substitute_->method());
     return fmt::format("{}, {} levels, {}", DisplacementSolver::preconditioner_name(),
                        level_count(),
                        coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+}
+
+std::string MultigridSolver::preconditioner_name() const {
+    return replaced_.empty() ? cycle_name()
+                             : fmt::format("{} in place of {}", cycle_name(), replaced_);
 }
 
 }  // namespace livetet

@@ -2,6 +2,8 @@
 
 #include "solvers/linear/coarse_constraints.hpp"
 #include "solvers/linear/displacement_solver.hpp"
+#include "solvers/linear/matrix_preconditioner.hpp"
+#include "solvers/linear/scalar_copy.hpp"
 
 namespace livetet {
 
@@ -12,6 +14,12 @@ namespace livetet {
 /// `cycles_below` cycles of the next level, accelerated by Chebyshev's polynomial: a plain W-cycle
 /// would diverge where a coarse mesh is too soft or too stiff. The polynomial is fixed, so that
 /// conjugate gradients stay exact.
+///
+/// Coarse levels that do not fit the body (thin branches, poor meshes) make the cycle slow or
+/// indefinite. The solves themselves tell (`is_too_slow`, or PETSc's reason why one ended), at no
+/// cost to those that go well. Such a solve goes on from where it is with the next of these, which
+/// stays: a factorisation where that is affordable, Galerkin products, aggregation. An explicit
+/// SolverKind::multigrid allows Galerkin products alone, an explicit CoarseOperator forbids those.
 class MultigridSolver : public DisplacementSolver {
   public:
     MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
@@ -38,6 +46,21 @@ class MultigridSolver : public DisplacementSolver {
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override { configure_cycle(pc, 0); }
+    bool change_preconditioner(KSPConvergedReason reason) override;
+    enum class Change { none, factorisation, galerkin, aggregation };
+    /// What is taken next. Analyses the matrix if it may be factored.
+    Change next_change();
+    void make_change(Change change);
+    bool galerkin_is_left() const {
+        return coarse_ == CoarseOperator::rediscretised &&
+               asked_coarse_ == CoarseOperator::automatic;
+    }
+    /// Whether solves end early where the cycle is too slow: there is something else to take.
+    bool is_watched() const {
+        return is_cycle_ && !substitute_ &&
+               (asked_kind_ == SolverKind::automatic || galerkin_is_left());
+    }
+    std::string cycle_name() const;
     /// Level l and those below it.
     void configure_cycle(PC pc, std::size_t l);
     void configure_coarsest(KSP coarse, PC pc);
@@ -50,12 +73,19 @@ class MultigridSolver : public DisplacementSolver {
     /// usual value replaces it.
     bool set_bounds();
 
+    SolverKind asked_kind_;
+    CoarseOperator asked_coarse_;
     CoarseOperator coarse_;
     int smoothing_steps_;
     std::vector<CoarseLevel> coarse_levels_;  ///< from the second level
     CoarseConstraints constraints_;
     std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     bool bounds_known_ = false;
+    bool is_cycle_ = false;  ///< a solver that PETSc's options leave the cycle configured here
+    bool may_be_negative_ = true;                       ///< the operator assembled last
+    ScalarCopy scalars_;                                ///< of the finest level
+    std::unique_ptr<MatrixPreconditioner> substitute_;  ///< in place of the cycle
+    std::string replaced_;  ///< the name before the last change; empty: none
 };
 
 }  // namespace livetet

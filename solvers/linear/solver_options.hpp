@@ -55,8 +55,9 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice(
         "kind", s.kind, "conjugate gradients preconditioned by ...",
         {{SolverKind::automatic, "automatic",
-          "multigrid where the mesh has levels; else direct up to 5000 nodes, and gamg beyond; "
-          "`track`: live where it can"},
+          "multigrid where the mesh has levels, replaced in the first solve where they do not fit "
+          "the body (by a factorisation if affordable, Galerkin operators, or aggregation); else "
+          "direct up to 5000 nodes, and gamg beyond; `track`: live where it can"},
          {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
          {SolverKind::live, "live",
           "the same cycle in single precision on kernels of our own: one rank, P1, linear or "
@@ -69,7 +70,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice(
         "coarse", s.coarse, "multigrid's coarse operators",
         {{CoarseOperator::automatic, "automatic",
-          "galerkin where Young's moduli are more than 100 times apart, else rediscretised"},
+          "galerkin where Young's moduli are more than 100 times apart, else rediscretised until "
+          "the first solve shows that these levels do not fit the body"},
          {CoarseOperator::rediscretised, "rediscretised",
           "assembled on each coarse mesh with its own rotations: cheap to renew"},
          {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, expensive to renew"}});

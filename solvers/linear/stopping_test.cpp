@@ -6,6 +6,12 @@
 
 namespace livetet {
 
+bool is_too_slow(int iterations, double reduction) {
+    constexpr int first_judged = 10;
+    constexpr double allowance = 100;
+    return iterations >= first_judged && reduction > allowance * std::pow(1e-8, iterations / 40.0);
+}
+
 void StoppingTest::install(KSP ksp) {
     PetscBool other = PETSC_FALSE;
     LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, "-ksp_convergence_test", &other));
@@ -29,9 +35,15 @@ void StoppingTest::begin(const LinearControls& controls, double allowed_residual
     last_ = Clock::now();
 }
 
+void StoppingTest::resume(int iterations) {
+    resumed_ = true;
+    controls_.max_iterations = std::max(1, controls_.max_iterations - iterations);
+}
+
 KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual) {
     if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
-    if (!begun_ && iteration == 0) {
+    if (iteration == 0) first_ = residual;
+    if (!begun_ && !resumed_ && iteration == 0) {
         PetscReal relative = 0, absolute = 0;
         PetscInt iterations = 0;
         LIVETET_PETSC(KSPGetTolerances(ksp, &relative, &absolute, nullptr, &iterations));
@@ -39,9 +51,15 @@ KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual)
                      .max_iterations = static_cast<int>(iterations)};
         allowed_ = std::max(relative * residual, absolute);
     }
+    resumed_ = false;
     if (begun_ && iteration > 0 && estimate_ == ErrorEstimate::from_steps) measure_step(ksp);
-    if (residual <= allowed_) return KSP_CONVERGED_RTOL;
+    if (residual <= allowed_) {
+        if (residual <= 0.01 * first_) watched_ = false;  // this preconditioner will do
+        return KSP_CONVERGED_RTOL;
+    }
     if (iteration >= controls_.max_iterations) return KSP_DIVERGED_ITS;
+    if (watched_ && !controls_.deadline && is_too_slow(iteration, residual / first_))
+        return KSP_DIVERGED_BREAKDOWN;
     if (controls_.deadline && iteration > 0) {
         const auto now = Clock::now();
         const auto next = now + 3 * (now - last_) / 2;

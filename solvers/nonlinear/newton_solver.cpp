@@ -306,8 +306,11 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     KSP ksp = nullptr;
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     LIVETET_PETSC(SNESGetKSP(snes_.get(), &ksp));
+    const int with_another = solver_.go_on(f, direction);
+    report_.iterations += with_another;
     LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
-    if (tangent_ != Tangent::exact || (reason > 0 && slope(f, direction) > 0)) return false;
+    if (tangent_ != Tangent::exact || (reason > 0 && slope(f, direction) > 0))
+        return with_another > 0;
     Stopwatch watch;
     tangent_ = Tangent::positive;
     positive_steps_ = 2;
@@ -318,7 +321,7 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     LIVETET_PETSC(KSPSolve(ksp, f, direction));
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
-    report_.iterations += static_cast<int>(iterations);
+    report_.iterations += static_cast<int>(iterations) + solver_.go_on(f, direction);
     return true;
 }
 

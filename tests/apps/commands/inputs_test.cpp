@@ -274,26 +274,34 @@ const std::string two_tets =
     "<DataArray type=\"Int32\" Name=\"region\" format=\"ascii\">4 6</DataArray></CellData>\n"
     "</Piece></UnstructuredGrid></VTKFile>\n";
 
-/// A bar of two materials, its left half 3, its right half 8, as another program would mesh it.
-std::string bar_msh() {
-    const TetMesh bar = test::block({12, 6, 6}, {120, 60, 60});
+Vector3 centre_of(const TetMesh& mesh, const Tet& t) {
+    Vector3 centre = Vector3::Zero();
+    for (const std::int32_t n : t) centre += mesh.nodes[n] / 4;
+    return centre;
+}
+
+/// Tets of a mesh in mm as a .msh file, each of the region that `region_of` gives its centre.
+template <class RegionOf>
+std::string msh_of(const TetMesh& mesh, RegionOf&& region_of) {
     std::string text =
-        fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", bar.nodes.size());
-    for (std::size_t n = 0; n < bar.nodes.size(); ++n)
-        text += fmt::format("{} {} {} {}\n", n + 1, bar.nodes[n].x(), bar.nodes[n].y(),
-                            bar.nodes[n].z());
-    text += fmt::format("$EndNodes\n$Elements\n{}\n", bar.tets.size());
-    for (std::size_t e = 0; e < bar.tets.size(); ++e) {
-        const Tet& t = bar.tets[e];
-        const int region =
-            bar.nodes[t[0]].x() + bar.nodes[t[1]].x() + bar.nodes[t[2]].x() + bar.nodes[t[3]].x() <
-                    240
-                ? 3
-                : 8;
+        fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", mesh.nodes.size());
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        text += fmt::format("{} {} {} {}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(),
+                            mesh.nodes[n].z());
+    text += fmt::format("$EndNodes\n$Elements\n{}\n", mesh.tets.size());
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const Tet& t = mesh.tets[e];
+        const int region = region_of(centre_of(mesh, t));
         text += fmt::format("{} 4 2 {} {} {} {} {} {}\n", e + 1, region, region, t[0] + 1, t[1] + 1,
                             t[2] + 1, t[3] + 1);
     }
     return text + "$EndElements\n";
+}
+
+/// A bar of two materials, its left half 3, its right half 8, as another program would mesh it.
+std::string bar_msh() {
+    return msh_of(test::block({12, 6, 6}, {120, 60, 60}),
+                  [](const Vector3& x) { return x.x() < 60 ? 3 : 8; });
 }
 
 TEST(Inputs, TetsOfOthersGetLevelsBelowThem) {
@@ -337,6 +345,30 @@ TEST(Inputs, TetsOfOthersGetLevelsBelowThem) {
     ASSERT_EQ(two.status, 0) << two.err;
     EXPECT_NE(two.err.find("no level below"), std::string::npos) << two.err;
     EXPECT_EQ(read_hierarchy(folder / "two.h5").levels.size(), 1u);
+}
+
+TEST(Inputs, TetsThatNoCoarserLevelCanBeMadeOfAreSolvedAllTheSame) {
+    // Two bars that meet along an edge: no surface mesher takes such a boundary.
+    const Folder folder;
+    TetMesh bars = test::block({8, 2, 2}, {80, 20, 20});
+    std::erase_if(bars.tets, [&](const Tet& t) {
+        const Vector3 x = centre_of(bars, t);
+        return (x.y() < 10) != (x.z() < 10);
+    });
+    write_text(folder / "bars.msh", msh_of(bars, [](const Vector3&) { return 0; }));
+    for (const char* kind : {"automatic", "multigrid"}) {
+        write_text(folder / "scene.yaml",
+                   fmt::format("mesh: {{file: bars.msh, levels: 3}}\nfix: [{{half_space_mm: [1, 0, "
+                               "0, 1, 0, 0]}}]\ngravity_m_per_s2: [0, 0, -9.81]\n"
+                               "solver: {{kind: {}}}\n",
+                               kind));
+        const auto solved = livetet(folder, "solve scene.yaml");
+        EXPECT_EQ(solved.status, 0) << kind << solved.err;
+        EXPECT_NE(solved.err.find("no level below that of the file"), std::string::npos)
+            << solved.err;
+        EXPECT_NE(solved.out.find("1 level(s)"), std::string::npos) << solved.out;
+        EXPECT_NE(solved.out.find("cg + cholesky"), std::string::npos) << solved.out;
+    }
 }
 
 TEST(Inputs, AVtuIsTakenWhereAMshIs) {
