@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "base/stopwatch.hpp"
+
 namespace livetet {
 
 namespace {
@@ -15,18 +17,52 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
 
 constexpr double min_part = 1.0 / 32;
 
+/// Whether the scene's time limit, counted from here on, has passed: by the first rank's clock, for
+/// all. Collective. Empty without a limit.
+std::function<bool()> time_limit(const Scene& scene, MPI_Comm comm) {
+    if (!scene.solver.time_limit_s) return {};
+    return [comm, start = std::chrono::steady_clock::now(), limit = *scene.solver.time_limit_s] {
+        int is_up = seconds_since(start) > limit;
+        MPI_Bcast(&is_up, 1, MPI_INT, 0, comm);
+        return is_up != 0;
+    };
+}
+
+bool is_up(const SolveControls& controls) { return controls.is_time_up && controls.is_time_up(); }
+
 /// The scene's controls; each iteration is shown as progress of `what` at `fraction`.
-SolveControls shown_controls(const Scene& scene, const RunHooks& hooks, double fraction,
+SolveControls shown_controls(const Scene& scene, const RunHooks& hooks,
+                             const std::function<bool()>& is_time_up, double fraction,
                              const std::string& what) {
     SolveControls controls = solve_controls(scene);
-    if (hooks.progress)
+    controls.is_time_up = is_time_up;
+    if (hooks.progress || hooks.iterated)
         controls.observe = [&hooks, fraction, what](const NewtonProgress& p) {
+            if (hooks.iterated) hooks.iterated();
+            if (!hooks.progress) return;
             hooks.progress(fraction, fmt::format("{}: Newton iteration {}, imbalance {:.1e}, "
                                                  "Krylov iteration {}, residual {:.1e}",
                                                  what, p.newton_iterations + 1, p.imbalance,
                                                  p.iterations, p.linear_residual));
         };
     return controls;
+}
+
+/// Why a static run ends before all of its load.
+std::string no_equilibrium_text(const Scene& scene, const RunHistory& history,
+                                const SolveControls& controls) {
+    const std::string left =
+        history.share > 0 ? fmt::format("the result holds the equilibrium at {:.4g}", history.share)
+                          : "nothing is kept";
+    const StepRecord& last = history.steps.back();
+    if (is_up(controls))
+        return fmt::format("the time limit of {:.4g} s passed on the way to {:.4g} of the load; {}",
+                           *scene.solver.time_limit_s, last.time_s, left);
+    return fmt::format(
+        "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of forces is "
+        "{:.1e} after {} Newton iterations (allowed {:.1e}); {}",
+        history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
+        last.report.allowed_imbalance, left);
 }
 
 RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
@@ -45,6 +81,8 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         if (hooks.keep) hooks.keep(frames++, share);
     };
     const double whole = 1.0 / scene.time.load_steps;
+    const std::function<bool()> is_time_up =
+        time_limit(scene, body.linear_solver().fine().share().comm);
     RunHistory history;
     history.share = 0;
     for (int planned = 1; planned <= scene.time.load_steps; ++planned) {
@@ -52,8 +90,9 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
         const std::string load_step =
             fmt::format("load step {} of {}", planned, scene.time.load_steps);
         if (hooks.progress) hooks.progress(begin, load_step);
+        const SolveControls controls = shown_controls(scene, hooks, is_time_up, begin, load_step);
         const double reached = step_in_parts(
-            body, 0, shown_controls(scene, hooks, begin, load_step),
+            body, 0, controls,
             [&](double share) { load_to(begin + share * (planned * whole - begin)); },
             [&](double share, double part, const StepReport& report) {
                 history.steps.push_back({begin + share * (planned * whole - begin),
@@ -66,16 +105,8 @@ RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraint
             });
         history.share = begin + reached * (planned * whole - begin);
         if (reached < 1) {
-            const StepRecord& last = history.steps.back();
             history.converged = false;
-            history.failure = fmt::format(
-                "no equilibrium was found beyond {:.4g} of the load: at {:.4g}, the imbalance of "
-                "forces is {:.1e} after {} Newton iterations (allowed {:.1e}); {}",
-                history.share, last.time_s, last.report.imbalance, last.report.newton_iterations,
-                last.report.allowed_imbalance,
-                history.share > 0
-                    ? fmt::format("the result holds the equilibrium at {:.4g}", history.share)
-                    : "nothing is kept");
+            history.failure = no_equilibrium_text(scene, history, controls);
             load_to(history.share);
             if (history.share > kept) keep(history.share);
             return history;
@@ -121,6 +152,13 @@ bool note_outcome(RunHistory& history, const StepReport& report, double time, do
     return !report.kept_old;
 }
 
+void note_time_limit(RunHistory& history, const Scene& scene, double time) {
+    history.converged = false;
+    history.failure = fmt::format(
+        "the time limit of {:.4g} s passed; the run ends at {:.4g} s, expected {:.4g} s",
+        *scene.solver.time_limit_s, time, scene.time.duration_s);
+}
+
 RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
                        const RunHooks& hooks) {
     DeformableBody& body = *scene_body.body;
@@ -134,10 +172,16 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
     RunHistory history;
     history.failure = place.failure;
     history.converged = history.failure.empty();
+    const std::function<bool()> is_time_up =
+        time_limit(scene, body.linear_solver().fine().share().comm);
     double& time = place.time_s;
     double& dt = place.step_s;
     if (dt == 0) dt = scene.time.step_s;
     while (time < end * (1 - 1e-9)) {
+        if (is_time_up && is_time_up()) {
+            note_time_limit(history, scene, time);
+            return history;
+        }
         // Fixed steps keep their length; the last two adaptive ones share what is left.
         const double left = end - time;
         const double step = dt >= left * (1 - 1e-9) ? left
@@ -155,11 +199,13 @@ RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstrain
         const std::string step_text = fmt::format("step to {:.4g} s", time + step);
         if (hooks.progress && place.steps == hooks.start.steps)
             hooks.progress(time / end, step_text);
-        const SolveControls controls = shown_controls(scene, hooks, time / end, step_text);
+        const SolveControls controls =
+            shown_controls(scene, hooks, is_time_up, time / end, step_text);
         if (tolerance > 0)
             body.keep_state();
         else
             reached = step_in_parts(body, step, controls, move, take);
+        if (reached < 1 && tolerance == 0 && is_up(controls)) continue;  // and so end
         if (reached < 1) {
             move(1);
             take(1, 1 - reached, body.solve((1 - reached) * step, controls));
@@ -214,7 +260,7 @@ double step_in_parts(
         }
         body.return_to_kept_state();
         part /= 2;
-        if (part < min_part) return reached;
+        if (part < min_part || is_up(controls)) return reached;
     }
     return 1;
 }

@@ -41,13 +41,15 @@ struct RunHooks {
     std::function<void(const RunPlace&)>
         checkpoint{};  ///< called every `output.checkpoint_every` steps
     ProgressCallback progress{};
+    /// Called after each iteration of each linear solve.
+    std::function<void()> iterated{};
     RunPlace start{};  ///< of a dynamic run
 };
 
 /// A step of `solve` of `dt` seconds (static: 0). If it does not converge, it is repeated in parts:
 /// halves, quarters, down to a 32nd. `move(share)` moves constraints and loads to that share of the
 /// step. Returns the share reached, where the body is left; `record` is called with each part
-/// tried.
+/// tried. No part is repeated once `controls.is_time_up`.
 double step_in_parts(
     DeformableBody& body, double dt, const SolveControls& controls,
     const std::function<void(double share)>& move,
@@ -55,7 +57,8 @@ double step_in_parts(
 
 /// Runs a scene to its end. Static: load steps, divided if they do not converge; if that fails, the
 /// body is left at its last equilibrium. Dynamic: fixed steps, divided likewise (if that fails the
-/// run continues, not converged), or adaptive ones. Collective.
+/// run continues, not converged), or adaptive ones. Either ends at its last state when the time
+/// that solver.time_limit_s allows is up, by the first rank's clock. Collective.
 RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
                      const RunHooks& hooks);
 

@@ -43,8 +43,9 @@ struct SolverOptions {
     int threads = 0;
     double relative_tolerance = 1e-3;  ///< of a scene: a body's is ...Controls::linear_tolerance
     int max_iterations = 200;
-    double newton_tolerance = 1e-8;  ///< of a scene: a body's is SolveControls::tolerance
-    int max_newton = 50;             ///< of a scene: a body's is SolveControls::max_newton
+    double newton_tolerance = 1e-8;        ///< of a scene: a body's is SolveControls::tolerance
+    int max_newton = 50;                   ///< of a scene: a body's is SolveControls::max_newton
+    std::optional<double> time_limit_s{};  ///< of a scene: see SolveControls::is_time_up
     TangentChoice tangent = TangentChoice::automatic;
     Partitioner partitioner = Partitioner::metis;  ///< of a scene: see partition_levels
     std::string petsc_options{};                   ///< of a scene: see PetscSession::add_options
@@ -91,6 +92,10 @@ void visit_fields(Visitor& v, SolverOptions& s) {
             Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
     v.field("max_newton", s.max_newton, "", "Newton iterations that a step of `solve` may take",
             at_least<1, int>());
+    v.field("time_limit_s", s.time_limit_s, "s",
+            "of `solve`, and of each solve of a study: wall-clock time after which no Newton "
+            "iteration begins, and the run ends with the last equilibrium; default: none",
+            greater_than<0>());
     v.choice(
         "tangent", s.tangent, "which derivative of the forces a Newton iteration takes",
         {{TangentChoice::automatic, "automatic",

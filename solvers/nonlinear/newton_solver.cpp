@@ -290,6 +290,7 @@ SNESConvergedReason NewtonSolver::test(int iteration, double /*x_norm*/, double 
     progress_.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
     if (!std::isfinite(residual) || balance_.state_fault()) return SNES_DIVERGED_FNORM_NAN;
     if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
+    if (controls_.is_time_up && controls_.is_time_up()) return SNES_DIVERGED_MAX_IT;
     return SNES_CONVERGED_ITERATING;
 }
 

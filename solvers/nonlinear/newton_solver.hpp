@@ -28,6 +28,9 @@ struct SolveControls {
     double linear_tolerance = 1e-3;
     /// Called after each iteration of each linear solve; may be empty.
     std::function<void(const NewtonProgress&)> observe{};
+    /// Asked before each Newton iteration but the first; may be empty. True: the solve ends, not
+    /// converged. Must be the same on all ranks.
+    std::function<bool()> is_time_up{};
 };
 
 /// Newton's method on a ForceBalance, by PETSc's SNES: all its options (-snes_type, -snes_monitor,

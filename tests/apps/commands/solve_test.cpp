@@ -413,6 +413,33 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
         << outcome.err;
 }
 
+TEST(Solve, ATimeLimitEndsARunWithItsLastState) {
+    const Folder folder;
+    prepare_press(folder);
+    const auto limited = [&](const std::string& scene, const std::string& before = "") {
+        std::string text = scene;
+        text.replace(text.find("solver: {"), 9, "solver: {time_limit_s: 1e-6, ");
+        write_text(folder / "limited.yaml", text);
+        return livetet(folder, "solve limited.yaml --json told.json", before);
+    };
+    for (const char* ranks : {"", "mpirun --oversubscribe -n 2"}) {
+        const auto outcome = limited(press, ranks);
+        EXPECT_EQ(outcome.status, 3) << outcome.err;
+        EXPECT_NE(outcome.err.find("the time limit of 1e-06 s passed on the way to 1 of the load"),
+                  std::string::npos)
+            << outcome.err;
+        const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+        EXPECT_FALSE(told["converged"]);
+        EXPECT_EQ(told["steps"].size(), 1u) << "repeated in parts all the same";
+        EXPECT_EQ(told["linearisations"], 1);
+    }
+    const auto dynamic =
+        limited(press + "time: {scheme: newmark, step_s: 0.01, duration_s: 0.1}\n");
+    EXPECT_EQ(dynamic.status, 3) << dynamic.err;
+    EXPECT_NE(dynamic.err.find("the run ends at 0 s, expected 0.1 s"), std::string::npos)
+        << dynamic.err;
+}
+
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
     const Folder folder;
     prepare_press(folder);
