@@ -119,7 +119,9 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
 
     // 3. steps
     StateKeeper states(scene, body, arguments.restart ? RunStart::from_checkpoint : RunStart::anew);
-    const RunHistory history = run_scene(scene, body, constraints, states.hooks(callback()));
+    RunHooks hooks = states.hooks(callback());
+    hooks.iterated = [&] { session.tell_unused_options(PetscSession::Moment::set_up); };
+    const RunHistory history = run_scene(scene, body, constraints, hooks);
     progress.reset();
     const std::vector<Vector3>& displacement = states.displacement();
     figures.forces = constraints.forces(body.body->reactions(), displacement);
@@ -134,7 +136,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     // 4. results
     json about = describe_run(scene, body, history, figures, states.start_s());
     states.close(about.dump());
-    session.tell_unused_options();
+    session.tell_unused_options(PetscSession::Moment::end);
     const int status = history.converged ? 0 : 3;
     if (!first) return status;
     states.remove_checkpoints();

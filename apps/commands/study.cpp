@@ -179,7 +179,7 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
     if (complete) fmt::print("{} is complete\n", study.options.output.string());
     print_summary(table, study);
     draw(table, study);
-    session.tell_unused_options();
+    session.tell_unused_options(PetscSession::Moment::end);
     return status_of(table.failures);
 }
 

@@ -281,7 +281,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     // 4. report
     if (observer) observer->finish();  // two threads must not draw
     report_result(scene.output.file, arguments.json);
-    session.tell_unused_options();
+    session.tell_unused_options(PetscSession::Moment::end);
     if (problem)
         fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(),
              files.result->frame_count());

@@ -83,6 +83,7 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
     }
     const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm, ErrorEstimate::none);
+    if (preconditions_by(PCMG)) warn_of_idle_options();
     is_cycle_ = role == Role::solver && preconditions_by(PCMG);
     watch_convergence(is_watched());
 }
@@ -91,6 +92,21 @@ MultigridSolver::~MultigridSolver() = default;
 
 void MultigridSolver::set_prefix(KSP ksp, const std::string& name) const {
     LIVETET_PETSC(KSPSetOptionsPrefix(ksp, (prefix() + name).c_str()));
+}
+
+void MultigridSolver::warn_of_idle_options() const {
+    int rank = 0;
+    MPI_Comm_rank(levels_.front()->share().comm, &rank);
+    for (const char* option : {"-pc_mg_levels", "-pc_mg_cycle_type"}) {
+        PetscBool given = PETSC_FALSE;
+        LIVETET_PETSC(PetscOptionsHasName(nullptr, prefix().c_str(), option, &given));
+        if (given && rank == 0)
+            log_warning(
+                fmt::format("PETSc option -{}{} changes nothing: levels and cycle are the "
+                            "hierarchy's; expected solver.smoothing_steps, or "
+                            "-mg_levels_ options",
+                            prefix(), option + 1));
+    }
 }
 
 void MultigridSolver::configure_cycle(PC pc, std::size_t l) {

@@ -63,6 +63,8 @@ class MultigridSolver : public DisplacementSolver {
     std::string cycle_name() const;
     /// Level l and those below it.
     void configure_cycle(PC pc, std::size_t l);
+    /// Of PETSc's options for a PCMG, those that the cycle of this class overrides.
+    void warn_of_idle_options() const;
     void configure_coarsest(KSP coarse, PC pc);
     void set_prefix(KSP ksp, const std::string& name) const;
     Mat level_matrix(std::size_t l) const;

@@ -19,6 +19,11 @@ constexpr const char* asked_at_the_end[] = {
     "-options_", "-log_", "-malloc_",  "-memory_",   "-objects_dump",
     "-mpidump",  "-info", "-on_error", "-citations", "-get_total_flops"};
 
+/// Views are drawn at the end of a solve; what replaces a preconditioner is made when it fails.
+bool is_looked_up_late(const std::string& name) {
+    return name.find("view") != name.npos || name.find("substitute_") != name.npos;
+}
+
 bool options_were_given = false;
 
 void check_may_begin() {
@@ -59,7 +64,8 @@ PetscSession::~PetscSession() {
 
 bool PetscSession::any_options() { return options_were_given; }
 
-void PetscSession::tell_unused_options() const {
+void PetscSession::tell_unused_options(Moment moment) {
+    if (moment == Moment::set_up && std::exchange(is_set_up_told_, true)) return;
     PetscInt count = 0;
     char **names = nullptr, **values = nullptr;
     if (rank_ > 0 || PetscOptionsLeftGet(nullptr, &count, &names, &values)) return;
@@ -72,7 +78,8 @@ void PetscSession::tell_unused_options() const {
         const bool of_the_end =
             std::any_of(std::begin(asked_at_the_end), std::end(asked_at_the_end),
                         [&](const char* begin) { return name.starts_with(begin); });
-        if (given.contains(name) && !of_the_end)
+        const bool may_come = moment == Moment::set_up && is_looked_up_late(name);
+        if (given.contains(name) && !of_the_end && !may_come && told_.insert(name).second)
             log_warning(fmt::format(
                 "PETSc option {} was not used: expected the name of an option of a solver that the "
                 "scene has",

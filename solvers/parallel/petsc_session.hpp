@@ -1,6 +1,7 @@
 #pragma once
 
 #include <exception>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,14 +29,18 @@ class PetscSession {
     /// Whether any session of this program was given options: an error of PETSc is then probably
     /// caused by one of them.
     static bool any_options();
-    /// At a run's end: a line on stderr for each option, of the command line's and the scene's,
-    /// that no object of PETSc looked up.
-    void tell_unused_options() const;
+    /// A line on stderr, once, for each option, of the command line's and the scene's, that no
+    /// object of PETSc has looked up. `set_up`: the run's objects are, but have not ended: options
+    /// that are looked up later are not told.
+    enum class Moment { set_up, end };
+    void tell_unused_options(Moment moment);
 
   private:
     std::vector<std::string> arguments_;
     std::string of_scene_;  ///< its options
     int rank_ = 0, ranks_ = 1;
+    bool is_set_up_told_ = false;
+    std::set<std::string> told_;  ///< options
     int exceptions_ = std::uncaught_exceptions();
 };
 

@@ -413,6 +413,24 @@ TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
         << outcome.err;
 }
 
+/// Before the run has done its work, and once.
+TEST(Solve, PetscsOptionsThatChangeNothingAreToldAtTheBegin) {
+    const Folder folder;
+    prepare_press(folder);
+    const auto outcome = livetet(
+        folder, "solve scene.yaml -ts_type beuler -pc_mg_levels 2 -pc_mg_cycle_type v -ksp_view");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::size_t done = outcome.err.find("100 %");
+    ASSERT_NE(done, std::string::npos) << outcome.err;
+    for (const char* warning :
+         {"PETSc option -ts_type was not used", "PETSc option -pc_mg_levels changes nothing",
+          "PETSc option -pc_mg_cycle_type changes nothing"}) {
+        EXPECT_LT(outcome.err.find(warning), done) << outcome.err;
+        EXPECT_EQ(outcome.err.find(warning), outcome.err.rfind(warning)) << outcome.err;
+    }
+    EXPECT_EQ(outcome.err.find("-ksp_view"), std::string::npos) << outcome.err;
+}
+
 TEST(Solve, ATimeLimitEndsARunWithItsLastState) {
     const Folder folder;
     prepare_press(folder);
