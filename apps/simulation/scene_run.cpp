@@ -1,5 +1,6 @@
 #include "apps/simulation/scene_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/stopwatch.hpp"
@@ -16,6 +17,23 @@ std::string progress_text(const StepRecord& step, std::size_t count) {
 }
 
 constexpr double min_part = 1.0 / 32;
+
+/// How much longer the next part of a step may be, after one that took so many Newton iterations:
+/// longer below eight of them, shorter beyond (Ramm 1981).
+double growth_after(int newton_iterations) {
+    constexpr double wanted = 8;
+    return std::clamp(std::sqrt(wanted / std::max(1, newton_iterations)), 0.5, 2.0);
+}
+
+/// What the last Newton iteration did, unless it took the whole step along the exact direction.
+std::string direction_text(const NewtonProgress& p) {
+    const char* along = p.direction == NewtonDirection::truncated ? "to negative curvature"
+                        : p.direction == NewtonDirection::positive
+                            ? "with the tangent's positive part"
+                            : "";
+    if (p.step_length == 1) return *along ? fmt::format(" ({})", along) : "";
+    return fmt::format(" ({}{}{:.2g} of the step)", along, *along ? ", " : "", p.step_length);
+}
 
 /// Whether the scene's time limit, counted from here on, has passed: by the first rank's clock, for
 /// all. Collective. Empty without a limit.
@@ -40,10 +58,11 @@ SolveControls shown_controls(const Scene& scene, const RunHooks& hooks,
         controls.observe = [&hooks, fraction, what](const NewtonProgress& p) {
             if (hooks.iterated) hooks.iterated();
             if (!hooks.progress) return;
-            hooks.progress(fraction, fmt::format("{}: Newton iteration {}, imbalance {:.1e}, "
-                                                 "Krylov iteration {}, residual {:.1e}",
-                                                 what, p.newton_iterations + 1, p.imbalance,
-                                                 p.iterations, p.linear_residual));
+            hooks.progress(
+                fraction, fmt::format("{}: Newton iteration {}, imbalance {:.1e}{}, "
+                                      "Krylov iteration {}, residual {:.1e}",
+                                      what, p.newton_iterations + 1, p.imbalance, direction_text(p),
+                                      p.iterations, p.linear_residual));
         };
     return controls;
 }
@@ -247,20 +266,24 @@ double step_in_parts(
     const std::function<void(double share)>& move,
     const std::function<void(double share, double part, const StepReport&)>& record) {
     body.keep_state();
+    const int most_iterations = std::max(200, 4 * controls.max_newton);
+    int iterations = 0;
     double reached = 0;
     for (double part = 1; reached < 1 - 1e-12;) {
-        const double share = std::min(1.0, reached + part);
+        const double share = reached + part > 1 - 1e-12 ? 1 : reached + part;
         move(share);
         const StepReport report = body.solve((share - reached) * dt, controls);
         record(share, share - reached, report);
+        iterations += report.newton_iterations;
         if (report.converged) {
+            part = (share - reached) * growth_after(report.newton_iterations);
             reached = share;
             body.keep_state();
             continue;
         }
         body.return_to_kept_state();
-        part /= 2;
-        if (part < min_part || is_up(controls)) return reached;
+        part = (share - reached) / 2;
+        if (part < min_part || iterations >= most_iterations || is_up(controls)) return reached;
     }
     return 1;
 }

@@ -46,10 +46,12 @@ struct RunHooks {
     RunPlace start{};  ///< of a dynamic run
 };
 
-/// A step of `solve` of `dt` seconds (static: 0). If it does not converge, it is repeated in parts:
-/// halves, quarters, down to a 32nd. `move(share)` moves constraints and loads to that share of the
-/// step. Returns the share reached, where the body is left; `record` is called with each part
-/// tried. No part is repeated once `controls.is_time_up`.
+/// A step of `solve` of `dt` seconds (static: 0). If it does not converge, it is repeated in parts,
+/// each half as long as the one that failed, down to a 32nd; after a part that converges the next
+/// one is longer or shorter by the iterations that it took. `move(share)` moves constraints and
+/// loads to that share of the step. Returns the share reached, where the body is left; `record` is
+/// called with each part tried. No part is repeated once `controls.is_time_up`, or after 200 Newton
+/// iterations (four times `controls.max_newton` if that is more).
 double step_in_parts(
     DeformableBody& body, double dt, const SolveControls& controls,
     const std::function<void(double share)>& move,

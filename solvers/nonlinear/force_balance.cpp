@@ -113,7 +113,7 @@ void ForceBalance::evaluate_frozen(ForcesAt forces_at) {
     level().frozen_force(at, rotations_, force_.get());
 }
 
-double ForceBalance::evaluate(ForcesAt forces_at) {
+double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
     static const PetscLogEvent event = log_event("LivetetForces");
     const PhaseTimer timer(cost_, event);
     const LevelAssembler& fine = level();
@@ -122,6 +122,7 @@ double ForceBalance::evaluate(ForcesAt forces_at) {
         evaluate_frozen(forces_at);
     else
         fine.elastic_force(configuration(), force_.get());
+    if (along) LIVETET_PETSC(VecDot(force_.get(), along, &elastic_along_));
     // evaluate_frozen has damped by the present stiffness.
     if (time_.is_dynamic() && (damps_from_start() || !fine.has_frozen_force()))
         add_stiffness_damping(time_.velocity());

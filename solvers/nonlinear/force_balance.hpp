@@ -43,10 +43,15 @@ class ForceBalance {
     Configuration configuration() const { return {state_.u.get(), state_.p.get(), &rotations_}; }
 
     /// Residuals at u; returns their norm and renews scale().
-    double evaluate() { return evaluate(ForcesAt::present); }
+    double evaluate() { return evaluate(ForcesAt::present, nullptr); }
+    /// The same, and finds elastic_along(): f_int . direction, J.
+    double evaluate_along(Vec direction) { return evaluate(ForcesAt::present, direction); }
+    double elastic_along() const { return elastic_along_; }
+    /// Elastic energy at u, J. Collective.
+    double elastic_energy() const { return level().strain_energy(configuration()); }
     /// The same with the prescribed increment applied to first order; only where the level
     /// has_frozen_force().
-    double evaluate_with_prescribed() { return evaluate(ForcesAt::prescribed); }
+    double evaluate_with_prescribed() { return evaluate(ForcesAt::prescribed, nullptr); }
     /// Applies the prescribed increment to the residuals to first order: r(u + w) = r(u) - A w
     /// about. Evaluating forces at u avoids inverting the elements beside the prescribed nodes.
     /// Returns the residuals' norm.
@@ -91,7 +96,7 @@ class ForceBalance {
 
   private:
     enum class ForcesAt { present, prescribed };
-    double evaluate(ForcesAt forces_at);
+    double evaluate(ForcesAt forces_at, Vec along);
     void evaluate_frozen(ForcesAt forces_at);
     /// Whether K_d is kept from the step's start.
     bool damps_from_start() const;
@@ -112,6 +117,7 @@ class ForceBalance {
     DampingAt damping_at_ = DampingAt::present;
     PetscHandle<Vec> at_;      ///< where forces are taken with frozen rotations, m
     PetscHandle<Vec> volume_;  ///< mixed form: g
+    double elastic_along_ = 0;
     double scale_ = 0, start_scale_ = 0;
     double external_size_ = 0;
     double round_off_ = 0;

@@ -5,6 +5,7 @@
 
 #include "base/stopwatch.hpp"
 #include "solvers/linear/unknown_parts.hpp"
+#include "solvers/nonlinear/energy_search.hpp"
 #include "solvers/nonlinear/line_search.hpp"
 
 // Eisenstat and Walker's forcing terms. SNES calls these around its linear solves only where it
@@ -42,6 +43,12 @@ class ForcingTerms {
   private:
     KSP ksp_;
 };
+
+NewtonDirection direction_of(Tangent tangent) {
+    return tangent == Tangent::positive ? NewtonDirection::positive
+           : tangent == Tangent::exact  ? NewtonDirection::exact
+                                        : NewtonDirection::frozen;
+}
 
 bool is_given(const char* option) {
     PetscBool given = PETSC_FALSE;
@@ -266,7 +273,10 @@ void NewtonSolver::copy_to_state(Vec from) {
 void NewtonSolver::evaluate(Vec x, Vec f) {
     Stopwatch watch;
     copy_to_state(x);
-    (void)balance_.evaluate();
+    if (along_)
+        (void)balance_.evaluate_along(along_);
+    else
+        (void)balance_.evaluate();
     const UnknownParts to(solver_, f);
     LIVETET_PETSC(VecCopy(balance_.residual(), to.u));
     LIVETET_PETSC(VecScale(to.u, -1));
@@ -310,10 +320,26 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     const int with_another = solver_.go_on(f, direction);
     report_.iterations += with_another;
     LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
-    if (tangent_ != Tangent::exact || (reason > 0 && slope(f, direction) > 0))
-        return with_another > 0;
+    progress_.direction = direction_of(tangent_);
+    if (tangent_ != Tangent::exact) return with_another > 0;
+    const double falls = slope(f, direction);
+    if (reason > 0 && falls > 0) return with_another > 0;
+    if (reason == KSP_DIVERGED_INDEFINITE_MAT && falls != 0 && std::isfinite(falls)) {
+        // Where the first search direction has negative curvature, its step is a step back.
+        if (falls < 0) LIVETET_PETSC(VecScale(direction, -1));
+        progress_.direction = NewtonDirection::truncated;
+        return true;
+    }
+    take_positive_direction(f, direction);
+    return true;
+}
+
+void NewtonSolver::take_positive_direction(Vec f, Vec direction) {
+    KSP ksp = nullptr;
+    LIVETET_PETSC(SNESGetKSP(snes_.get(), &ksp));
     Stopwatch watch;
     tangent_ = Tangent::positive;
+    progress_.direction = NewtonDirection::positive;
     positive_steps_ = 2;
     balance_.assemble(tangent_);
     report_.operator_s += watch.lap();
@@ -323,30 +349,86 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
     report_.iterations += static_cast<int>(iterations) + solver_.go_on(f, direction);
-    return true;
+}
+
+/// x - length y, and f there; `trial` are the two at the length that was evaluated last.
+struct NewtonSolver::Line {
+    SNES snes = nullptr;
+    Vec x = nullptr, f = nullptr, y = nullptr, x_trial = nullptr, f_trial = nullptr;
+};
+
+void NewtonSolver::go_to(const Line& line, double length) {
+    LIVETET_PETSC(VecWAXPY(line.x_trial, -length, line.y, line.x));
+    LIVETET_PETSC(SNESComputeFunction(line.snes, line.x_trial, line.f_trial));
+}
+
+double NewtonSolver::search_by_slope(const Line& line, double slope_before) {
+    const double norm_before = norm_of(line.f);
+    double length = 1;
+    for (int trial = 1; trial < max_line_search_trials; ++trial) {
+        const auto next = next_length(slope_before, slope(line.f_trial, line.y), norm_before,
+                                      norm_of(line.f_trial), length);
+        if (!next) break;
+        go_to(line, length = *next);
+    }
+    return length;
+}
+
+std::optional<double> NewtonSolver::search_by_energy(const Line& line, double slope_before) {
+    // With s = r . d and e = f_int . d, the loads' and the springs' part is s + e, affine in u.
+    along_ = UnknownParts(solver_, line.y).u;  // -d
+    const auto loads = [&](double slope) { return slope - balance_.elastic_along(); };
+    go_to(line, 0);
+    const double elastic_before = balance_.elastic_energy(), loads_before = loads(slope_before);
+    constexpr double rounding = 1e-12;
+    EnergySearch search(-slope_before,
+                        rounding * (std::abs(elastic_before) + std::abs(loads_before)));
+    double length = 1;
+    for (;;) {
+        go_to(line, length);
+        const double s = slope(line.f_trial, line.y);
+        const double energy =
+            balance_.elastic_energy() - elastic_before - length / 2 * (loads_before + loads(s));
+        const auto next = search.next({length, energy, -s});
+        if (!next) break;
+        length = *next;
+    }
+    const auto best = search.best();
+    if (best && best->length != length) go_to(line, best->length);
+    along_ = nullptr;
+    return best ? std::optional(best->length) : std::nullopt;
 }
 
 void NewtonSolver::search_line(SNESLineSearch search) {
-    SNES snes = nullptr;
-    Vec x = nullptr, f = nullptr, y = nullptr, x_trial = nullptr, f_trial = nullptr;
+    Line line;
     PetscBool changed = PETSC_FALSE;
-    LIVETET_PETSC(SNESLineSearchGetSNES(search, &snes));
-    LIVETET_PETSC(SNESLineSearchGetVecs(search, &x, &f, &y, &x_trial, &f_trial));
-    LIVETET_PETSC(SNESLineSearchPreCheck(search, x, y, &changed));
-    const double before = slope(f, y), norm_before = norm_of(f);
-    double length = 1;
-    for (int trial = 1;; ++trial) {
-        LIVETET_PETSC(VecWAXPY(x_trial, -length, y, x));
-        LIVETET_PETSC(SNESComputeFunction(snes, x_trial, f_trial));
-        const auto next =
-            next_length(before, slope(f_trial, y), norm_before, norm_of(f_trial), length);
-        if (!next || trial == max_line_search_trials) break;
-        length = *next;
+    LIVETET_PETSC(SNESLineSearchGetSNES(search, &line.snes));
+    LIVETET_PETSC(
+        SNESLineSearchGetVecs(search, &line.x, &line.f, &line.y, &line.x_trial, &line.f_trial));
+    LIVETET_PETSC(SNESLineSearchPreCheck(search, line.x, line.y, &changed));
+    std::optional<double> length;
+    for (;;) {
+        const double before = slope(line.f, line.y);
+        go_to(line, 1);
+        if (norm_of(line.f_trial) <= 0.5 * norm_of(line.f))
+            length = 1;
+        else if (state_.p || !(before > 0))
+            length = search_by_slope(line, before);
+        else
+            length = search_by_energy(line, before);
+        if (length || tangent_ != Tangent::exact) break;
+        take_positive_direction(line.f, line.y);
     }
-    LIVETET_PETSC(VecCopy(x_trial, x));
-    LIVETET_PETSC(VecCopy(f_trial, f));
-    LIVETET_PETSC(SNESLineSearchSetLambda(search, length));
-    LIVETET_PETSC(SNESLineSearchSetNorms(search, norm_of(x), norm_of(f), length * norm_of(y)));
+    if (!length) {
+        LIVETET_PETSC(SNESLineSearchSetReason(search, SNES_LINESEARCH_FAILED_REDUCT));
+        return;
+    }
+    progress_.step_length = *length;
+    LIVETET_PETSC(VecCopy(line.x_trial, line.x));
+    LIVETET_PETSC(VecCopy(line.f_trial, line.f));
+    LIVETET_PETSC(SNESLineSearchSetLambda(search, *length));
+    LIVETET_PETSC(SNESLineSearchSetNorms(search, norm_of(line.x), norm_of(line.f),
+                                         *length * norm_of(line.y)));
 }
 
 }  // namespace livetet

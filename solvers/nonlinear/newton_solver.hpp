@@ -3,6 +3,7 @@
 #include <petscsnes.h>
 
 #include <functional>
+#include <optional>
 
 #include "solvers/nonlinear/force_balance.hpp"
 #include "solvers/nonlinear/increment_history.hpp"
@@ -10,11 +11,21 @@
 
 namespace livetet {
 
+/// What a Newton iteration goes along.
+enum class NewtonDirection {
+    exact,      ///< the solution of the exact tangent's system
+    truncated,  ///< conjugate gradients until they met negative curvature of the exact tangent
+    positive,   ///< the solution with the tangent's positive part
+    frozen,     ///< the solution with frozen rotations
+};
+
 /// How far a nonlinear solve has come.
 struct NewtonProgress {
     int newton_iterations = 0;
-    double imbalance = 0;  ///< residual relative to the forces at work, after the last iteration
-    int iterations = 0;    ///< of the linear solve under way
+    NewtonDirection direction = NewtonDirection::exact;  ///< of the last iteration
+    double step_length = 1;  ///< of the last iteration, relative to its direction
+    double imbalance = 0;    ///< residual relative to the forces at work, after the last iteration
+    int iterations = 0;      ///< of the linear solve under way
     double linear_residual = 0;  ///< of it, relative to its right-hand side
 };
 
@@ -44,12 +55,16 @@ struct SolveControls {
 /// the last steps' increments. Any other step needs the line search from its first iteration on.
 ///
 /// Also ours, unless the options say otherwise:
-/// - The tangent is the exact one. If its linear solve does not converge, or gives a direction of
-///   rising energy, it is not positive: this iteration and the next two take its positive part.
-/// - The line search uses the slope of the energy, -r . d, and evaluates forces once if the full
-///   step is good; PETSc's `cp` seeks the same point with at least two evaluations. In the mixed
-///   form the same holds for the monotone operator (dL/du, -dL/dp): the slope includes the
-///   pressures.
+/// - The tangent is the exact one. Where conjugate gradients meet negative curvature, what they
+///   have found until then is the direction (truncated Newton: Nash 1985), and the line search
+///   finds its length. If that is no direction of falling energy, if the linear solve fails in
+///   another way, or if no length will do, this iteration and the next two take the tangent's
+///   positive part.
+/// - The full step is taken if it halves the residual. Else an EnergySearch finds the length: the
+///   potential is that of elasticity, loads, springs, inertia and damping (all but the first are
+///   affine in u, so that the trapezoidal rule integrates them exactly). In the mixed form, which
+///   has a saddle point in place of a minimum, the slope of the monotone operator (dL/du, -dL/dp)
+///   decides; see next_length.
 class NewtonSolver {
   public:
     /// All must outlive this.
@@ -80,8 +95,16 @@ class NewtonSolver {
     void assemble(Vec x);
     SNESConvergedReason test(int iteration, double x_norm, double step_norm, double residual);
     void search_line(SNESLineSearch search);
-    /// Solves anew with the positive tangent where the exact one failed; whether it did.
+    struct Line;
+    /// Evaluates the trial state at this length of the line.
+    void go_to(const Line& line, double length);
+    /// The length to take, where the trial state then is; nothing if none will do. Both begin with
+    /// the trial state at length 1.
+    std::optional<double> search_by_energy(const Line& line, double slope);
+    double search_by_slope(const Line& line, double slope);
+    /// Puts another direction where the exact tangent's failed; whether it changed it.
     bool mend_direction(Vec f, Vec direction);
+    void take_positive_direction(Vec f, Vec direction);
     double slope(Vec f, Vec direction) const;
 
     ForceBalance& balance_;
@@ -101,6 +124,7 @@ class NewtonSolver {
     bool has_user_limit_ = false;  ///< -snes_max_it is given
     Tangent tangent_ = Tangent::exact;
     int positive_steps_ = 0;  ///< iterations to come that take the positive tangent
+    Vec along_ = nullptr;     ///< where a line is searched: its direction, for evaluate()
 };
 
 }  // namespace livetet
