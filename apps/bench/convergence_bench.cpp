@@ -16,6 +16,7 @@
 #include "io/hierarchy_file.hpp"
 #include "meshing/refine.hpp"
 #ifdef LIVETET_IMAGES
+#include "apps/bench/convergence_bodies.hpp"
 #include "apps/plots/pictures.hpp"
 #endif
 
@@ -40,7 +41,8 @@ constexpr double max_meshed_nodes = 5e5;  ///< above this size the finest mesh i
 
 struct SolveMethod {
     std::string name, solver;
-    double max_nodes;  ///< left out above this size, where it takes minutes
+    double max_nodes;        ///< left out above this size, where it takes minutes
+    bool one_level = false;  ///< of bodies: solved without their coarse levels
 };
 
 const std::vector<SolveMethod>& methods() {
@@ -56,10 +58,29 @@ const std::vector<SolveMethod>& methods() {
     return all;
 }
 
-/// Parameters of a beam.
+constexpr const char *with_levels = "automatic", *on_one_level = "automatic, one level";
+
+#ifdef LIVETET_IMAGES
+/// Those that solve bodies.
+const std::vector<SolveMethod>& body_methods() {
+    static const std::vector<SolveMethod> all{
+        methods()[0],
+        methods()[1],
+        {with_levels, "kind: automatic", 1e9},
+        {"BoomerAMG", "kind: boomeramg", 1e9, true},
+        {"GAMG", "kind: gamg", 1e9, true},
+        {"direct", "kind: direct", 1e9, true},
+        {on_one_level, "kind: automatic", 1e9, true},
+    };
+    return all;
+}
+#endif
+
+/// Parameters of a beam, or a body of `convergence_bodies`.
 struct Setting {
-    std::string against;  ///< what is varied: "nodes", "nu", ...
+    std::string against;  ///< what is varied: "nodes", "nu", ..., "body"
     double value = 0;
+    std::string body{};  ///< in place of the value where bodies are varied
     double edge_m = 0.0054;
     int refine = 0;  ///< number of uniform refinements of a mesh that is coarser by as much
     double poisson = 0.45;
@@ -69,7 +90,13 @@ struct Setting {
     int smoothing = 0;    ///< 0: default of the solver
 };
 
-std::string name_of(const Setting& s, const SolveMethod& m) { return s.against + ", " + m.name; }
+std::string value_text(const Setting& s) {
+    return s.body.empty() ? fmt::format("{}", s.value) : s.body;
+}
+
+std::string name_of(const Setting& s, const SolveMethod& m) {
+    return s.against + (s.body.empty() ? "" : " " + s.body) + ", " + m.name;
+}
 
 struct Point {
     Setting setting;
@@ -81,30 +108,22 @@ struct Point {
 };
 
 /// Solves scenes of settings.
-class Beams {
+class Scenes {
   public:
-    explicit Beams(const WorkFolder& folder) : folder_(folder) {}
+    /// `nodes`: about those of bodies that are not beams.
+    Scenes(const WorkFolder& folder, double nodes) : folder_(folder), nodes_(nodes) {}
 
     Point solve(const Setting& s, const SolveMethod& method) {
-        const std::string mesh = mesh_of(s);
-        const fs::path scene = folder_ / fmt::format("{}.yaml", ++count_);
-        const double top = 1e3 * 0.1 * s.stretch;
-        write_text_file(
-            scene,
-            fmt::format("mesh: {{file: {}, refine: {}}}\n"
-                        "strain: linear\nformulation: displacement\n"
-                        "materials: [{{region: 1, young_Pa: 5000, poisson: {}}}, {{region: 2, "
-                        "young_Pa: {}, poisson: {}}}]\n"
-                        "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
-                        "drive: [{{box_mm: [83.5, 33.5, {}, 116.5, 66.5, {}], displacement_mm: [0, "
-                        "0, -1]}}]\n"
-                        "solver: {{{}, smoothing_steps: {}, relative_tolerance: {}, "
-                        "max_iterations: {}, newton_tolerance: 0.5, max_newton: 1}}\n"
-                        "output: {{file: result.h5}}\n",
-                        mesh, s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001,
-                        top + 0.001, method.solver, s.smoothing, tolerance, max_iterations));
         Point point{s, method.name, "", 0, 0, 0};
         try {
+            const fs::path scene = folder_ / fmt::format("{}.yaml", ++count_);
+            write_text_file(
+                scene, fmt::format("{}strain: linear\nformulation: displacement\n"
+                                   "solver: {{{}, smoothing_steps: {}, relative_tolerance: {}, "
+                                   "max_iterations: {}, newton_tolerance: 0.5, max_newton: 1}}\n"
+                                   "output: {{file: result.h5}}\n",
+                                   s.body.empty() ? beam(s) : body(s, method), method.solver,
+                                   s.smoothing, tolerance, max_iterations));
             const SolveRun run = run_solve(method.name, "", 1, scene);
             point.nodes = run.unknowns / 3;
             point.iterations = run.iterations_a_solve();
@@ -120,6 +139,42 @@ class Beams {
     }
 
   private:
+    /// Lines of a scene: a beam, clamped and pressed.
+    std::string beam(const Setting& s) {
+        const double top = 1e3 * 0.1 * s.stretch;
+        return fmt::format(
+            "mesh: {{file: {}, refine: {}}}\n"
+            "materials: [{{region: 1, young_Pa: 5000, poisson: {}}}, {{region: 2, young_Pa: {}, "
+            "poisson: {}}}]\n"
+            "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
+            "drive: [{{box_mm: [83.5, 33.5, {}, 116.5, 66.5, {}], displacement_mm: [0, 0, -1]}}]\n",
+            mesh_of(s), s.refine, s.poisson, 5000 * s.contrast, s.poisson, top - 0.001,
+            top + 0.001);
+    }
+
+    /// Lines of a scene: a body with its boundary conditions, of as many levels as the method uses.
+    std::string body([[maybe_unused]] const Setting& s, [[maybe_unused]] const SolveMethod& m) {
+#ifdef LIVETET_IMAGES
+        const auto& all = convergence_bodies();
+        const auto& body = *std::find_if(all.begin(), all.end(),
+                                         [&](const auto& one) { return one.name == s.body; });
+        std::string name = s.body;
+        std::replace(name.begin(), name.end(), ' ', '_');
+        const std::string finest = name + "_finest.h5";
+        name += ".h5";
+        if (!fs::exists(folder_ / finest)) {
+            MeshHierarchy hierarchy = mesh_body(body, nodes_);
+            write_hierarchy(folder_ / name, hierarchy);
+            hierarchy.levels.resize(1);
+            write_hierarchy(folder_ / finest, make_hierarchy(std::move(hierarchy.levels), s.body));
+        }
+        return fmt::format("mesh: {{file: {}}}\nmaterials: [{{young_Pa: 5000, poisson: {}}}]\n{}",
+                           m.one_level ? finest : name, s.poisson, body.boundary);
+#else
+        return {};
+#endif
+    }
+
     std::string mesh_of(const Setting& s) {
         const std::string name = fmt::format("{:.6f}_{}_{}.h5", s.edge_m, s.stretch, s.levels);
         if (fs::exists(folder_ / name)) return name;
@@ -139,6 +194,7 @@ class Beams {
     }
 
     const WorkFolder& folder_;
+    double nodes_;
     int count_ = 0;
 };
 
@@ -150,10 +206,10 @@ double edge_for(double nodes) {
 }
 
 void print(const std::vector<Point>& points) {
-    fmt::print("\n{:<12} {:>9} {:<22} {:>9} {:>4} {:>11} {:>7} {:>9}\n", "against", "",
+    fmt::print("\n{:<12} {:>15} {:<22} {:>9} {:>4} {:>11} {:>7} {:>9}\n", "against", "",
                "preconditioner", "nodes", "cut", "iterations", "factor", "seconds");
     for (const Point& p : points) {
-        fmt::print("{:<12} {:>9.4g} {:<22} ", p.setting.against, p.setting.value, p.method);
+        fmt::print("{:<12} {:>15} {:<22} ", p.setting.against, value_text(p.setting), p.method);
         if (p.failure.empty())
             fmt::print("{:>9.0f} {:>4} {:>11.0f} {:>7.3f} {:>9.2f}\n", p.nodes, p.setting.refine,
                        p.iterations, p.factor(), p.seconds);
@@ -166,23 +222,24 @@ std::string csv_text(const std::vector<Point>& points) {
     std::string text = "against,value,preconditioner,nodes,cut,iterations,factor,seconds,failure\n";
     for (const Point& p : points)
         text += fmt::format("{},{},\"{}\",{},{},{},{:.4f},{:.4f},\"{}\"\n", p.setting.against,
-                            p.setting.value, p.method, p.nodes, p.setting.refine, p.iterations,
-                            p.factor(), p.seconds, p.failure);
+                            value_text(p.setting), p.method, p.nodes, p.setting.refine,
+                            p.iterations, p.factor(), p.seconds, p.failure);
     return text;
 }
 
 json json_of(const std::vector<Point>& points) {
     json list = json::array();
     for (const Point& p : points)
-        list.push_back({{"against", p.setting.against},
-                        {"value", p.setting.value},
-                        {"preconditioner", p.method},
-                        {"nodes", p.nodes},
-                        {"cut", p.setting.refine},
-                        {"iterations", p.iterations},
-                        {"factor", p.factor()},
-                        {"seconds", p.seconds},
-                        {"failure", p.failure}});
+        list.push_back(
+            {{"against", p.setting.against},
+             {"value", p.setting.body.empty() ? json(p.setting.value) : json(p.setting.body)},
+             {"preconditioner", p.method},
+             {"nodes", p.nodes},
+             {"cut", p.setting.refine},
+             {"iterations", p.iterations},
+             {"factor", p.factor()},
+             {"seconds", p.seconds},
+             {"failure", p.failure}});
     return list;
 }
 
@@ -249,6 +306,11 @@ std::vector<Solve> chosen_solves(const ConvergenceArguments& a) {
     vary("levels", {2, 3, 4}, ours, [](Setting& s, double v) { s.levels = static_cast<int>(v); });
     vary("smoothing", {1, 2, 4, 6, 8}, ours,
          [](Setting& s, double v) { s.smoothing = static_cast<int>(v); });
+#ifdef LIVETET_IMAGES
+    for (const ConvergenceBody& body : convergence_bodies())
+        for (const SolveMethod& m : body_methods())
+            all.emplace_back(Setting{.against = "body", .body = body.name}, m);
+#endif
     std::erase_if(all, [&](const Solve& solve) {
         return name_of(solve.first, solve.second).find(a.only) == std::string::npos;
     });
@@ -280,12 +342,49 @@ bool judge_growth(const std::vector<Point>& points) {
     return holds;
 }
 
+/// Prints how good `automatic` is on bodies. True if it takes at most 40 iterations on the organ
+/// with levels, and on one level at most twice the time of the quickest other; times are judged
+/// from 5000 nodes on.
+bool judge_bodies(const std::vector<Point>& points) {
+    constexpr double max_iterations_on_organ = 40, max_ratio = 2, min_nodes = 5000;
+    bool all_hold = true;
+    for (const Point& automatic : points) {
+        const std::string& body = automatic.setting.body;
+        if (automatic.method == with_levels && body == "organ") {
+            const bool holds =
+                automatic.failure.empty() && automatic.iterations <= max_iterations_on_organ;
+            fmt::print("automatic with levels on the organ: {} iterations, target at most {}: {}\n",
+                       automatic.iterations, max_iterations_on_organ, holds ? "holds" : "MISSED");
+            all_hold = all_hold && holds;
+        }
+        if (automatic.method != on_one_level) continue;
+        const Point* quickest = nullptr;
+        for (const Point& p : points)
+            if (p.setting.body == body && p.failure.empty() &&
+                (p.method == "BoomerAMG" || p.method == "GAMG" || p.method == "direct") &&
+                (!quickest || p.seconds < quickest->seconds))
+                quickest = &p;
+        if (!quickest) continue;
+        const double ratio =
+            automatic.failure.empty() ? automatic.seconds / quickest->seconds : INFINITY;
+        const bool holds = ratio <= max_ratio, judged = quickest->nodes >= min_nodes;
+        fmt::print("automatic on one level, {}: {:.2f} times {}, target at most {}: {}\n", body,
+                   ratio, quickest->method, max_ratio,
+                   !judged ? "too small to judge"
+                   : holds ? "holds"
+                           : "MISSED");
+        all_hold = all_hold && (holds || !judged);
+    }
+    return all_hold;
+}
+
 /// Iterations and time of one linear solve to 1e-8 of a clamped and pressed beam, by each
 /// preconditioner, against mesh size, Poisson's ratio, contrast, anisotropy, levels and smoothing
-/// steps. Returns 1 if multigrid's iterations grow by more than a fifth from 10^4 nodes on.
+/// steps; and of bodies that are not blocks. Returns 1 if multigrid's iterations grow by more than
+/// a fifth from 10^4 nodes on, or if `judge_bodies` is false.
 int bench_convergence(const ConvergenceArguments& a) {
     const WorkFolder folder(a.folder);
-    Beams beams(folder);
+    Scenes scenes(folder, a.nodes);
     const std::vector<Solve> all = chosen_solves(a);
     std::vector<Point> points;
     {
@@ -294,8 +393,8 @@ int bench_convergence(const ConvergenceArguments& a) {
             const auto& [setting, method] = all[k];
             progress.update(
                 static_cast<double>(k) / static_cast<double>(all.size()),
-                fmt::format("{} {:.4g}, {}", setting.against, setting.value, method.name));
-            points.push_back(beams.solve(setting, method));
+                fmt::format("{} {}, {}", setting.against, value_text(setting), method.name));
+            points.push_back(scenes.solve(setting, method));
         }
     }
     print(points);
@@ -305,13 +404,13 @@ int bench_convergence(const ConvergenceArguments& a) {
         "Gmsh takes minutes); BoomerAMG, GAMG, ICC, Jacobi and Galerkin stop where they would take "
         "minutes\n",
         max_meshed_nodes);
-    const bool holds = judge_growth(points);
+    const bool grows_little = judge_growth(points), bodies_hold = judge_bodies(points);
     if (!a.csv.empty()) write_text_file(a.csv, csv_text(points));
     if (!a.json.empty()) write_text_file(a.json, json_of(points).dump(2) + "\n");
 #ifdef LIVETET_IMAGES
     if (!a.figure.empty()) draw(a.figure, points);
 #endif
-    return holds ? 0 : 1;
+    return grows_little && bodies_hold ? 0 : 1;
 }
 
 }  // namespace
@@ -320,8 +419,9 @@ void add_convergence_benchmark(CLI::App& bench, int& status) {
     CLI::App* command = bench.add_subcommand(
         "convergence",
         "Iterations and time to 1e-8 of each preconditioner against mesh size, Poisson's ratio, "
-        "contrast, anisotropy, levels and smoothing steps; exit status 1 if multigrid's "
-        "iterations grow by more than a fifth");
+        "contrast, anisotropy, levels and smoothing steps, and on bodies that are not blocks; exit "
+        "status 1 if multigrid's iterations grow by more than a fifth, or if `automatic` takes "
+        "more than 40 on the organ or, on one level, twice the quickest other's time");
     auto a = std::make_shared<ConvergenceArguments>();
     command->add_option("--min-nodes", a->min_nodes, "nodes of the smallest mesh")
         ->capture_default_str()
