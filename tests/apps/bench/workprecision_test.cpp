@@ -200,8 +200,11 @@ std::map<std::string, json> convergence_rows(const Folder& folder, const std::st
 TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     const Folder folder;
     std::map<std::string, json> rows;
-    for (const char* only : {"smoothing", "anisotropy", "nodes"})
+    std::string csv;
+    for (const char* only : {"smoothing", "contrast", "anisotropy", "nodes"}) {
         rows.merge(convergence_rows(folder, only));
+        csv += text_of(folder / "c.csv");
+    }
     const auto iterations = [&](const std::string& name) {
         return rows.at(name).at("iterations").get<double>();
     };
@@ -214,7 +217,9 @@ TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     EXPECT_GT(iterations("anisotropy|BoomerAMG|1"), 1);
     EXPECT_NEAR(rows.at("nodes|Jacobi|1050").at("factor").get<double>(),
                 std::pow(1e-8, 1 / iterations("nodes|Jacobi|1050")), 1e-12);
-    EXPECT_NE(text_of(folder / "c.csv").find("nodes,1050,\"GAMG\""), std::string::npos);
+    EXPECT_GT(iterations("contrast|multigrid|1"), 1);
+    EXPECT_NE(csv.find("anisotropy,0.03"), std::string::npos);
+    EXPECT_NE(csv.find("nodes,1050,\"GAMG\""), std::string::npos);
 }
 
 #ifdef LIVETET_IMAGES
