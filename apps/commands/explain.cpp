@@ -41,9 +41,8 @@ void explain(const std::filesystem::path& path) {
     ProgressLine progress("mesh");
     MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
-    const SolverKind kind =
-        resolved_kind(solver_options(scene, hierarchy, use_of(scene)).kind, hierarchy.levels.size(),
-                      hierarchy.levels.front().nodes.size());
+    const SolverKind kind = resolved_kind(solver_options(scene, hierarchy, use_of(scene)).kind,
+                                          hierarchy.levels.size());
     const bool multigrid = kind == SolverKind::multigrid || kind == SolverKind::live;
     const std::size_t tets = hierarchy.levels.front().tets.size();
 

@@ -33,7 +33,9 @@ void configure_boomeramg(PC pc) {
 
 AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                                  SolverKind kind, Role role)
-    : DisplacementSolver(mesh, role, ThreadTeam::alone()), kind_(kind) {
+    : DisplacementSolver(mesh, role, ThreadTeam::alone()),
+      kind_(kind == SolverKind::automatic ? SolverKind::gamg : kind),
+      is_chosen_(kind != SolverKind::automatic) {
     add_level(mesh, model, MatrixLayout::scalars);
     const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm, ErrorEstimate::none);
@@ -57,9 +59,24 @@ void AlgebraicSolver::configure(PC pc) {
     }
 }
 
+void AlgebraicSolver::choose_factorisation() {
+    is_chosen_ = true;
+    PetscBool given = PETSC_FALSE;
+    LIVETET_PETSC(PetscOptionsHasName(nullptr, prefix().c_str(), "-pc_type", &given));
+    if (given || !is_affordable(matrix(), estimate_factorisation(matrix()),
+                                FactorisationLimit::as_quick_as_aggregation))
+        return;
+    kind_ = SolverKind::direct;
+    PC pc = nullptr;
+    LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+    configure(pc);
+    LIVETET_PETSC(PCSetFromOptions(pc));
+}
+
 RenewalExtent AlgebraicSolver::renew(const Configuration& at, const OperatorTerms& terms,
                                      RenewalExtent /*wanted*/) {
     fine().assemble(at, terms);
+    if (!is_chosen_) choose_factorisation();
     return RenewalExtent::whole;
 }
 

@@ -8,7 +8,8 @@ namespace livetet {
 /// BoomerAMG, GAMG, a factorisation (MUMPS), or what PETSc's options say.
 class AlgebraicSolver : public DisplacementSolver {
   public:
-    /// `kind`: boomeramg, gamg, direct or petsc.
+    /// `kind`: boomeramg, gamg, direct, petsc, or automatic: then the first matrix decides between
+    /// a factorisation and GAMG, unless PETSc's options choose.
     AlgebraicSolver(const DistributedHierarchy& mesh, const ElasticModel& model, SolverKind kind,
                     Role role);
 
@@ -20,8 +21,11 @@ class AlgebraicSolver : public DisplacementSolver {
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override;
+    /// Takes the factorisation in place of GAMG where the matrix says that it is as quick.
+    void choose_factorisation();
 
     SolverKind kind_;
+    bool is_chosen_;
 };
 
 }  // namespace livetet

@@ -103,8 +103,7 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
                                                              DisplacementSolver::Role role,
                                                              ThreadTeam& team) {
     const std::size_t levels = mesh.hierarchy.levels.size();
-    switch (const SolverKind kind =
-                resolved_kind(options.kind, levels, mesh.hierarchy.levels.front().nodes.size())) {
+    switch (const SolverKind kind = resolved_kind(options.kind, levels)) {
         case SolverKind::multigrid:
             if (levels < 2)
                 fail(
@@ -117,11 +116,10 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
         case SolverKind::gamg:
         case SolverKind::direct:
         case SolverKind::petsc:
-            return std::make_unique<AlgebraicSolver>(mesh, model, kind, role);
         case SolverKind::automatic:
-            break;
+            return std::make_unique<AlgebraicSolver>(mesh, model, kind, role);
     }
-    throw std::logic_error("make_linear_solver: a kind that resolved_kind does not return");
+    throw std::logic_error("make_linear_solver: an unknown kind");
 }
 
 }  // namespace

@@ -23,9 +23,9 @@ FactorisationEstimate estimate_factorisation(Mat A) {
     return {operations, 1e6 * static_cast<double>(megabytes)};
 }
 
-bool is_affordable(Mat A, const FactorisationEstimate& estimate) {
-    constexpr double max_operations = 2e4;  // for each nonzero
-    constexpr double max_memory = 0.5;      // of the machine's
+bool is_affordable(Mat A, const FactorisationEstimate& estimate, FactorisationLimit limit) {
+    const double max_operations = static_cast<double>(limit);  // for each nonzero
+    constexpr double max_memory = 0.5;                         // of the machine's
     MatInfo info;
     LIVETET_PETSC(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
     double memory =

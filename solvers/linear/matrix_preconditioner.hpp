@@ -16,10 +16,15 @@ struct FactorisationEstimate {
 };
 /// `A`: of scalars, symmetric. Collective.
 FactorisationEstimate estimate_factorisation(Mat A);
-/// Whether L D L^T of `A` takes no longer than some 100 iterations of algebraic multigrid (20,000
-/// operations for each nonzero), and half of the machine's memory holds it. Thin bodies are so at
-/// any size that memory holds, organs up to some 100,000 tets. Collective.
-bool is_affordable(Mat A, const FactorisationEstimate& estimate);
+/// Operations for each nonzero of the matrix that L D L^T may take to be worth as much as algebraic
+/// multigrid (docs/theory/multigrid.md has the measurements).
+enum class FactorisationLimit {
+    as_quick_as_aggregation = 6'000,   ///< of 26 to 100 iterations of GAMG
+    rather_than_slow_cycles = 20'000,  ///< some 100 iterations of a multigrid that does not fit
+};
+/// Whether L D L^T of `A` is within the limit, and half of the machine's memory holds it. Thin
+/// bodies are within both at any size that memory holds, organs only where small. Collective.
+bool is_affordable(Mat A, const FactorisationEstimate& estimate, FactorisationLimit limit);
 
 /// A preconditioner that is made from the matrix alone.
 enum class MatrixMethod {

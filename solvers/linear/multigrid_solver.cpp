@@ -265,7 +265,9 @@ MultigridSolver::Change MultigridSolver::next_change() {
         return galerkin_is_left() ? Change::galerkin : Change::none;
     if (replaced_.empty()) {
         Mat A = scalars_.update(matrix());
-        if (is_affordable(A, estimate_factorisation(A))) return Change::factorisation;
+        if (is_affordable(A, estimate_factorisation(A),
+                          FactorisationLimit::rather_than_slow_cycles))
+            return Change::factorisation;
     }
     return galerkin_is_left() ? Change::galerkin : Change::aggregation;
 }

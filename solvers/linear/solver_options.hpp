@@ -14,14 +14,10 @@ enum class CoarseOperator { automatic, galerkin, rediscretised };
 /// Tangent of a Newton iteration.
 enum class TangentChoice { automatic, frozen_rotation, exact };
 
-/// What `automatic` means for a mesh of so many levels, the finest of so many nodes. On one level
-/// a factorisation is the quickest up to some 5000 nodes, then GAMG (organs and a machine part, P1
-/// and P2: docs/theory/multigrid.md).
-inline SolverKind resolved_kind(SolverKind kind, std::size_t levels, std::size_t nodes) {
-    constexpr std::size_t max_factored_nodes = 5000;
-    if (kind != SolverKind::automatic) return kind;
-    if (levels > 1) return SolverKind::multigrid;
-    return nodes <= max_factored_nodes ? SolverKind::direct : SolverKind::gamg;
+/// What `automatic` means for a mesh of so many levels. On one level it stays `automatic`: an
+/// AlgebraicSolver decides by its first matrix.
+inline SolverKind resolved_kind(SolverKind kind, std::size_t levels) {
+    return kind == SolverKind::automatic && levels > 1 ? SolverKind::multigrid : kind;
 }
 
 /// What `automatic` means where Young's moduli are so many times apart: beyond this a
@@ -58,7 +54,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
         {{SolverKind::automatic, "automatic",
           "multigrid where the mesh has levels, replaced in the first solve where they do not fit "
           "the body (by a factorisation if affordable, Galerkin operators, or aggregation); else "
-          "direct up to 5000 nodes, and gamg beyond; `track`: live where it can"},
+          "direct where an analysis of the first matrix says that it is as quick as gamg, and "
+          "gamg elsewhere; `track`: live where it can"},
          {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
          {SolverKind::live, "live",
           "the same cycle in single precision on kernels of our own: one rank, P1, linear or "
