@@ -21,7 +21,7 @@ std::span<const Case> cases() {
     static const std::vector<Case> all = [] {
         std::vector<Case> list;
         for (auto&& part : {homogeneous_cases(), incompressible_cases(), structural_cases(),
-                            dynamic_cases(), recovery_cases(), material_cases()})
+                            dynamic_cases(), recovery_cases(), material_cases(), press_cases()})
             list.insert(list.end(), part.begin(), part.end());
         return list;
     }();

@@ -35,8 +35,11 @@ struct Outcome {
 
 /// A verification case: computes one or more outcomes.
 struct Case {
+    /// Of a run. Unit tests leave out what takes minutes.
+    enum class Length { seconds, minutes };
     std::string name;
     std::function<std::vector<Outcome>()> run;
+    Length length = Length::seconds;
 };
 
 /// All cases, in the order of the table.
@@ -55,5 +58,7 @@ std::vector<Case> material_cases();
 std::vector<Case> dynamic_cases();
 /// Flat, everted and random starts.
 std::vector<Case> recovery_cases();
+/// Fine bodies of ten-node tets under deep presses.
+std::vector<Case> press_cases();
 
 }  // namespace livetet::verification
