@@ -70,6 +70,7 @@ int StabilityCase::driven_steps(int noise_frames) const {
         case PatchMotion::none:
             return 0;
         case PatchMotion::jump:
+        case PatchMotion::deep_press:
             return 1;
         case PatchMotion::press:
             return 10;
@@ -134,6 +135,8 @@ std::vector<StabilityCase> stability_cases() {
         [](StabilityCase& c) { c.start = StartState::random, c.motion = PatchMotion::none; });
     add("held by", "a line", [](StabilityCase& c) { c.held = HeldBy::line; });
     add("held by", "one node", [](StabilityCase& c) { c.held = HeldBy::node; });
+    add("deep press", "on ten-node tets",
+        [](StabilityCase& c) { c.motion = PatchMotion::deep_press, c.is_fine = true; });
     add("noise", "of 1.4 mm", [](StabilityCase& c) { c.motion = PatchMotion::noise; });
     return cases;
 }
@@ -167,6 +170,7 @@ Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeSch
                       const TetMesh& mesh) {
     Scene scene;
     scene.strain = strain;
+    if (c.is_fine) scene.elements = Elements::p2;
     const Material lower{c.young_Pa, c.poisson, c.density_kg_per_m3, 1};
     Material upper = lower;
     upper.young_Pa *= c.contrast;
@@ -178,16 +182,18 @@ Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeSch
     // resolves.
     scene.time.rayleigh_alpha = std::numbers::pi / c.period_s();
     scene.time.rayleigh_beta = c.period_s() / 64;
-    std::vector<int> held;
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-        const Vector3& x = mesh.nodes[n];
-        const bool on_line = x.z() < 1e-9;
-        if (x.x() < 1e-9 && (c.held == HeldBy::face || on_line) &&
-            (c.held != HeldBy::node || held.empty()))
-            held.push_back(static_cast<int>(n));
-    }
     FixOptions fix;
-    fix.nodes = held;
+    if (c.held == HeldBy::face) {
+        fix.half_space_mm = {1e-3, 0, 0, 1, 0, 0};
+    } else {
+        std::vector<int> held;
+        for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+            const Vector3& x = mesh.nodes[n];
+            if (x.x() < 1e-9 && x.z() < 1e-9 && (c.held == HeldBy::line || held.empty()))
+                held.push_back(static_cast<int>(n));
+        }
+        fix.nodes = held;
+    }
     scene.fix = {fix};
     return scene;
 }
@@ -197,8 +203,9 @@ std::vector<std::int32_t> stability_patch(const StabilityCase& c, const TetMesh&
     if (c.motion == PatchMotion::none) return patch;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
         const Vector3& x = mesh.nodes[n];
-        const bool is_in = c.motion == PatchMotion::turn
-                               ? x.x() > extent.x() - 1e-9
+        const bool is_in = c.motion == PatchMotion::turn ? x.x() > extent.x() - 1e-9
+                           : c.motion == PatchMotion::deep_press
+                               ? (x - Vector3(0.1, 0.05, extent.z())).norm() < 0.012
                                : x.z() > extent.z() - 1e-9 && std::abs(x.x() - 0.1) < 0.026 &&
                                      std::abs(x.y() - 0.05) < 0.026;
         if (is_in) patch.push_back(static_cast<std::int32_t>(n));
@@ -212,6 +219,8 @@ Vector3 patch_displacement(const StabilityCase& c, const Vector3& x, int k, int 
     switch (c.motion) {
         case PatchMotion::press:
             return {0, 0, -0.02 * smooth};
+        case PatchMotion::deep_press:
+            return {0, 0, -0.015};
         case PatchMotion::jump:
             return {0, 0, extent.x()};
         case PatchMotion::through:

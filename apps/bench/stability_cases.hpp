@@ -9,7 +9,7 @@
 namespace livetet {
 
 /// How the stability cases' body moves: what drives its patch, and by how much.
-enum class PatchMotion { none, press, jump, turn, through, noise };
+enum class PatchMotion { none, press, deep_press, jump, turn, through, noise };
 enum class StartState { rest, flat, everted, random };
 enum class HeldBy { face, line, node };
 
@@ -26,6 +26,9 @@ struct StabilityCase {
     PatchMotion motion = PatchMotion::press;
     StartState start = StartState::rest;
     HeldBy held = HeldBy::face;
+    /// Of many ten-node tets. Such a case is tried as a static `solve` alone: any other column would
+    /// take hours.
+    bool is_fine = false;
 
     /// The steps in which the patch is driven.
     int driven_steps(int noise_frames) const;

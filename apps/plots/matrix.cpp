@@ -112,7 +112,7 @@ void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture
     }
     double x = left;
     for (const auto& [cell, words] : {std::pair{MatrixCell::good, "passes"},
-                                      std::pair{MatrixCell::neither, "refused, with its reason"},
+                                      std::pair{MatrixCell::neither, "refused or left out"},
                                       std::pair{MatrixCell::bad, "fails, with its reason"}}) {
         sheet.box(x, 20, 22, 22, colour_of(cell));
         sheet.text(words, 16, x + 32, 22);

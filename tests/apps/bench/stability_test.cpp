@@ -71,6 +71,25 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
     EXPECT_EQ(failed, 8);
 }
 
+TEST(Stability, DeepPressesOfFineBodiesAreTriedAsStaticSolvesAlone) {
+    const Folder folder;
+    const json cells = cells_of(folder, "--only deep --column track");
+    ASSERT_EQ(cells.size(), 6u * 4);
+    for (const json& c : cells) EXPECT_EQ(c.at("verdict"), "left out") << c.dump();
+}
+
+/// On fewer tets than the benchmark takes.
+TEST(Stability, ADeepPressOfTenNodeTetsIsSolvedInOneStepAndComesHome) {
+    const Folder folder;
+    const json cells =
+        cells_of(folder, "--fine-cells 7 --only deep --column \"solve, neohookean, static\"");
+    ASSERT_EQ(cells.size(), 1u);
+    EXPECT_EQ(cells[0].at("verdict"), "pass") << cells[0].dump();
+    EXPECT_EQ(cells[0].at("steps"), 1 + 5 + 2);  // pressed, held, let go
+    EXPECT_GT(cells[0].at("linearisations"), 4);
+    EXPECT_LE(cells[0].at("linearisations"), 60);
+}
+
 /// `stability_mesh` itself refuses an inverted tet.
 TEST(Stability, TheMeshesAreAsExtremeAsTheySay) {
     for (const StabilityCase& c : stability_cases()) {
