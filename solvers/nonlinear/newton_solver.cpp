@@ -44,6 +44,18 @@ class ForcingTerms {
     KSP ksp_;
 };
 
+/// Names the direction in which evaluate() finds the slope while this lives.
+class Along {
+  public:
+    Along(Vec& place, Vec direction) : place_(place) { place_ = direction; }
+    ~Along() { place_ = nullptr; }
+    Along(const Along&) = delete;
+    Along& operator=(const Along&) = delete;
+
+  private:
+    Vec& place_;
+};
+
 NewtonDirection direction_of(Tangent tangent) {
     return tangent == Tangent::positive ? NewtonDirection::positive
            : tangent == Tangent::exact  ? NewtonDirection::exact
@@ -376,7 +388,7 @@ double NewtonSolver::search_by_slope(const Line& line, double slope_before) {
 
 std::optional<double> NewtonSolver::search_by_energy(const Line& line, double slope_before) {
     // With s = r . d and e = f_int . d, the loads' and the springs' part is s + e, affine in u.
-    along_ = UnknownParts(solver_, line.y).u;  // -d
+    const Along along(along_, UnknownParts(solver_, line.y).u);  // -d
     const auto loads = [&](double slope) { return slope - balance_.elastic_along(); };
     go_to(line, 0);
     const double elastic_before = balance_.elastic_energy(), loads_before = loads(slope_before);
@@ -395,7 +407,6 @@ std::optional<double> NewtonSolver::search_by_energy(const Line& line, double sl
     }
     const auto best = search.best();
     if (best && best->length != length) go_to(line, best->length);
-    along_ = nullptr;
     return best ? std::optional(best->length) : std::nullopt;
 }
 
