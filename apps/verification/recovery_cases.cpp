@@ -42,7 +42,7 @@ Outcome recovery(const Discretisation& d, Start start) {
     int newton_iterations = 0, steps = 0;
     double largest = 1;
     const bool claimed = d.strain->recovers_from_inversion(d.quadratic);
-    for (; steps < (claimed ? 400 : 60) && largest > 1e-8; ++steps) {
+    for (; steps < (claimed ? 400 : 20) && largest > 1e-8; ++steps) {
         newton_iterations +=
             problem.body()
                 .solve(0.2, {.max_newton = 20, .tolerance = 1e-8, .linear_tolerance = 1e-6})

@@ -201,7 +201,8 @@ TEST(Convergence, CountsIterationsOfEveryPreconditionerAgainstWhatIsVaried) {
     const Folder folder;
     std::map<std::string, json> rows;
     std::string csv;
-    for (const char* only : {"smoothing", "contrast", "anisotropy", "nodes"}) {
+    for (const char* only :
+         {"smoothing", "contrast, multigrid", "anisotropy, BoomerAMG", "nodes"}) {
         rows.merge(convergence_rows(folder, only));
         csv += text_of(folder / "c.csv");
     }
