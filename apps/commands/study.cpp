@@ -65,18 +65,23 @@ void print_summary(const StudyTable& table, const Study& study) {
         fmt::print("{:<{}} {:>12.5g} {:>12.5g} {:>12.5g}\n", table.outputs[i], width,
                    values.front(), percentile(values, 0.5), values.back());
     }
-    const auto inverted =
-        std::find(table.outputs.begin(), table.outputs.end(), inverted_tets_output) -
-        table.outputs.begin();
-    const auto inside_out =
-        std::count_if(table.results.begin(), table.results.end(), [&](const auto& row) {
-            return inverted < static_cast<std::ptrdiff_t>(row.size()) && row[inverted] > 0;
+    const auto solves_with = [&](const char* output) {
+        const auto column =
+            std::find(table.outputs.begin(), table.outputs.end(), output) - table.outputs.begin();
+        return std::count_if(table.results.begin(), table.results.end(), [&](const auto& row) {
+            return column < static_cast<std::ptrdiff_t>(row.size()) && row[column] > 0;
         });
-    if (inside_out > 0)
+    };
+    if (const auto count = solves_with(inverted_tets_output); count > 0)
         fmt::print(
             "\n{} solve(s) end with inverted tets ({}): their largest stress may be one that no "
             "tissue has; a finer mesh or a gentler load may help\n",
-            inside_out, inverted_tets_output);
+            count, inverted_tets_output);
+    if (const auto count = solves_with(beyond_model_output); count > 0)
+        fmt::print(
+            "\n{} solve(s) leave what their model stands for ({}): strains, rotations or "
+            "displacements are too large for it; `livetet solve` of one says which\n",
+            count, beyond_model_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
     for (std::size_t k = 0, printed = 0; k < table.failures.size() && printed < max_printed; ++k) {
         if (table.failures[k].empty()) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
@@ -94,6 +95,9 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
     row.outputs.emplace_back("largest_von_mises_Pa", body.body->largest_von_mises());
     row.outputs.emplace_back(inverted_tets_output, static_cast<double>(body.body->inverted_tets()));
+    row.outputs.emplace_back(
+        beyond_model_output,
+        static_cast<double>(beyond_model(scene, mesh, row.displacement).size()));
     if (!scene.time.is_dynamic()) row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
         add_vector(row, key + "_force", "N", force);

@@ -18,6 +18,8 @@ namespace livetet {
 
 /// Output by which the stresses of a solve can be judged (see DeformableBody::inverted_tets).
 inline constexpr const char* inverted_tets_output = "inverted_tets";
+/// Output: the number of ways in which a result leaves what its model stands for (beyond_model).
+inline constexpr const char* beyond_model_output = "beyond_model";
 
 /// Result of one solve of a study.
 struct StudyRow {

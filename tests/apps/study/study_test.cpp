@@ -226,7 +226,7 @@ TEST(Study, ASensorsNoiseVariesByItsSeed) {
               std::abs(table.results[0][pull]));
 }
 
-TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
+TEST(Study, InvertedTetsAndWhatLeavesItsModelAreOutputsAndSentences) {
     const Folder folder;
     prepare_study(
         folder,
@@ -240,9 +240,12 @@ TEST(Study, TetsInsideOutAreAnOutputAndASentence) {
     const std::size_t inverted = column_of(table, "inverted_tets");
     EXPECT_EQ(table.results[0][inverted], 0);
     EXPECT_GT(table.results[1][inverted], 0);
-    EXPECT_NE(outcome.out.find("1 solve(s) end with inverted tets (inverted_tets)"),
-              std::string::npos)
-        << outcome.out;
+    const std::size_t beyond = column_of(table, "beyond_model");
+    EXPECT_EQ(table.results[0][beyond], 0);
+    EXPECT_GT(table.results[1][beyond], 0);
+    for (const char* words : {"1 solve(s) end with inverted tets (inverted_tets)",
+                              "1 solve(s) leave what their model stands for (beyond_model)"})
+        EXPECT_NE(outcome.out.find(words), std::string::npos) << outcome.out;
 }
 
 TEST(Study, AFailedSolveIsARowWithItsReason) {
