@@ -14,6 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Pose = RigidTransform<Tracker, Tool>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr int max_rounds = 20;
@@ -45,18 +46,24 @@ void check_poses(const std::vector<Pose>& poses, const PivotOptions& options) {
             spread, options.min_spread_deg);
 }
 
+Eigen::Matrix<double, 3, 6> pivot_rows(const Pose& pose) {
+    Eigen::Matrix<double, 3, 6> rows;
+    rows << pose.rotation, -Matrix3d::Identity();
+    return rows;
+}
+
+Matrix6d normal_matrix(const std::vector<Pose>& poses) {
+    Matrix6d normal = Matrix6d::Zero();
+    for (const Pose& pose : poses) normal += pivot_rows(pose).transpose() * pivot_rows(pose);
+    return normal;
+}
+
 PivotCalibration solve(const std::vector<Pose>& poses, const PivotOptions& options) {
     // Solves R tip - pivot = -t by the normal equations. Systems too ill-conditioned for them are
     // refused below.
-    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6d right = Vector6d::Zero();
-    for (const Pose& pose : poses) {
-        Eigen::Matrix<double, 3, 6> rows;
-        rows << pose.rotation, -Matrix3d::Identity();
-        normal += rows.transpose() * rows;
-        right -= rows.transpose() * pose.translation;
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(normal);
+    for (const Pose& pose : poses) right -= pivot_rows(pose).transpose() * pose.translation;
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(normal_matrix(poses));
     const Vector6d values =
         eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse();  // singular values of the rows
     PivotCalibration result;
@@ -98,6 +105,27 @@ double limit_of(const std::vector<double>& d, double sigmas) {
     return centre + sigmas * 1.4826 * median(deviation) + 1e-9;
 }
 
+// Sum of the correlations rho_k of residuals k poses apart, over all k from -n to n. It ends at the
+// first k whose rho is within two standard deviations of that of independent residuals.
+double sum_of_correlations(const std::vector<Pose>& poses, const PivotCalibration& fit) {
+    std::vector<Vector3d> residuals;
+    double squares = 0;
+    for (const Pose& pose : poses) {
+        residuals.push_back(pose * fit.tool_from_tip.translation - fit.pivot_in_tracker);
+        squares += residuals.back().squaredNorm();
+    }
+    const double chance = 2 / std::sqrt(3.0 * static_cast<double>(poses.size()));
+    double sum = 1;
+    for (std::size_t k = 1; k < residuals.size(); ++k) {
+        double products = 0;
+        for (std::size_t i = k; i < residuals.size(); ++i)
+            products += residuals[i].dot(residuals[i - k]);
+        if (!(products > chance * squares)) break;
+        sum += 2 * products / squares;
+    }
+    return sum;
+}
+
 }  // namespace
 
 PivotCalibration calibrate_pivot(std::span<const Pose> tracker_from_tool,
@@ -119,7 +147,10 @@ PivotCalibration calibrate_pivot(std::span<const Pose> tracker_from_tool,
     }
     double sum = 0;
     for (const double value : d) sum += value * value;
-    result.rms = std::sqrt(sum / static_cast<double>(d.size()));
+    const auto used = static_cast<double>(poses.size());
+    result.covariance =
+        sum_of_correlations(poses, result) * sum / (3 * used - 6) * normal_matrix(poses).inverse();
+    result.rms = std::sqrt(sum / used);
     result.used = poses.size();
     result.rejected = tracker_from_tool.size() - poses.size();
     result.spread_deg = angular_spread_deg(poses);

@@ -35,6 +35,9 @@ struct PivotCalibration {
     /// Number of singular values above min_singular_ratio times the largest; 6 if all unknowns are
     /// determined.
     int rank = 0;
+    /// Covariance of (tip in the tool's frame, pivot in the tracker's), m^2. Empty for a result
+    /// read from a file that does not hold it.
+    std::optional<Eigen::Matrix<double, 6, 6>> covariance;
 };
 
 /// Pivot calibration: finds a tool's tip from poses of the tool turning about its resting tip.
@@ -44,7 +47,14 @@ struct PivotCalibration {
 ///
 /// in the least-squares sense (Yaniv 2015, "Which pivot calibration?", SPIE 9415, "algebraic
 /// one-step"). Rejects poses farther from the pivot than median + `reject_beyond_sigma` * 1.4826
-/// MAD and fits again until no pose is rejected. Throws Error if there are too few poses, if a
+/// MAD and fits again until no pose is rejected. With A the matrix above of the n poses used and r
+/// their residuals, the covariance is
+///
+///     (sum_k rho_k) |r|^2 / (3 n - 6) (A^T A)^-1
+///
+/// with rho_k the correlation of residuals k poses apart (rho_0 = 1): poses in order of time, a few
+/// ms apart, have much the same error. Errors of equal variance in all directions are assumed.
+/// Throws Error if there are too few poses, if a
 /// value is not finite, or if the poses turn too little or about one axis only.
 PivotCalibration calibrate_pivot(std::span<const RigidTransform<Tracker, Tool>> tracker_from_tool,
                                  const PivotOptions& options = {});

@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "support/points.hpp"
+#include "support/whitened_errors.hpp"
 
 namespace livetet {
 namespace {
 
 using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Pose = RigidTransform<Tracker, Tool>;
 
@@ -75,6 +77,71 @@ TEST(Pivot, LeavesOutlyingPosesOut) {
     const auto all = calibrate_pivot(poses, keep_all);
     EXPECT_EQ(all.used, 100u);
     EXPECT_GT(all.rms, 0.01);
+}
+
+// Whitened errors of many calibrations. Their covariance is I if the one stated is right.
+TEST(Pivot, StatesTheCovarianceOfManyCalibrations) {
+    test::Random random(31);
+    const double sigma = 0.0005;
+    constexpr int trials = 2000;
+    PivotOptions keep_all;
+    keep_all.reject_beyond_sigma.reset();
+    for (const PivotOptions& options : {keep_all, PivotOptions{}}) {
+        test::WhitenedErrors<6> errors;
+        for (int trial = 0; trial < trials; ++trial) {
+            std::vector<Pose> poses = cone(60, 20);
+            for (Pose& pose : poses) pose.translation += random.gaussian(sigma);
+            if (options.reject_beyond_sigma)
+                for (const int i : {5, 40}) poses[i].translation.x() += 20 * sigma;
+            const auto result = calibrate_pivot(poses, options);
+            Eigen::Matrix<double, 6, 1> error;
+            error << result.tool_from_tip.translation - tip, result.pivot_in_tracker - pivot;
+            errors.add(error, *result.covariance);
+        }
+        EXPECT_LT(errors.deviation(), 4.5 * std::sqrt(2.0 / trials));
+    }
+}
+
+TEST(Pivot, VarianceOfFewPosesIsNotTooSmall) {
+    test::Random random(33);
+    double found = 0, stated = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+        std::vector<Pose> poses = cone(12, 20);
+        for (Pose& pose : poses) pose.translation += random.gaussian(0.0005);
+        PivotOptions keep_all;
+        keep_all.reject_beyond_sigma.reset();
+        const auto result = calibrate_pivot(poses, keep_all);
+        found += (result.tool_from_tip.translation - tip).squaredNorm();
+        stated += result.covariance->topLeftCorner<3, 3>().trace();
+    }
+    EXPECT_NEAR(stated / found, 1, 0.1);  // 0.83 if n poses counted as 3 n degrees of freedom
+}
+
+// A tool that circles slowly, with errors that last for some ten poses.
+TEST(Pivot, CovarianceGrowsWithErrorsThatLast) {
+    test::Random random(32);
+    constexpr int trials = 100;
+    double tips = 0;
+    for (int trial = 0; trial < trials; ++trial) {
+        std::vector<Pose> poses;
+        Vector3d error = random.gaussian(0.0005);
+        for (int i = 0; i < 600; ++i) {
+            error = 0.9 * error + random.gaussian(std::sqrt(1 - 0.81) * 0.0005);
+            const Vector3d turn = 0.5 * Vector3d(std::cos(0.03 * i), std::sin(0.03 * i), 0);
+            const Matrix3d rotation = rotation_of_vector(turn);
+            poses.push_back({rotation, pivot - rotation * tip + error});
+        }
+        const auto result = calibrate_pivot(poses);
+        const Vector3d off = result.tool_from_tip.translation - tip;
+        const Matrix3d covariance = result.covariance->topLeftCorner<3, 3>();
+        tips += off.dot(covariance.inverse() * off) / 3 / trials;
+    }
+    EXPECT_GT(tips, 0.7);  // 1 up to the scatter of the estimated correlation
+    EXPECT_LT(tips, 1.8);
+}
+
+TEST(Pivot, CovarianceOfExactPosesIsZero) {
+    EXPECT_LT(calibrate_pivot(cone(100, 30)).covariance->norm(), 1e-24);
 }
 
 TEST(Pivot, RefusesPosesThatTurnTooLittle) {
