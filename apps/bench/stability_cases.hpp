@@ -26,8 +26,8 @@ struct StabilityCase {
     PatchMotion motion = PatchMotion::press;
     StartState start = StartState::rest;
     HeldBy held = HeldBy::face;
-    /// Of many ten-node tets. Such a case is tried as a static `solve` alone: any other column would
-    /// take hours.
+    /// Of many ten-node tets. Such a case is tried as a static `solve` alone: any other column
+    /// would take hours.
     bool is_fine = false;
 
     /// The steps in which the patch is driven.
