@@ -135,7 +135,8 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
         fmt::print("{}\n", line);
     }
     fmt::print(
-        "\n. passes   r refused   x fails, a known limit   F FAILS   (s static, e euler, n "
+        "\n. passes   r refused   - left out   x fails, a known limit   F FAILS   (s static, e "
+        "euler, n "
         "newmark, g generalized_alpha)\n");
     // What fails for one reason, together.
     std::map<std::string, std::vector<std::string>> by_reason;

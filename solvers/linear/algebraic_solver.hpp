@@ -25,7 +25,7 @@ class AlgebraicSolver : public DisplacementSolver {
     void choose_factorisation();
 
     SolverKind kind_;
-    bool is_chosen_;
+    bool is_chosen_;  ///< kind_ is final
 };
 
 }  // namespace livetet
