@@ -52,9 +52,11 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
     fmt::print("steps            {}, {} Newton iterations, {} Krylov iterations, {}\n",
                history.steps.size(), figures.sum.newton_iterations, figures.sum.iterations,
                history.converged ? "converged" : "NOT converged");
-    const StepReport& last = history.steps.back().report;
-    fmt::print("imbalance        {:.2e}, allowed {:.2e} (last step)\n", last.imbalance,
-               last.allowed_imbalance);
+    if (!history.steps.empty()) {  // a time limit may end a run before its first step
+        const StepReport& last = history.steps.back().report;
+        fmt::print("imbalance        {:.2e}, allowed {:.2e} (last step)\n", last.imbalance,
+                   last.allowed_imbalance);
+    }
     if (figures.inverted_tets > 0)
         fmt::print(
             "inverted         {} tets: their stresses are meaningless; use a finer mesh or a "

@@ -434,14 +434,15 @@ TEST(Solve, PetscsOptionsThatChangeNothingAreToldAtTheBegin) {
 TEST(Solve, ATimeLimitEndsARunWithItsLastState) {
     const Folder folder;
     prepare_press(folder);
-    const auto limited = [&](const std::string& scene, const std::string& before = "") {
+    const auto limited = [&](const std::string& limit_s, const std::string& scene,
+                             const std::string& before = "") {
         std::string text = scene;
-        text.replace(text.find("solver: {"), 9, "solver: {time_limit_s: 1e-6, ");
+        text.replace(text.find("solver: {"), 9, "solver: {time_limit_s: " + limit_s + ", ");
         write_text(folder / "limited.yaml", text);
         return livetet(folder, "solve limited.yaml --json told.json", before);
     };
     for (const char* ranks : {"", "mpirun --oversubscribe -n 2"}) {
-        const auto outcome = limited(press, ranks);
+        const auto outcome = limited("1e-6", press, ranks);
         EXPECT_EQ(outcome.status, 3) << outcome.err;
         EXPECT_NE(outcome.err.find("the time limit of 1e-06 s passed on the way to 1 of the load"),
                   std::string::npos)
@@ -451,11 +452,13 @@ TEST(Solve, ATimeLimitEndsARunWithItsLastState) {
         EXPECT_EQ(told["steps"].size(), 1u) << "repeated in parts all the same";
         EXPECT_EQ(told["linearisations"], 1);
     }
-    const auto dynamic =
-        limited(press + "time: {scheme: newmark, step_s: 0.01, duration_s: 0.1}\n");
-    EXPECT_EQ(dynamic.status, 3) << dynamic.err;
-    EXPECT_NE(dynamic.err.find("the run ends at 0 s, expected 0.1 s"), std::string::npos)
-        << dynamic.err;
+    const std::string moving = press + "time: {scheme: newmark, step_s: 0.01, duration_s: 0.1}\n";
+    for (const char* limit_s : {"1e-12", "1e-6"}) {  // before the first step, on the way to it
+        const auto outcome = limited(limit_s, moving);
+        EXPECT_EQ(outcome.status, 3) << outcome.err;
+        EXPECT_NE(outcome.err.find("the run ends at 0 s, expected 0.1 s"), std::string::npos)
+            << outcome.err;
+    }
 }
 
 TEST(Solve, GravityOnASceneFromAGmshFileAndADynamicRun) {
