@@ -114,8 +114,9 @@ std::string error_text(const CLI::ParseError& e, const CLI::App& app) {
     if (const auto part = around(message, {"Could not convert: ", " = "}); !part.empty()) {
         const std::string type = type_of(part[1]);
         if (type.empty()) return fmt::format("{}: found {}, expected no value", part[1], part[2]);
-        return fmt::format("{}: found {}, expected a {}number", part[1], part[2],
-                           whole(type) ? "whole " : "");
+        if (!whole(type)) return fmt::format("{}: found {}, expected a number", part[1], part[2]);
+        return fmt::format("{}: found {}, expected a whole number{}", part[1], part[2],
+                           livetet::range_missed_by(part[2]));
     }
     return message;
 }

@@ -1,6 +1,7 @@
 #include "config/yaml.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace livetet {
@@ -34,6 +35,18 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
             nearest = c;
         }
     return nearest;
+}
+
+std::string range_missed_by(std::string_view found) {
+    using Limits = std::numeric_limits<int>;
+    for (std::size_t at = 0; at < found.size();) {
+        at = std::min(found.find_first_of("0123456789", at), found.size());
+        const std::size_t end = std::min(found.find_first_not_of("0123456789", at), found.size());
+        if (end - at > Limits::digits10)
+            return fmt::format(" from {} to {}", Limits::min(), Limits::max());
+        at = end;
+    }
+    return "";
 }
 
 void YamlReader::check_all_known() const {

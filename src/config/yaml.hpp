@@ -57,6 +57,9 @@ std::string_view type_text() {
         return "a text";
 }
 
+/// The range of int, as " from A to B", if a whole number in `found` is outside of it; else empty.
+std::string range_missed_by(std::string_view found);
+
 /// Visitor that reads a table from a YAML mapping. Every error message gives the key, the value
 /// found, the values allowed, and file:line.
 class YamlReader {
@@ -166,8 +169,10 @@ class YamlReader {
         try {
             return yaml_value<T>(node);
         } catch (const YAML::Exception&) {
-            fail("{}{} = {} must be {} ({})", prefix_, key, text_of(node), type_text<T>(),
-                 place(node));
+            const std::string found = text_of(node);
+            const bool whole = std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>;
+            fail("{}{} = {} must be {}{} ({})", prefix_, key, found, type_text<T>(),
+                 whole ? range_missed_by(found) : "", place(node));
         }
     }
     std::string place(const YAML::Node& node) const {

@@ -255,6 +255,8 @@ TEST(BadInput, WordsForNumbers) {
     const Folder folder;
     expect_refused(livetet(folder, "mesh labels.nii.gz --tets many"),
                    {"--tets: found many, expected a whole number from 100 to 20000000"});
+    expect_refused(livetet(folder, "mesh labels.nii.gz --labels 1,3000000000 -o x.h5"),
+                   {"--labels: found", "expected a whole number from -2147483648 to 2147483647"});
     expect_refused(livetet(folder, "track scene.yaml --for long"),
                    {"--for: found long, expected a positive number"});
     expect_refused(livetet(folder, "fiducials image.nii.gz --diameter-mm 10 --count 2.5"),

@@ -56,6 +56,9 @@ TEST(Yaml, SaysValueLimitAndPlace) {
               "material.young_Pa = .nan Pa must be greater than 0 (liver.yaml:1)");
     EXPECT_EQ(refusal("gravity: [0, 1]"),
               "gravity = [0, 1] must be three numbers [x, y, z] (liver.yaml:1)");
+    EXPECT_EQ(refusal("material: {region: 3000000000}"),
+              "material.region = 3000000000 must be a whole number from -2147483648 to 2147483647 "
+              "(liver.yaml:1)");
     EXPECT_EQ(refusal("time: {scheme: newton}"),
               "time.scheme = newton must be one of static, euler, newmark, generalized_alpha "
               "(liver.yaml:1)");
