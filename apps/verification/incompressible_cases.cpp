@@ -36,14 +36,18 @@ std::vector<TetMesh> levels(int n, Mesh&& mesh) {
     return all;
 }
 
+enum class Shell { sphere, cylinder };
+
 /// u_r at the inner and the outer face of a thick sphere or tube, a = 1, b = 2, under an inner
 /// pressure of 1e-3 E. Edges are straight, so the body itself is met to second order only, on P2
 /// too.
-std::vector<Outcome> pressurised(bool sphere) {
+std::vector<Outcome> pressurised(Shell shell, Case::Role role) {
+    const bool sphere = shell == Shell::sphere;
     std::vector<Outcome> outcomes;
     const double E = 1000, p = 1;
     for (const double nu : nus)
         for (const Form& form : forms(nu, {8, 16, 24}, {6, 12})) {
+            if (role != (form.tolerance > 0 ? Case::Role::test : Case::Role::report)) continue;
             const Isotropic m{E, nu, 1};
             const RadialState inner =
                 sphere ? thick_sphere(m, 1, 2, p, 1) : thick_cylinder(m, 1, 2, p, 1);
@@ -128,8 +132,13 @@ std::vector<Outcome> iterations() {
 }  // namespace
 
 std::vector<Case> incompressible_cases() {
-    return {{"thick sphere", [] { return pressurised(true); }},
-            {"thick cylinder", [] { return pressurised(false); }},
+    const auto shell = [](const char* name, Shell s, Case::Role role) {
+        return Case{name, [=] { return pressurised(s, role); }, role};
+    };
+    return {shell("thick sphere", Shell::sphere, Case::Role::test),
+            shell("thick sphere, elements that lock", Shell::sphere, Case::Role::report),
+            shell("thick cylinder", Shell::cylinder, Case::Role::test),
+            shell("thick cylinder, elements that lock", Shell::cylinder, Case::Role::report),
             {"iterations near incompressibility", iterations}};
 }
 

@@ -79,9 +79,9 @@ std::vector<Outcome> deep_press(const ModelChoice& model, double depth_m) {
 
 std::vector<Case> press_cases() {
     return {{"deep press of a fine body, neohookean",
-             [] { return deep_press("neohookean", 0.015); }, Case::Length::minutes},
+             [] { return deep_press("neohookean", 0.015); }, Case::Role::report},
             {"deep press of a fine body, corotated", [] { return deep_press("corotated", 0.010); },
-             Case::Length::minutes}};
+             Case::Role::report}};
 }
 
 }  // namespace livetet::verification

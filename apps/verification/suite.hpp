@@ -35,11 +35,12 @@ struct Outcome {
 
 /// A verification case: computes one or more outcomes.
 struct Case {
-    /// Of a run. Unit tests leave out what takes minutes.
-    enum class Length { seconds, minutes };
+    /// `test`: also a unit test. `report`: it takes minutes or judges nothing, so that `bench
+    /// verification` alone runs it.
+    enum class Role { test, report };
     std::string name;
     std::function<std::vector<Outcome>()> run;
-    Length length = Length::seconds;
+    Role role = Role::test;
 };
 
 /// All cases, in the order of the table.
