@@ -6,6 +6,7 @@
 #include <map>
 
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -22,8 +23,7 @@ Eigen::Matrix3d block_of(std::int32_t i, std::int32_t j) {
 class BlockMatrixTest : public testing::TestWithParam<MatrixLayout> {
   protected:
     BlockMatrixTest() {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         mesh = distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks));
     }
     void fill_matrix(BlockMatrix& matrix) {

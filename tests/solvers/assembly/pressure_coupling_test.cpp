@@ -6,6 +6,7 @@
 
 #include "mesh/quadratic.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -25,8 +26,7 @@ class PressureCouplingTest : public testing::TestWithParam<CoupledModel> {
   protected:
     PressureCouplingTest() {
         if (GetParam().quadratic) whole = quadratic_mesh(whole);
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         level.emplace(
             whole, distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks)),
             std::span(&material, 1), GetParam().model, Formulation::mixed, MatrixLayout::blocks);

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -24,8 +25,7 @@ void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 class LinearSolverTest : public testing::TestWithParam<Kind> {
   protected:
     void SetUp() override {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         if (ranks > 1 && GetParam().one_rank) GTEST_SKIP() << "for one rank";
         for (const TetMesh& level : hierarchy.levels)
             parts.push_back(partition_tets(level.tets, ranks));

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -26,8 +27,7 @@ const std::vector<Material> materials{
 class LiveSolver : public testing::Test {
   protected:
     void SetUp() override {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         if (ranks > 1) GTEST_SKIP() << "the live solver is for one rank";
         for (TetMesh& level : hierarchy.levels)
             for (const Tet& t : level.tets) {

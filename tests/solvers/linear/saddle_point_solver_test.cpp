@@ -7,6 +7,7 @@
 #include "mesh/quadratic.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "support/petsc_options.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -24,8 +25,7 @@ class SaddlePoint : public testing::Test {
     };
     /// Held where `x` is at most `held_to`, m.
     Solution solve(const LinearControls& controls, double held_to = 1e-9) const {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         std::vector<std::vector<std::int32_t>> parts;
         for (const TetMesh& level : hierarchy.levels)
             parts.push_back(partition_tets(level.tets, ranks));

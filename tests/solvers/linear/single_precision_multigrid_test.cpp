@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -15,8 +16,7 @@ namespace {
 class SinglePrecisionMultigridTest : public testing::Test {
   protected:
     void SetUp() override {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         if (ranks > 1) GTEST_SKIP() << "it is for one rank";
         for (std::size_t l = 0; l < 2; ++l) {
             const TetMesh& mesh = hierarchy.levels[l];

@@ -7,6 +7,7 @@
 
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -92,8 +93,7 @@ TEST(BadInput, MeshesAreCheckedThatMakeHierarchyHasNotSeen) {
 }
 
 TEST(BadInput, SeveralRanksNeedAPartOfEachTet) {
-    int ranks = 1;
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    const int ranks = test::rank_count();
     if (ranks == 1) GTEST_SKIP() << "one rank needs no parts";
     const Material soft;
     const MeshHierarchy hierarchy = two_levels();

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -69,8 +70,7 @@ class PressedBlock {
 
   private:
     static std::vector<std::vector<std::int32_t>> parts_of(const MeshHierarchy& hierarchy) {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         std::vector<std::vector<std::int32_t>> parts;
         for (const TetMesh& level : hierarchy.levels)
             parts.push_back(partition_tets(level.tets, ranks));
@@ -88,12 +88,6 @@ class PressedBlock {
     FrameStepper stepper_;
     std::vector<std::uint8_t> constrained_;
 };
-
-bool is_on_one_rank() {
-    int ranks = 1;
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
-    return ranks == 1;
-}
 
 TEST(FrameStepperTest, ADeadlineThatIsPastLeavesOneIterationAndThePatchWhereItBelongs) {
     PressedBlock block;
@@ -127,7 +121,7 @@ TEST(FrameStepperTest, MoreNewtonIterationsComeNearerToEquilibrium) {
 /// Halves of an operator fit together while the patch moves steadily, not until ten steps after a
 /// jump.
 TEST(FrameStepperTest, RenewsHalvesButNotSoonAfterAJump) {
-    if (!is_on_one_rank()) GTEST_SKIP() << "the live solver is for one rank";
+    if (test::rank_count() > 1) GTEST_SKIP() << "the live solver is for one rank";
     PressedBlock block(SolverKind::live);
     Vector3 at = Vector3::Zero();
     for (int k = 1; k <= 40; ++k) {

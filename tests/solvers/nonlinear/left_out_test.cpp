@@ -4,6 +4,7 @@
 #include <petscksp.h>
 
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -16,8 +17,7 @@ const SolveControls to_the_end{.max_newton = 20, .tolerance = 1e-9, .linear_tole
 class LeftOut : public testing::Test {
   protected:
     void SetUp() override {
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         if (ranks > 1) GTEST_SKIP() << "counts one rank's";
     }
     std::unique_ptr<DeformableBody> body(const ModelChoice& strain, TimeScheme scheme,

@@ -8,6 +8,7 @@
 
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -53,13 +54,6 @@ Pressed press(const ModelChoice& model, double depth_m) {
     return pressed;
 }
 
-/// Many ranks would do the same work each.
-bool is_one_of_many() {
-    int ranks = 1;
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
-    return ranks > 1;
-}
-
 struct PressTrial {
     const char* model;
     double depth_m;
@@ -69,7 +63,7 @@ struct PressTrial {
 /// Without a search on the energy, or without directions that end at negative curvature, the last
 /// two take 43 and 47 iterations, and Green's strain does not converge at 19 mm.
 TEST(Press, OfALargeDepthConvergesInFewIterations) {
-    if (is_one_of_many()) GTEST_SKIP() << "solves on one rank";
+    if (test::rank_count() > 1) GTEST_SKIP() << "each rank would do the same";
     for (const PressTrial& t :
          {PressTrial{"corotated", 0.012, 12}, PressTrial{"corotated", 0.016, 16},
           PressTrial{"neohookean", 0.012, 13}, PressTrial{"neohookean", 0.022, 33},
@@ -88,7 +82,7 @@ TEST(Press, OfALargeDepthConvergesInFewIterations) {
 
 /// The patch's force is the derivative of the energy by the depth.
 TEST(Press, ForceIsTheDerivativeOfTheEnergy) {
-    if (is_one_of_many()) GTEST_SKIP() << "solves on one rank";
+    if (test::rank_count() > 1) GTEST_SKIP() << "each rank would do the same";
     constexpr double depth = 0.010, step = 2e-4;
     const Pressed less = press("neohookean", depth - step), at = press("neohookean", depth),
                   more = press("neohookean", depth + step);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -18,8 +19,7 @@ class Masses {
     explicit Masses(const TimeOptions& options, double omega = 0, double gravity = 0)
         : squared_(omega * omega), gravity_(gravity) {
         const TetMesh mesh = test::block({3, 2, 2}, test::beam_size);
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         const Material material{.young_Pa = 3000, .poisson = 0.3, .density_kg_per_m3 = 1000};
         level_.emplace(
             mesh, distribute_mesh(PETSC_COMM_WORLD, mesh, partition_tets(mesh.tets, ranks)),

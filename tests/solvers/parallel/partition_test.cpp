@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "meshing/refine.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -73,8 +74,7 @@ TEST(Partition, in_parallel_is_balanced_and_cuts_few_faces) {
 }
 
 TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
-    int ranks = 1;
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    const int ranks = test::rank_count();
     const MeshHierarchy hierarchy = with_refined_levels(
         make_hierarchy({test::block({8, 6, 6}, Vector3(0.2, 0.1, 0.1))}, "a block"), 1);
     for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {

@@ -9,6 +9,7 @@
 
 #include "mesh/quadratic.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -21,8 +22,7 @@ class PartitionedMeshTest : public testing::TestWithParam<bool> {
         MeshHierarchy h = make_hierarchy({test::block({6, 4, 3}, test::beam_size)}, "a block");
         if (GetParam()) h = with_quadratic_level(std::move(h));
         whole = h.levels.front();
-        int ranks = 1;
-        MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+        const int ranks = test::rank_count();
         mesh = distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks));
     }
     TetMesh whole;
