@@ -7,9 +7,9 @@
 namespace livetet {
 
 /// How a tracked body moves: the models of a MotionFilter.
-enum class MotionModel { quiet, quick, sudden };
+enum class MotionModel { quiet, slow, quick, sudden };
 
-constexpr int motion_models = 3;
+constexpr int motion_models = 4;
 
 /// A number for each MotionModel.
 using PerMotionModel = std::array<double, motion_models>;

@@ -1,5 +1,7 @@
 #include "tracking/pose_estimator.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +24,7 @@ void check_above_0(const char* name, double value) {
 void check_densities(const char* name, const PerMotionModel& values) {
     for (const double value : values) check_above_0(name, value);
     if (!std::is_sorted(values.begin(), values.end()))
-        fail("pose estimator: {} = {}, {}, {} must ascend", name, values[0], values[1], values[2]);
+        fail("pose estimator: {} = {} must ascend", name, fmt::join(values, ", "));
 }
 
 void check_options(const PoseEstimatorOptions& o) {
@@ -113,7 +115,7 @@ PoseVerdict PoseEstimator::update(double time_s, const TrackedPose& pose) {
         start(time_s, pose);
         return PoseVerdict::started;
     }
-    return time_s > state_.time_s ? take(time_s, pose) : PoseVerdict::repeated;
+    return time_s >= state_.time_s + min_interval_s ? take(time_s, pose) : PoseVerdict::repeated;
 }
 
 PoseVerdict PoseEstimator::take(double time_s, const TrackedPose& pose) {

@@ -18,10 +18,10 @@ struct PoseEstimatorOptions {
     double rotation_rms = 0.5 * radians_per_degree;  ///< RMS angle of the rotation error
 
     // MotionFilterOptions of the translation (m) and the rotation (rad)
-    PerMotionModel acceleration_densities{1e-6, 1e-3, 0.2};       ///< m^2/s^3
-    PerMotionModel turn_acceleration_densities{1e-5, 7e-2, 150};  ///< rad^2/s^3
-    PerMotionModel model_shares{0.16, 0.835, 0.005};
-    double change_rate = 0.65;     ///< 1/s
+    PerMotionModel acceleration_densities{1e-6, 2e-4, 5e-3, 0.2};       ///< m^2/s^3
+    PerMotionModel turn_acceleration_densities{1e-5, 1e-3, 3e-2, 150};  ///< rad^2/s^3
+    PerMotionModel model_shares{0.2, 0.5, 0.29, 0.01};
+    double change_rate = 0.5;      ///< 1/s
     double start_speed = 0.05;     ///< m/s
     double start_turn_rate = 0.5;  ///< rad/s
 

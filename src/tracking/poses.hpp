@@ -9,10 +9,17 @@
 
 namespace livetet {
 
-/// Whether a pose is valid: its status is ok and all its numbers are finite.
+/// A sample of a tool that comes less than this after the last one repeats it, s.
+inline constexpr double min_interval_s = 1e-6;
+
+/// Coordinates of a tool that are larger can only be an error, m; squares of all others are finite.
+inline constexpr double max_tracked_coordinate = 1e3;
+
+/// Whether a pose is valid: its status is ok, and all its numbers are finite and possible.
 inline bool is_usable(const TrackedPose& pose) {
     return pose.status == PoseStatus::ok && pose.rotation.allFinite() &&
-           pose.translation.allFinite();
+           pose.translation.allFinite() &&
+           pose.translation.cwiseAbs().maxCoeff() <= max_tracked_coordinate;
 }
 
 /// Whether the tracker reported the tool in this sample, with whatever status.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "tracking/simulated_tracker.hpp"
 
@@ -13,7 +14,7 @@ using Eigen::Vector3d;
 
 /// All models alike: a plain Kalman filter.
 MotionFilterOptions kalman_options(double noise_rms, double density) {
-    return {noise_rms, {density, density, density}, {0.2, 0.7, 0.1}, 1, 0.1};
+    return {noise_rms, {density, density, density, density}, {0.2, 0.4, 0.3, 0.1}, 1, 0.1};
 }
 
 // In the steady state the gains are alpha for x and beta / T for v. With Q of white-noise
@@ -45,7 +46,7 @@ TEST(MotionFilter, HasTheSteadyStateOfTheAlphaBetaFilter) {
 
 TEST(MotionMixture, AddsTheSpreadOfItsModels) {
     MotionMixture mixture;
-    mixture.probability = {0.25, 0.75, 0};
+    mixture.probability = {0.25, 0.75, 0, 0};
     for (MotionGaussian& m : mixture.models) m.covariance << 1, 0.5, 0.5, 2;
     mixture.models[0].mean << 4, 0, 0, 0, 2, 0;
     const MotionGaussian merged = mixture.merged();
@@ -61,33 +62,35 @@ TEST(MotionMixture, AddsTheSpreadOfItsModels) {
 }
 
 TEST(MotionFilter, WeighsTheModelsByWhatMoves) {
-    MotionFilter filter({1e-3, {1e-6, 1e-3, 1}, {0.2, 0.7, 0.1}, 1, 0.05});
+    MotionFilter filter({1e-3, {1e-6, 1e-4, 1e-2, 1}, {0.2, 0.4, 0.3, 0.1}, 1, 0.05});
     TrackerNoise noise(1e-3, 0, 1);
-    const auto probability = [&](MotionModel model) {
-        return filter.now().probability[static_cast<int>(model)];
+    // ten seconds each: rest, accelerations of 0.04 and 0.3 m/s^2 at most, and of 14
+    const auto place = [](double t) {
+        if (t <= 10) return 0.0;
+        if (t <= 20) return 0.03 * (1 - std::cos(1.2 * (t - 10)));
+        if (t <= 30) return 0.03 * (1 - std::cos(3 * (t - 20)));
+        return 0.1 * std::sin(12 * t);
     };
-    double x = 0, quiet = 0, quick = 0, sudden = 0;
+    PerMotionModel mean{};  // of the probability of the model that fits, without two seconds each
     filter.start(Vector3d::Zero());
-    for (int i = 1; i <= 1200; ++i) {
+    for (int i = 1; i < 1600; ++i) {
         const double t = i / 40.0;
-        if (t > 10 && t <= 20) x = 0.03 * (1 - std::cos(2 * (t - 10)));
-        if (t > 20) x = 0.1 * std::sin(12 * t);
         filter.advance(1 / 40.0);
-        filter.correct(noise({Eigen::Matrix3d::Identity(), {x, 0, 0}, PoseStatus::ok}).translation);
-        if (t > 2 && t <= 10) quiet += probability(MotionModel::quiet) / (8 * 40);
-        if (t > 11 && t <= 20) quick += probability(MotionModel::quick) / (9 * 40);
-        if (t > 21) sudden += probability(MotionModel::sudden) / (9 * 40);
-        EXPECT_NEAR(probability(MotionModel::quiet) + probability(MotionModel::quick) +
-                        probability(MotionModel::sudden),
-                    1, 1e-12);
+        filter.correct(
+            noise({Eigen::Matrix3d::Identity(), {place(t), 0, 0}, PoseStatus::ok}).translation);
+        const PerMotionModel& probability = filter.now().probability;
+        const int fits = i / 400;
+        if (i % 400 >= 80) mean[fits] += probability[fits] / 320;
+        EXPECT_NEAR(std::accumulate(probability.begin(), probability.end(), 0.0), 1, 1e-12);
     }
-    EXPECT_GT(quiet, 0.8);
-    EXPECT_GT(quick, 0.6);
-    EXPECT_GT(sudden, 0.8);
+    EXPECT_GT(mean[0], 0.8);
+    EXPECT_GT(mean[1], 0.5);
+    EXPECT_GT(mean[2], 0.5);
+    EXPECT_GT(mean[3], 0.8);
 }
 
 TEST(MotionFilter, ForgetsTheModelInTimeByTheRateOfChange) {
-    const MotionFilterOptions options{1e-3, {1e-6, 1e-3, 1}, {0.2, 0.7, 0.1}, 2, 0.05};
+    const MotionFilterOptions options{1e-3, {1e-6, 1e-4, 1e-2, 1}, {0.2, 0.4, 0.3, 0.1}, 2, 0.05};
     MotionFilter filter(options);
     filter.start(Vector3d::Zero());
     for (int i = 0; i < 400; ++i) {
@@ -108,7 +111,7 @@ TEST(MotionFilter, ForgetsTheModelInTimeByTheRateOfChange) {
 TEST(MotionFilter, LearnsTheNoiseAtIrregularTimesAndWhileItMoves) {
     for (const double ratio : {1.0, 3.0, 6.0})
         for (const double speed : {0.0, 0.4}) {  // m/s: 1.2 rad/s at 0.35 m
-            MotionFilter filter({1e-3, {1e-6, 1e-3, 1}, {0.2, 0.7, 0.1}, 1, 0.05});
+            MotionFilter filter({1e-3, {1e-6, 1e-4, 1e-2, 1}, {0.2, 0.4, 0.3, 0.1}, 1, 0.05});
             TrackerNoise noise(ratio * 1e-3, 0, 7);
             double t = 0, sum = 0;
             int n = 0;

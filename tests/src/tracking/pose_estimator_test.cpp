@@ -356,8 +356,8 @@ TEST(PoseEstimator, RefusesBadOptions) {
         refused([&](auto& o) { o.max_held_s = bad; });
         refused([&](auto& o) { o.max_gap_s = bad; });
     }
-    refused([](auto& o) { o.acceleration_densities = {1e-3, 1e-6, 1}; });
-    refused([](auto& o) { o.model_shares = {0.5, 0.4, 0.2}; });
+    refused([](auto& o) { o.acceleration_densities = {1e-3, 1e-6, 1e-2, 1}; });
+    refused([](auto& o) { o.model_shares = {0.5, 0.2, 0.2, 0.2}; });
     refused([](auto& o) { o.max_held = -1; });
     try {
         PoseEstimatorOptions options;
