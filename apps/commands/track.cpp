@@ -28,8 +28,8 @@ namespace {
 using nlohmann::json;
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration,
-                  const SceneBody& body, const FrameCounts& counts, std::optional<double> budget_s,
-                  const std::string& problem) {
+                  const SceneBody& body, const TrackedBody& tracked, const FrameCounts& counts,
+                  std::optional<double> budget_s, const std::string& problem) {
     const double interval_s = open.interval_s > 0 ? open.interval_s : counts.intervals.median_s();
     json fiducials = json::array();
     for (const RegisteredFiducial& f : registration.fiducials)
@@ -45,6 +45,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"mean_interval_ms", 1e3 * counts.intervals.mean_s()},
             {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
             {"budget_given", budget_s.has_value()},
+            {"poses", json_of(pose_qualities(tracked.tools(), tracked.last()))},
             {"fre_mm", 1e3 * registration.fre},
             {"fiducials", fiducials},
             {"tets", body.mesh().tets.size()},
@@ -203,7 +204,8 @@ int finish_without_result(const Scene& scene, const FrameCounts& counts,
 
 /// Completes the result. `problem`: what ended the frames or their recording, if anything did.
 void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBody& body,
-                  FrameCounts& counts, const std::optional<std::string>& problem) {
+                  const TrackedBody& tracked, FrameCounts& counts,
+                  const std::optional<std::string>& problem) {
     const Scene& scene = inputs.scene;
     if (inputs.arrivals.not_kept() > 0)
         log_warning(fmt::format(
@@ -213,7 +215,7 @@ void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBo
     const auto every = static_cast<std::size_t>(scene.output.every);
     counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
     if (problem && writer.frame_count() == 0) fail("{}; nothing is kept", *problem);
-    writer.write_text("run", describe_run(inputs.open, inputs.registration, body, counts,
+    writer.write_text("run", describe_run(inputs.open, inputs.registration, body, tracked, counts,
                                           inputs.budget_s, problem.value_or(""))
                                  .dump(-1, ' ', false, json::error_handler_t::replace));
     writer.write_text(
@@ -276,7 +278,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         problem = not_written;
     if (files.probes && counts.frames > 0) files.probes->close();
     if (!files.result) return finish_without_result(scene, counts, problem);
-    close_result(*files.result, inputs, body, counts, problem);
+    close_result(*files.result, inputs, body, tracked, counts, problem);
 
     // 4. report
     if (observer) observer->finish();  // two threads must not draw

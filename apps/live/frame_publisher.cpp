@@ -133,6 +133,7 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                         {"registration", text_of(frame.registration)},
                         {"reference", text_of(frame.reference)},
                         {"sensors", sensors},
+                        {"poses", json_of(pose_qualities(a.tools, frame))},
                         {"iterations", frame.step.iterations},
                         {"error_estimate_mm", 1e3 * frame.step.linear_error}};
     messages.push_back(igtl::string_message(
@@ -166,6 +167,9 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
                             : tool.tool + " never");
     }
     text += fmt::format(" | age {}", fmt::join(ages, ", "));
+    const PoseQualities poses = pose_qualities(a.tools, a.frame);
+    if (const std::string lags = lags_text(poses); !lags.empty()) text += " | lag " + lags;
+    if (const std::string noise = noise_text(poses); !noise.empty()) text += " | " + noise;
     text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
                         a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     text += " | " + followed_text(a, ", ");

@@ -50,6 +50,7 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
                                 : info.interval_ms;
     if (object.contains("budget_given"))
         info.budget_given = value_of<bool>(object, "budget_given", source);
+    if (object.contains("poses")) info.poses = parse_pose_qualities(object["poses"], source);
     info.fre_mm = value_of<double>(object, "fre_mm", source);
     for (const json& f : value_of<std::vector<json>>(object, "fiducials", source))
         info.fiducials.push_back(parse_fiducial(f, source));

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/pose_quality.hpp"
 #include "geometry/transform.hpp"
 #include "io/result_file.hpp"
 #include "mesh/tet_mesh.hpp"
@@ -53,6 +54,7 @@ struct RunInfo {
     double mean_interval_ms = 0;  ///< its mean; the median in older files
     double budget_ms = 0;         ///< time limit of a frame: track.budget, else the interval
     bool budget_given = false;    ///< track.budget is set: frames were cut short to keep it
+    PoseQualities poses;          ///< of the reference and the sensors; none in older files
     double fre_mm = 0;
     std::vector<RunFiducial> fiducials;
     std::size_t tets = 0, nodes = 0, levels = 0;

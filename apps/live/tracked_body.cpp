@@ -16,14 +16,6 @@ namespace {
 /// Longest time step: after a gap in the samples the body goes on from its state.
 constexpr double longest_frame_s = 0.5;
 
-PoseFilterOptions filter_options(const TrackOptions& track) {
-    PoseFilterOptions options;
-    options.enabled = track.smoothing_Hz > 0;
-    if (options.enabled) options.min_cutoff_Hz = track.smoothing_Hz;
-    options.ahead_s = track.ahead_ms.value_or(options.enabled ? 40 : 0) / 1e3;
-    return options;
-}
-
 const TrackedPose& pose_of(const TrackerSample& sample, std::size_t tool) {
     static const TrackedPose missing;
     return tool < sample.poses.size() ? sample.poses[tool] : missing;
@@ -60,7 +52,7 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
       find_tool_(std::move(find_tool)),
       misplaced_(misplaced),
       reference_(find_tool_(scene.track->reference_tool)),
-      reference_filter_(filter_options(*scene.track)),
+      reference_follower_(pose_follower_options(*scene.track)),
       registration_(image_from_reference, scene.track->hold_s),
       constraints_(body.mesh().nodes.size()),
       surface_(surface_nodes(body.mesh())),
@@ -79,6 +71,19 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
 }
 
+PoseFollowerOptions pose_follower_options(const TrackOptions& track) {
+    PoseFollowerOptions options;
+    options.estimator.position_rms = track.position_noise_mm / 1e3;
+    options.estimator.rotation_rms = track.rotation_noise_deg * radians_per_degree;
+    options.ahead_s = track.ahead_ms.value_or(0) / 1e3;
+    if (!track.smoothing_Hz) return options;
+    PoseFilterOptions& filter = options.filter.emplace();
+    filter.enabled = *track.smoothing_Hz > 0;
+    if (filter.enabled) filter.min_cutoff_Hz = *track.smoothing_Hz;
+    filter.ahead_s = track.ahead_ms.value_or(filter.enabled ? 40 : 0) / 1e3;
+    return options;
+}
+
 SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions& options) {
     const TrackOptions& track = *scene.track;
     SensorPatchOptions patch;
@@ -87,7 +92,7 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
                    .hold_s = track.hold_s,
                    .release_s = track.release_s,
                    .max_displacement = track.max_displacement_mm / 1e3};
-    patch.filter = filter_options(track);
+    patch.follower = pose_follower_options(track);
     patch.radius = options.patch_radius_mm / 1e3;
     patch.stiffness = options.stiffness_N_per_m;
     // A hundred times what a disc of the patch's size meets on a half-space: 2 E a / (1 - nu^2).
@@ -112,6 +117,7 @@ void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     shown_ = std::move(shown);
     tips_ = std::move(tips);
     frame_.image_from_tool.assign(shown_.size(), {});
+    frame_.pose_quality.assign(shown_.size(), {});
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
@@ -174,12 +180,15 @@ void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
 }
 
 void TrackedBody::follow(const TrackerSample& sample) {
-    const auto reference = reference_gate_.update(sample.time_s, pose_of(sample, reference_));
-    frame_.registration = registration_.update(
-        sample.time_s, reference_filter_.update(sample.time_s, reference.pose));
+    const TrackedPose& measured = pose_of(sample, reference_);
+    const PoseFollower::Result reference = reference_follower_.update(sample.time_s, measured);
+    std::optional<RigidTransform<Tracker, Reference>> tracker_from_reference;
+    if (reference.is_measured()) tracker_from_reference = tracker_from<Reference>(measured);
+    frame_.registration = registration_.update(sample.time_s, reference.pose);
     if (registration_.image_from_tracker())
         frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
-    frame_.reference = trouble_of(pose_of(sample, reference_), reference.verdict);
+    frame_.reference = trouble_of(measured, reference.verdict);
+    frame_.pose_quality[0] = reference_follower_.quality();
     frame_.press = 0;
     std::size_t k = 0;
     for (Sensor& s : sensors_) {
@@ -188,11 +197,13 @@ void TrackedBody::follow(const TrackerSample& sample) {
             follow_hand(s);
             continue;
         }
-        s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose), reference,
-                       registration_.image_from_reference());
-        if (!s.leaving)
+        s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose),
+                       tracker_from_reference, registration_.image_from_reference());
+        if (!s.leaving) {
             frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(),
                                    s.off_organ, s.patch.drive().base()};
+            frame_.pose_quality[k] = s.patch.quality();  // after the reference's
+        }
         frame_.press = std::max(frame_.press, s.patch.press());
     }
     for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -339,6 +350,14 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     frame_.output_s = seconds_since(stepped);
     tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s);
     return frame_;
+}
+
+PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,
+                             const FrameState& frame) {
+    PoseQualities poses;
+    for (std::size_t i = 0; i < std::min(tools.size(), 1 + frame.sensors.size()); ++i)
+        if (i < frame.pose_quality.size()) poses[tools[i].tool] = frame.pose_quality[i];
+    return poses;
 }
 
 }  // namespace livetet

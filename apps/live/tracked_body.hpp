@@ -3,10 +3,12 @@
 #include <functional>
 #include <list>
 #include <optional>
+#include <span>
 
+#include "apps/live/pose_quality.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "tracking/live_registration.hpp"
-#include "tracking/pose_filter.hpp"
+#include "tracking/pose_follower.hpp"
 #include "tracking/sample.hpp"
 #include "tracking/sensor_patch.hpp"
 
@@ -37,6 +39,7 @@ struct FrameState {
     double press = 0;                          ///< largest of the sensors, m
     std::vector<SensorState> sensors;          ///< in the order of the scene
     std::vector<TrackedPose> image_from_tool;  ///< in the order of TrackedBody::tools
+    std::vector<PoseQuality> pose_quality;     ///< in the same order
     std::optional<HandPull> pull{};
     StepReport step;
     double sensor_s = 0,
@@ -74,6 +77,9 @@ struct SceneChange {
 /// Reads the masks and tips of `scene`. Throws Error if one is invalid, or if nothing would fix the
 /// body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
+
+/// How the scene filters the pose of one tool.
+PoseFollowerOptions pose_follower_options(const TrackOptions& track);
 
 /// Options of a sensor's patch in this scene.
 SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions& sensor);
@@ -115,6 +121,9 @@ class TrackedBody {
     /// The tools of `Frame::image_from_tool`: reference, sensors, tools of the scene.
     const std::vector<ShownTool>& tools() const { return shown_; }
 
+    /// The last frame, without its displacement.
+    const FrameState& last() const { return frame_; }
+
     /// Nodes that follow sensors and are not fixed by the scene, and their displacements in this
     /// frame, m.
     const std::vector<std::int32_t>& driven() const { return driven_; }
@@ -154,8 +163,7 @@ class TrackedBody {
     ToolFinder find_tool_;
     MisplacedSensor misplaced_;
     std::size_t reference_;
-    OutlierGate reference_gate_;
-    PoseFilter reference_filter_;
+    PoseFollower reference_follower_;
     LiveRegistration registration_;
     std::optional<SceneConstraints> scene_constraints_;
     Constraints constraints_;
@@ -175,5 +183,9 @@ class TrackedBody {
     std::optional<double> last_time_s_;
     Frame frame_;
 };
+
+/// Those of a frame: of the reference and of the sensors.
+PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,
+                             const FrameState& frame);
 
 }  // namespace livetet

@@ -17,20 +17,20 @@ void TrackedBody::pull(const std::optional<HandPull>& pull) {
     SensorOptions of_no_tool;
     of_no_tool.tool.clear();
     SensorPatchOptions options = sensor_patch_options(scene_, of_no_tool);
-    options.filter.enabled = false;
+    options.follower.filter = PoseFilterOptions{.enabled = false};
+    options.follower.estimator.position_rms = 1;  // m: no motion of a hand is an outlier
     options.drive.base_window_s = 0;
     sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }
 
 /// A hand-pulled marker is a sensor whose tracker frame is the image, with the reference at rest.
 void TrackedBody::follow_hand(Sensor& sensor) {
-    const OutlierGate::Result rests{{.status = PoseStatus::ok}, GateVerdict::accepted};
     TrackedPose hand;
     if (!sensor.leaving) {
         hand.translation = sensor.patch.drive().base() ? frame_.pull->to : frame_.pull->base;
         hand.status = PoseStatus::ok;
     }
-    sensor.patch.follow(frame_.time_s, hand, rests, {});
+    sensor.patch.follow(frame_.time_s, hand, RigidTransform<Tracker, Reference>{}, {});
     frame_.press = std::max(frame_.press, sensor.patch.press());
 }
 

@@ -29,6 +29,7 @@ ordered_json frames_json(const Report& r) {
                         {"not_converged", f.not_converged},
                         {"registration_held", f.registration_held},
                         {"registration_lost", f.registration_lost},
+                        {"poses", json_of(r.run.poses)},
                         {"frame_ms", to_json(f.frame_ms)},
                         {"operator_ms", to_json(f.operator_ms)},
                         {"forces_ms", to_json(f.forces_ms)},

@@ -16,6 +16,8 @@ std::string run_html(const Report& r) {
                                  r.frames.kept)});
     s.texts({"largest press",
              fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm)});
+    if (const std::string lags = lags_text(r.run.poses); !lags.empty())
+        s.texts({"poses lag", lags});
     if (!r.run.problem.empty()) s.texts({"ended early", r.run.problem});
     s.texts(
         {"versions",

@@ -127,6 +127,8 @@ std::string frames_text(const Report& r) {
             "not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
     out += report_line("registration", fmt::format("held in {} frames, lost in {}",
                                                    f.registration_held, f.registration_lost));
+    if (const std::string lags = lags_text(r.run.poses); !lags.empty())
+        out += report_line("poses lag", lags);
     return out + report_line("not converged", fmt::format("{} frames", f.not_converged));
 }
 
@@ -180,6 +182,8 @@ std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
+    if (const std::string noise = noise_text(report.run.poses); !noise.empty())
+        sentences.push_back("Tracker: " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());
     if (report.truth) {
         sentences.push_back(press_verdict(*report.truth));

@@ -29,7 +29,14 @@ void explain_tracking(Explanation& e, const Scene& scene) {
                                   "the result file, the status "
                                   "line and the scene file",
                                   scene.track->sensors.size()));
-    if (scene.track->smoothing_Hz == 0) e.leaves_out("pose filter", "track.smoothing_Hz is 0");
+    if (!scene.track->smoothing_Hz)
+        e.uses("pose estimator",
+               fmt::format("for a tracker with errors of {} mm and {} degrees, RMS",
+                           scene.track->position_noise_mm, scene.track->rotation_noise_deg));
+    else if (*scene.track->smoothing_Hz > 0)
+        e.uses("pose filter", fmt::format("one-euro, {} Hz at rest", *scene.track->smoothing_Hz));
+    else
+        e.leaves_out("pose smoothing", "track.smoothing_Hz is 0");
     if (scene.track->publish)
         e.uses("OpenIGTLink server",
                fmt::format("track.publish: port {}", scene.track->publish->port));

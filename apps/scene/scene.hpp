@@ -124,8 +124,10 @@ struct TrackOptions {
     double hold_s = 0.5;
     double release_s = 1;
     double max_displacement_mm = 100;
-    double smoothing_Hz = 2;
-    std::optional<double> ahead_ms{};  ///< not given: 40 with a filter, 0 without
+    double position_noise_mm = 1.4;
+    double rotation_noise_deg = 0.5;
+    std::optional<double> smoothing_Hz{};  ///< of the one-euro filter; not given: the estimator
+    std::optional<double> ahead_ms{};      ///< not given: 40 with the one-euro filter, else 0
     int newton_iterations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
@@ -371,13 +373,20 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("max_displacement_mm", t.max_displacement_mm, "mm",
             "a sensor farther than this from where it was placed counts as lost",
             greater_than<0>());
+    v.field("position_noise_mm", t.position_noise_mm, "mm",
+            "the tracker's position error, RMS length, as its maker states it: what the pose "
+            "estimator begins with; it learns if the noise is greater",
+            greater_than<0>());
+    v.field("rotation_noise_deg", t.rotation_noise_deg, "degrees",
+            "the tracker's rotation error, RMS angle", greater_than<0>());
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz",
-            "cut-off frequency of the pose filter at rest (one-euro filter); 0: no filter",
+            "smooths poses by the one-euro filter with this cut-off frequency at rest, in place of "
+            "the pose estimator; 0: no smoothing",
             at_least<0>());
     v.field("ahead_ms", t.ahead_ms, "ms",
-            "time by which poses are extrapolated with the filter's velocities, to make up for its "
-            "lag; 0: none; default: 40 with a filter, 0 without",
-            Check<double>{"from 0 to 1000", [](const double& x) { return x >= 0 && x <= 1000; }});
+            "time by which poses are extrapolated, to make up for the time until the frame is "
+            "shown; default: 0, or 40 with a one-euro filter, for its lag",
+            Check<double>{"from 0 to 500", [](const double& x) { return x >= 0 && x <= 500; }});
     v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
             Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
     v.field("budget", t.budget, "",

@@ -111,7 +111,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         patches.emplace_back(sensor_patch_options(scene, sensor));
         sensors.push_back({sensor.tool, {}, {}, {}});
     }
-    OutlierGate gate;
+    PoseFollower follower(pose_follower_options(*scene.track));
     std::vector<Traced> traced(reader_.frame_count());
     for (std::size_t k = 0; k < traced.size(); ++k) {
         const auto found = std::lower_bound(
@@ -122,8 +122,10 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         const auto rows = reader_.values("tracker_from_image", k, 12);
         const auto tracker_from_image =
             transform_of_rows<Tracker, ImageFrame>(std::span(rows).first<12>());
-        const auto reference =
-            gate.update(sample.time_s, tracker.pose(sample, scene.track->reference_tool));
+        const TrackedPose measured = tracker.pose(sample, scene.track->reference_tool);
+        std::optional<RigidTransform<Tracker, Reference>> tracker_from_reference;
+        if (follower.update(sample.time_s, measured).is_measured())
+            tracker_from_reference = tracker_from<Reference>(measured);
         const auto in_image =
             [&](const std::string& tool) -> std::optional<RigidTransform<ImageFrame, Tool>> {
             const TrackedPose pose = tracker.pose(sample, tool);
@@ -142,8 +144,8 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
                                      {tip.rotation, tip.translation}});
             }
         for (std::size_t i = 0; i < patches.size(); ++i) {
-            patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name), reference,
-                              tracker.image_from_reference);
+            patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name),
+                              tracker_from_reference, tracker.image_from_reference);
             if (patches[i].awaits_placement()) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),
                                        farthest_from_organ);

@@ -48,7 +48,7 @@ TrackedPose PoseFilter::update(double time_s, const TrackedPose& pose) {
     }
     State& s = *state_;
     const double dt = time_s - s.time_s;
-    if (dt <= 0) return extrapolated();
+    if (dt < min_interval_s) return extrapolated();
     const double blend = smoothing_factor(options_.derivative_cutoff_Hz, dt);
     s.velocity += blend * ((pose.translation - s.last_translation) / dt - s.velocity);
     s.angular_velocity +=
@@ -73,33 +73,6 @@ TrackedPose PoseFilter::extrapolated() const {
     if (options_.ahead_s == 0) return s.filtered;
     return {rotation_of_vector(options_.ahead_s * s.angular_velocity) * s.filtered.rotation,
             s.filtered.translation + options_.ahead_s * s.velocity, PoseStatus::ok};
-}
-
-OutlierGate::OutlierGate(const OutlierGateOptions& options) : options_(options) {
-    check_positive("max_speed", options.max_speed);
-    check_positive("max_turn_rate", options.max_turn_rate);
-    check_positive("max_held_s", options.max_held_s);
-    if (options.max_held < 0) fail("pose filter: max_held = {} must be >= 0", options.max_held);
-}
-
-OutlierGate::Result OutlierGate::update(double time_s, const TrackedPose& pose) {
-    if (!is_usable(pose)) return {pose, GateVerdict::unusable};
-    if (options_.enabled && accepted_) {
-        const double dt = std::max(0.0, time_s - accepted_time_s_);
-        const double step = (pose.translation - accepted_->translation).norm();
-        const double turn = rotation_vector(pose.rotation * accepted_->rotation.transpose()).norm();
-        const bool jumped = step > options_.slack + options_.max_speed * dt ||
-                            turn > options_.slack_rad + options_.max_turn_rate * dt;
-        const bool may_hold = held_ < options_.max_held && dt <= options_.max_held_s;
-        if (jumped && may_hold) {
-            ++held_;
-            return {*accepted_, GateVerdict::held};
-        }
-    }
-    accepted_ = pose;
-    accepted_time_s_ = time_s;
-    held_ = 0;
-    return {pose, GateVerdict::accepted};
 }
 
 }  // namespace livetet

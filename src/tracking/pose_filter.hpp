@@ -55,40 +55,4 @@ class PoseFilter {
     std::optional<State> state_;
 };
 
-struct OutlierGateOptions {
-    bool enabled = true;
-    double max_speed = 2;       ///< m/s
-    double max_turn_rate = 20;  ///< rad/s
-    double slack = 0.01;        ///< metres that noise may add to a displacement
-    double slack_rad = 0.1;     ///< radians that noise may add to a rotation
-    int max_held = 3;         ///< after this many rejected poses in a row the next one is accepted
-    double max_held_s = 0.3;  ///< the same after this time since the last accepted pose
-};
-
-/// Verdict on a pose: accepted; rejected, so that the last accepted pose is held; or not usable.
-enum class GateVerdict { accepted, held, unusable };
-
-/// Rejects poses farther from the last accepted one than the speed limits allow and returns the
-/// last accepted pose instead. After `max_held` rejected poses or `max_held_s` seconds the new
-/// position is accepted.
-class OutlierGate {
-  public:
-    struct Result {
-        TrackedPose pose;
-        GateVerdict verdict = GateVerdict::accepted;
-    };
-    /// Throws Error if a limit is not positive.
-    explicit OutlierGate(const OutlierGateOptions& options = {});
-
-    /// A pose that is not usable is returned unchanged and does not count as rejected.
-    Result update(double time_s, const TrackedPose& pose);
-    void reset() { *this = OutlierGate(options_); }
-
-  private:
-    OutlierGateOptions options_;
-    std::optional<TrackedPose> accepted_;
-    double accepted_time_s_ = 0;
-    int held_ = 0;
-};
-
 }  // namespace livetet

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
@@ -14,10 +15,23 @@ namespace {
 /// Share of the initial stiffness that a patch has at the end of its release.
 constexpr double released_share = 1e-4;
 
+/// The noise of reference_from_sensor, given that of each tool, p and a (RMS length and angle), and
+/// the vector l between them. With errors d and rotation vectors a of both tools,
+///
+///     error of the translation  d_s - d_r - a_r x l,   mean square 2 p^2 + 2/3 a^2 |l|^2
+///     error of the rotation     a_s - a_r,             mean square 2 a^2
+PoseFollowerOptions of_product(PoseFollowerOptions options, double distance) {
+    PoseEstimatorOptions& o = options.estimator;
+    const double at_distance = std::sqrt(1.0 / 3) * o.rotation_rms * distance;
+    o.position_rms = std::numbers::sqrt2 * std::hypot(o.position_rms, at_distance);
+    o.rotation_rms *= std::numbers::sqrt2;
+    return options;
+}
+
 }  // namespace
 
-SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict) {
-    if (verdict == GateVerdict::held) return SensorTrouble::jumped;
+SensorTrouble trouble_of(const TrackedPose& pose, PoseVerdict verdict) {
+    if (verdict == PoseVerdict::held) return SensorTrouble::jumped;
     switch (pose.status) {
         case PoseStatus::ok:
             return is_usable(pose) ? SensorTrouble::none : SensorTrouble::broken;
@@ -35,20 +49,28 @@ SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict) {
     return SensorTrouble::invalid;
 }
 
-void SensorPatch::follow(double time_s, const TrackedPose& sensor,
-                         const OutlierGate::Result& reference,
-                         const RigidTransform<ImageFrame, Reference>& image_from_reference) {
-    const auto gated = gate_.update(time_s, sensor);
+void SensorPatch::follow(
+    double time_s, const TrackedPose& sensor,
+    const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference,
+    const RigidTransform<ImageFrame, Reference>& image_from_reference) {
     std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
-    if (reference.verdict == GateVerdict::accepted && gated.verdict == GateVerdict::accepted) {
-        const auto raw = image_from_reference * tracker_from<Reference>(reference.pose).inverse() *
-                         tracker_from<Sensor>(gated.pose);
-        const TrackedPose smooth =
-            filter_.update(time_s, {raw.rotation, raw.translation, PoseStatus::ok});
-        image_from_sensor = {smooth.rotation, smooth.translation};
+    PoseVerdict verdict = PoseVerdict::unusable;
+    if (tracker_from_reference && is_usable(sensor)) {
+        const auto measured =
+            image_from_reference * tracker_from_reference->inverse() * tracker_from<Sensor>(sensor);
+        if (!follower_) {
+            const double distance =
+                (sensor.translation - tracker_from_reference->translation).norm();
+            follower_.emplace(of_product(options_.follower, distance));
+        }
+        const PoseFollower::Result followed =
+            follower_->update(time_s, {measured.rotation, measured.translation, PoseStatus::ok});
+        verdict = followed.verdict;
+        if (followed.is_measured() && is_usable(followed.pose))
+            image_from_sensor = {followed.pose.rotation, followed.pose.translation};
     }
     drive_.update(time_s, image_from_sensor);
-    trouble_ = trouble_of(sensor, gated.verdict);
+    trouble_ = trouble_of(sensor, verdict);
     if (trouble_ == SensorTrouble::none && !image_from_sensor)
         trouble_ = SensorTrouble::no_reference;
     if (trouble_ == SensorTrouble::none && drive_.is_restless()) trouble_ = SensorTrouble::restless;

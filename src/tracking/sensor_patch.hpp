@@ -6,14 +6,14 @@
 
 #include "mesh/surface_patch.hpp"
 #include "tracking/live_registration.hpp"
-#include "tracking/pose_filter.hpp"
+#include "tracking/pose_follower.hpp"
 #include "tracking/sample.hpp"
 #include "tracking/sensor_drive.hpp"
 
 namespace livetet {
 
 /// Why a sensor is not followed. `lost` to `broken` repeat the pose's status (`lost`: missing).
-/// - `jumped`: farther from the last pose than a sensor could move.
+/// - `jumped`: an outlier: neither noise nor motion explains the pose.
 /// - `too_far`: farther from its base than the organ can be moved.
 /// - `no_reference`: the reference sensor's pose is not available.
 /// - `restless`: it cannot be placed, as it does not rest.
@@ -30,14 +30,14 @@ enum class SensorTrouble {
     restless
 };
 
-/// The trouble of a pose, given the verdict of the outlier gate.
-SensorTrouble trouble_of(const TrackedPose& pose, GateVerdict verdict);
+/// The trouble of a pose, given the estimator's verdict on it.
+SensorTrouble trouble_of(const TrackedPose& pose, PoseVerdict verdict);
 
 /// Options of a SensorPatch.
 struct SensorPatchOptions {
     SensorDriveOptions drive{};
-    PoseFilterOptions filter{};
-    double radius = 0.015;  ///< of the patch along the surface, m
+    PoseFollowerOptions follower{};  ///< its noise is that of one tool
+    double radius = 0.015;           ///< of the patch along the surface, m
     /// Total stiffness of the springs that pull the patch, N/m; none: the displacement is
     /// prescribed.
     std::optional<double> stiffness{};
@@ -52,12 +52,14 @@ struct SensorPatchOptions {
 class SensorPatch {
   public:
     explicit SensorPatch(const SensorPatchOptions& options)
-        : options_(options), filter_(options.filter), drive_(options.drive) {}
+        : options_(options), drive_(options.drive) {}
 
     /// Processes one frame. Takes the poses of the sensor and of the reference sensor at the same
-    /// time, both unfiltered: the organ's own motion cancels in their product and only the press is
-    /// filtered. An unusable pose or a jump counts as missing.
-    void follow(double time_s, const TrackedPose& sensor, const OutlierGate::Result& reference,
+    /// time, both as measured: the organ's own motion cancels in their product, and only the press
+    /// is filtered. `tracker_from_reference` is empty where the reference may not be used. An
+    /// unusable pose or an outlier counts as missing.
+    void follow(double time_s, const TrackedPose& sensor,
+                const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference);
 
     /// Whether the sensor's base is known and no patch has been chosen yet.
@@ -86,6 +88,7 @@ class SensorPatch {
 
     const SensorDrive& drive() const { return drive_; }
     SensorTrouble trouble() const { return trouble_; }
+    PoseQuality quality() const { return follower_ ? follower_->quality() : PoseQuality{}; }
 
   private:
     struct Placed {
@@ -93,8 +96,7 @@ class SensorPatch {
         Eigen::Vector3d place;   ///< position of the node at placement, m
     };
     SensorPatchOptions options_;
-    OutlierGate gate_;
-    PoseFilter filter_;
+    std::optional<PoseFollower> follower_;  ///< of image_from_sensor; none before the first pose
     SensorDrive drive_;
     std::vector<std::int32_t> nodes_;
     std::vector<Placed> placed_;

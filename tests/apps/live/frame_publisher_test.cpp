@@ -65,6 +65,25 @@ TEST(StatusText, NamesNoToolThatIsGoneAndNoPressWithoutASensor) {
                     .ends_with("registration valid, Sensor following, press 0.0 mm"));
 }
 
+TEST(StatusText, SaysByHowMuchPosesLagAndWhatMendsIt) {
+    PublishedFrame a = frame_with({{}});
+    a.tools = {{"Reference", false, 0}, {"Sensor", false, 1}, {"Stylus", false, 2}};
+    a.frame.pose_quality = {{.lag_s = 0.004}, {}, {}};
+    EXPECT_NE(status_text(a, {}, 20, 20).find(" | lag Reference 4 ms | "), std::string::npos);
+    a.frame.pose_quality[1].lag_s = 0.031;
+    const std::string late = status_text(a, {}, 20, 20);
+    EXPECT_NE(late.find("lag Reference 4 ms, Sensor 31 ms (track.ahead_ms makes up for it)"),
+              std::string::npos)
+        << late;
+    a.frame.pose_quality.assign(3, {});
+    EXPECT_EQ(status_text(a, {}, 20, 20).find("lag"), std::string::npos) << "none is known yet";
+    EXPECT_EQ(status_text(a, {}, 20, 20).find("noisy"), std::string::npos);
+    a.frame.pose_quality[1].position_noise_ratio = 3.14;
+    EXPECT_NE(status_text(a, {}, 20, 20)
+                  .find("position of Sensor 3.1 times as noisy as track.position_noise_mm says"),
+              std::string::npos);
+}
+
 TEST(IntervalCount, APauseMovesTheMeanAndNotTheMedian) {
     IntervalCount count;
     EXPECT_EQ(count.median_s(), 0);

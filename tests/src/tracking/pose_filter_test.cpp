@@ -128,30 +128,5 @@ TEST(PoseFilter, CarriesAPoseOnByItsSpeedsToMakeUpForLatency) {
     EXPECT_THROW(PoseFilter{options}, Error);
 }
 
-TEST(OutlierGate, HoldsASingleJumpAndAcceptsAMove) {
-    OutlierGate gate;
-    EXPECT_EQ(gate.update(0, at({0, 0, 0})).verdict, GateVerdict::accepted);
-    EXPECT_EQ(gate.update(0.05, at({0.05, 0, 0}, 0.2)).verdict, GateVerdict::accepted);
-    const auto jump = gate.update(0.1, at({0.6, 0, 0}));
-    EXPECT_EQ(jump.verdict, GateVerdict::held);
-    EXPECT_EQ(jump.pose.translation.x(), 0.05);
-    EXPECT_EQ(gate.update(0.1, at({0.05, 0, 0}, 3)).verdict, GateVerdict::held);
-    EXPECT_EQ(gate.update(0.15, at({0.07, 0, 0})).verdict, GateVerdict::accepted);
-    EXPECT_EQ(gate.update(0.2, TrackedPose{}).verdict, GateVerdict::unusable);
-}
-
-TEST(OutlierGate, BelievesANewPlaceAfterAWhile) {
-    OutlierGateOptions options;
-    OutlierGate by_count(options);
-    by_count.update(0, at({0, 0, 0}));
-    for (int i = 1; i <= options.max_held; ++i)
-        EXPECT_EQ(by_count.update(0.01 * i, at({5, 0, 0})).verdict, GateVerdict::held);
-    EXPECT_EQ(by_count.update(0.05, at({5, 0, 0})).verdict, GateVerdict::accepted);
-    OutlierGate by_time(options);
-    by_time.update(0, at({0, 0, 0}));
-    EXPECT_EQ(by_time.update(0.2, at({5, 0, 0})).verdict, GateVerdict::held);
-    EXPECT_EQ(by_time.update(0.31, at({5, 0, 0})).verdict, GateVerdict::accepted);
-}
-
 }  // namespace
 }  // namespace livetet

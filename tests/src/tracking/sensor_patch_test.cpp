@@ -6,6 +6,8 @@
 
 #include "mesh/quadratic.hpp"
 #include "support/shapes.hpp"
+#include "tracking/poses.hpp"
+#include "tracking/simulated_tracker.hpp"
 
 namespace livetet {
 namespace {
@@ -18,12 +20,13 @@ TrackedPose seen_at(const Vector3d& place, PoseStatus status = PoseStatus::ok) {
 
 /// A sensor in an image frame equal to the tracker's, followed every 20 ms.
 struct Followed {
-    SensorPatch patch{
-        {.drive = {.base_window_s = 0.1, .max_displacement = 0.05}, .filter = {.enabled = false}}};
+    SensorPatch patch{{.drive = {.base_window_s = 0.1, .max_displacement = 0.05},
+                       .follower = {.filter = PoseFilterOptions{.enabled = false}}}};
     double time_s = 0;
     SensorTrouble follow(const TrackedPose& sensor,
-                         const OutlierGate::Result& reference = {seen_at({0, 0, 0})}) {
-        patch.follow(time_s += 0.02, sensor, reference, {});
+                         const std::optional<RigidTransform<Tracker, Reference>>&
+                             tracker_from_reference = RigidTransform<Tracker, Reference>{}) {
+        patch.follow(time_s += 0.02, sensor, tracker_from_reference, {});
         return patch.trouble();
     }
     Followed() {
@@ -43,14 +46,28 @@ TEST(SensorPatch, SaysWhyItDoesNotFollow) {
              {PoseStatus::broken, SensorTrouble::broken}})
         EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}, status)), trouble);
     EXPECT_EQ(f.follow(seen_at({std::nan(""), 0, 0})), SensorTrouble::broken);
-    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}), {seen_at({0, 0, 0}), GateVerdict::held}),
-              SensorTrouble::no_reference);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0}), std::nullopt), SensorTrouble::no_reference);
     EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
     EXPECT_EQ(f.follow(seen_at({0.9, 0, 0})), SensorTrouble::jumped);
     SensorTrouble last = SensorTrouble::none;
     for (int i = 0; i < 10; ++i) last = f.follow(seen_at({0.9, 0, 0}));
     EXPECT_EQ(last, SensorTrouble::too_far)
         << "believed, and farther than the organ could be moved";
+}
+
+/// The rotation error of a reference 0.3 m away adds to the position errors of both sensors.
+TEST(SensorPatch, NoiseOfADistantReferenceIsNoJump) {
+    SensorPatch patch({.drive = {.base_window_s = 0.1, .max_displacement = 0.05}});
+    TrackerNoise noise(1.4e-3, 0.5 * radians_per_degree, 4);
+    int jumps = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const TrackedPose reference = noise(seen_at({0, 0, 0}));
+        patch.follow(0.025 * i, noise(seen_at({0.3, 0, 0})), tracker_from<Reference>(reference),
+                     {});
+        jumps += patch.trouble() == SensorTrouble::jumped;
+    }
+    EXPECT_EQ(jumps, 0);
+    EXPECT_EQ(patch.drive().status(), DriveStatus::following);
 }
 
 TEST(SensorPatch, AReleasedPatchIsNotPressed) {

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+
+#include "tracking/lag_meter.hpp"
+#include "tracking/pose_filter.hpp"
+#include "tracking/pose_smoother.hpp"
+
+namespace livetet {
+
+/// Options of a PoseFollower.
+struct PoseFollowerOptions {
+    PoseEstimatorOptions estimator{};
+    /// Extrapolates the estimates over this time to make up for latency, s; no further than the
+    /// estimator's `max_gap_s` after its last accepted pose.
+    double ahead_s = 0;
+    /// If given, accepted poses are smoothed by this filter instead of the estimator.
+    std::optional<PoseFilterOptions> filter{};
+};
+
+/// What a PoseFollower has learned of its tool's poses.
+struct PoseQuality {
+    std::optional<double> lag_s{};  ///< by which the returned poses are late; see LagMeter
+    /// RMS errors of the tracker, relative to those of the options; at least 1.
+    double position_noise_ratio = 1, rotation_noise_ratio = 1;
+};
+
+/// Follows one tool: a PoseEstimator refuses outliers and, unless a filter is given, estimates the
+/// pose. Also measures by how much the poses that it returns lag. Allocates nothing.
+class PoseFollower {
+  public:
+    /// Throws Error as PoseEstimator and PoseFilter do.
+    explicit PoseFollower(const PoseFollowerOptions& options = {});
+
+    struct Result {
+        TrackedPose pose;
+        PoseVerdict verdict = PoseVerdict::unusable;
+
+        /// Whether the measured pose may be used.
+        bool is_measured() const {
+            return verdict != PoseVerdict::held && verdict != PoseVerdict::unusable;
+        }
+    };
+    /// Processes a pose measured at `time_s`. Returns the pose to use: of an outlier, the
+    /// prediction or the filter's last accepted pose; of an unusable pose, the same.
+    Result update(double time_s, const TrackedPose& measured);
+
+    const PoseEstimator& estimator() const { return smoother_.estimator(); }
+    PoseQuality quality() const {
+        return {lag_.lag_s(), estimator().position_noise_ratio(),
+                estimator().rotation_noise_ratio()};
+    }
+
+  private:
+    TrackedPose pose_at(double time_s, const TrackedPose& measured, PoseVerdict verdict);
+    TrackedPose estimated(double time_s) const;
+
+    PoseSmoother smoother_;
+    LagMeter lag_;
+    double ahead_s_;
+    std::optional<PoseFilter> filter_;
+    TrackedPose accepted_;
+};
+
+}  // namespace livetet
