@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -18,7 +19,9 @@ std::string lags_text(const PoseQualities& poses) {
     bool is_large = false;
     for (const auto& [tool, quality] : poses) {
         if (!quality.lag_s) continue;
-        texts.push_back(fmt::format("{} {:.0f} ms", tool, 1e3 * *quality.lag_s));
+        const long lag_ms = std::lround(1e3 * *quality.lag_s);
+        texts.push_back(lag_ms < 0 ? fmt::format("{} {} ms ahead", tool, -lag_ms)
+                                   : fmt::format("{} {} ms", tool, lag_ms));
         is_large = is_large || *quality.lag_s > large_s;
     }
     return fmt::format("{}{}", fmt::join(texts, ", "),
@@ -28,16 +31,13 @@ std::string lags_text(const PoseQualities& poses) {
 std::string noise_text(const PoseQualities& poses) {
     constexpr double large_ratio = 2;
     std::vector<std::string> texts;
-    const auto add = [&](const char* what, const std::string& tool, double ratio, const char* key) {
-        if (ratio > large_ratio)
-            texts.push_back(fmt::format("{} of {} {:.1f} times as noisy as track.{} says", what,
-                                        tool, ratio, key));
-    };
     for (const auto& [tool, quality] : poses) {
-        add("position", tool, quality.position_noise_ratio, "position_noise_mm");
-        add("rotation", tool, quality.rotation_noise_ratio, "rotation_noise_deg");
+        const double ratio = std::max(quality.position_noise_ratio, quality.rotation_noise_ratio);
+        if (ratio > large_ratio) texts.push_back(fmt::format("{} {:.1f} times", tool, ratio));
     }
-    return fmt::format("{}", fmt::join(texts, ", "));
+    if (texts.empty()) return "";
+    return fmt::format("noise of {} what track.position_noise_mm and rotation_noise_deg say",
+                       fmt::join(texts, ", "));
 }
 
 json json_of(const PoseQualities& poses) {

@@ -11,12 +11,13 @@ namespace livetet {
 /// What was learned of the poses of each tool that is followed, by its name.
 using PoseQualities = std::map<std::string, PoseQuality>;
 
-/// "Reference 14 ms, Sensor 9 ms", with the key that mends it if one is large; empty if none is
-/// known.
+/// "Reference 14 ms, Sensor 9 ms ahead", with the key that mends it if a lag is large; empty if
+/// none is known.
 std::string lags_text(const PoseQualities& poses);
 
-/// "position of Sensor 3.1 times as noisy as track.position_noise_mm says"; empty if none is twice
-/// as noisy as stated.
+/// "noise of Sensor 3.1 times what track.position_noise_mm and rotation_noise_deg say"; empty if
+/// none is twice as noisy as stated. A sensor's poses are relative to the reference: both keys
+/// decide, and the noise of both tools.
 std::string noise_text(const PoseQualities& poses);
 
 /// Lags in ms, where they are known, and noise ratios.

@@ -75,8 +75,10 @@ PoseFollowerOptions pose_follower_options(const TrackOptions& track) {
     PoseFollowerOptions options;
     options.estimator.position_rms = track.position_noise_mm / 1e3;
     options.estimator.rotation_rms = track.rotation_noise_deg * radians_per_degree;
-    options.ahead_s = track.ahead_ms.value_or(0) / 1e3;
-    if (!track.smoothing_Hz) return options;
+    if (!track.smoothing_Hz) {
+        options.ahead_s = track.ahead_ms.value_or(0) / 1e3;
+        return options;
+    }
     PoseFilterOptions& filter = options.filter.emplace();
     filter.enabled = *track.smoothing_Hz > 0;
     if (filter.enabled) filter.min_cutoff_Hz = *track.smoothing_Hz;
@@ -117,7 +119,7 @@ void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     shown_ = std::move(shown);
     tips_ = std::move(tips);
     frame_.image_from_tool.assign(shown_.size(), {});
-    frame_.pose_quality.assign(shown_.size(), {});
+    frame_.pose_quality.assign(1 + scene_.track->sensors.size(), {});
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
@@ -183,7 +185,8 @@ void TrackedBody::follow(const TrackerSample& sample) {
     const TrackedPose& measured = pose_of(sample, reference_);
     const PoseFollower::Result reference = reference_follower_.update(sample.time_s, measured);
     std::optional<RigidTransform<Tracker, Reference>> tracker_from_reference;
-    if (reference.is_measured()) tracker_from_reference = tracker_from<Reference>(measured);
+    if (is_usable(reference.unfiltered))
+        tracker_from_reference = tracker_from<Reference>(reference.unfiltered);
     frame_.registration = registration_.update(sample.time_s, reference.pose);
     if (registration_.image_from_tracker())
         frame_.tracker_from_image = registration_.image_from_tracker()->inverse();
@@ -355,8 +358,8 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,
                              const FrameState& frame) {
     PoseQualities poses;
-    for (std::size_t i = 0; i < std::min(tools.size(), 1 + frame.sensors.size()); ++i)
-        if (i < frame.pose_quality.size()) poses[tools[i].tool] = frame.pose_quality[i];
+    for (std::size_t i = 0; i < std::min(tools.size(), frame.pose_quality.size()); ++i)
+        poses[tools[i].tool] = frame.pose_quality[i];
     return poses;
 }
 

@@ -39,7 +39,7 @@ struct FrameState {
     double press = 0;                          ///< largest of the sensors, m
     std::vector<SensorState> sensors;          ///< in the order of the scene
     std::vector<TrackedPose> image_from_tool;  ///< in the order of TrackedBody::tools
-    std::vector<PoseQuality> pose_quality;     ///< in the same order
+    std::vector<PoseQuality> pose_quality;     ///< of the reference, then of the sensors
     std::optional<HandPull> pull{};
     StepReport step;
     double sensor_s = 0,

@@ -18,7 +18,7 @@ void TrackedBody::pull(const std::optional<HandPull>& pull) {
     of_no_tool.tool.clear();
     SensorPatchOptions options = sensor_patch_options(scene_, of_no_tool);
     options.follower.filter = PoseFilterOptions{.enabled = false};
-    options.follower.estimator.position_rms = 1;  // m: no motion of a hand is an outlier
+    options.follower.estimator.position_rms = 1;  // m: a hand that goes less than 5 m is no outlier
     options.drive.base_window_s = 0;
     sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }

@@ -183,7 +183,7 @@ std::vector<std::string> verdicts(const Report& report) {
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (const std::string noise = noise_text(report.run.poses); !noise.empty())
-        sentences.push_back("Tracker: " + noise + ".");
+        sentences.push_back("Tracker: the " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());
     if (report.truth) {
         sentences.push_back(press_verdict(*report.truth));

@@ -107,9 +107,9 @@ void check_track(const TrackOptions& track, const std::string& file) {
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
     if (track.ahead_ms.value_or(0) > 0 && track.smoothing_Hz == 0)
         fail(
-            "track.ahead_ms = {} with track.smoothing_Hz = 0: without a filter no speed is known "
-            "to "
-            "extrapolate by, expected another smoothing_Hz, none, or ahead_ms: 0 ({})",
+            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses as measured are not "
+            "extrapolated, "
+            "expected no smoothing_Hz, or ahead_ms: 0 ({})",
             *track.ahead_ms, file);
     std::vector<std::string> names{track.reference_tool};
     for (const SensorOptions& sensor : track.sensors) {

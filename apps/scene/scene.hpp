@@ -373,12 +373,15 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("max_displacement_mm", t.max_displacement_mm, "mm",
             "a sensor farther than this from where it was placed counts as lost",
             greater_than<0>());
-    v.field("position_noise_mm", t.position_noise_mm, "mm",
-            "the tracker's position error, RMS length, as its maker states it: what the pose "
-            "estimator begins with; it learns if the noise is greater",
-            greater_than<0>());
-    v.field("rotation_noise_deg", t.rotation_noise_deg, "degrees",
-            "the tracker's rotation error, RMS angle", greater_than<0>());
+    v.field(
+        "position_noise_mm", t.position_noise_mm, "mm",
+        "the tracker's position error, RMS length, as its maker states it: what the pose "
+        "estimator begins with; it learns if the noise is greater",
+        Check<double>{"from 0.01 to 100", [](const double& x) { return x >= 0.01 && x <= 100; }});
+    v.field(
+        "rotation_noise_deg", t.rotation_noise_deg, "degrees",
+        "the tracker's rotation error, RMS angle",
+        Check<double>{"from 0.001 to 45", [](const double& x) { return x >= 0.001 && x <= 45; }});
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz",
             "smooths poses by the one-euro filter with this cut-off frequency at rest, in place of "
             "the pose estimator; 0: no smoothing",

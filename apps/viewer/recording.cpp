@@ -97,8 +97,8 @@ void ViewRecording::find_driven(const std::string& source, const Scene& scene) {
     }
 }
 
-/// Repeats the run without its solves: where sensors were placed, and the poses of all tools in the
-/// image.
+/// Repeats the run without its solves, as far as its kept frames tell: where sensors were placed,
+/// and the poses of all tools in the image.
 void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     const TrackerOfRun tracker(reader_, scene, source);
     const RecordedRun run = read_recorded_run(reader_, source);
@@ -122,10 +122,11 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         const auto rows = reader_.values("tracker_from_image", k, 12);
         const auto tracker_from_image =
             transform_of_rows<Tracker, ImageFrame>(std::span(rows).first<12>());
-        const TrackedPose measured = tracker.pose(sample, scene.track->reference_tool);
+        const TrackedPose reference =
+            follower.update(sample.time_s, tracker.pose(sample, scene.track->reference_tool))
+                .unfiltered;
         std::optional<RigidTransform<Tracker, Reference>> tracker_from_reference;
-        if (follower.update(sample.time_s, measured).is_measured())
-            tracker_from_reference = tracker_from<Reference>(measured);
+        if (is_usable(reference)) tracker_from_reference = tracker_from<Reference>(reference);
         const auto in_image =
             [&](const std::string& tool) -> std::optional<RigidTransform<ImageFrame, Tool>> {
             const TrackedPose pose = tracker.pose(sample, tool);

@@ -25,16 +25,13 @@ void LagMeter::compare(const PoseEstimate& smoothed) {
         const Used& used = used_[(next_ + size - k) % size];
         if (used.time_s > smoothed.time_s) continue;
         if (used.time_s < smoothed.time_s) return;  // nothing was in use then
-        if (compared_s_) {
-            const double fade = std::exp(-(smoothed.time_s - *compared_s_) / memory_s);
-            products_ *= fade;
-            squares_ *= fade;
-        }
+        const double passed_s = compared_s_ ? smoothed.time_s - *compared_s_ : 0;
         compared_s_ = smoothed.time_s;
         const Eigen::Vector3d& v = smoothed.velocity;
         if (v.norm() < min_speed) return;
-        products_ -= v.dot(used.position - smoothed.translation);
-        squares_ += v.squaredNorm();
+        const double fade = std::exp(-passed_s / memory_s);
+        products_ = fade * products_ - v.dot(used.position - smoothed.translation);
+        squares_ = fade * squares_ + v.squaredNorm();
         return;
     }
 }

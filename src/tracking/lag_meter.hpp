@@ -16,8 +16,8 @@ namespace livetet {
 ///
 ///     lag = - sum w v . (used - x) / sum w v . v
 ///
-/// over the moments at which the tool moves; the weights w fall by e in `memory_s`. A pose that was
-/// extrapolated too far gives a negative lag. Allocates nothing.
+/// over the moments at which the tool moves; the weights w fall by e in `memory_s` of motion. A
+/// pose that was extrapolated too far gives a negative lag. Allocates nothing.
 class LagMeter {
   public:
     /// Notes a position in use, m. Times that do not ascend are ignored.

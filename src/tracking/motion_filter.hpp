@@ -73,6 +73,8 @@ class MotionFilter {
     void learn_noise(const Eigen::Vector3d& measured);
     /// Measurement update.
     void correct(const Eigen::Vector3d& measured);
+    /// Sets the stated RMS length of the next measurements' error; the learned factor is kept.
+    void set_noise(double noise_rms) { options_.noise_rms = noise_rms; }
     /// Moves the origin of x by `by`.
     void move_origin(const Eigen::Vector3d& by);
 

@@ -61,7 +61,7 @@ double chi_square_6(double p) {
 
 void PoseState::advance(double to_s) {
     const double dt = std::max(0.0, to_s - time_s);
-    time_s += dt;
+    time_s = std::max(time_s, to_s);
     translation.advance(dt);
     rotation.advance(dt);
     const Vector3d turn = rotation.now().merged().mean.row(0);
@@ -138,6 +138,13 @@ PoseVerdict PoseEstimator::take(double time_s, const TrackedPose& pose) {
     accepted_s_ = time_s;
     held_ = 0;
     return PoseVerdict::accepted;
+}
+
+void PoseEstimator::set_noise(double position_rms, double rotation_rms) {
+    check_above_0("position_rms", position_rms);
+    check_above_0("rotation_rms", rotation_rms);
+    state_.translation.set_noise(options_.position_rms = position_rms);
+    state_.rotation.set_noise(options_.rotation_rms = rotation_rms);
 }
 
 std::optional<PoseEstimate> PoseEstimator::predict(double time_s) const {

@@ -85,6 +85,13 @@ class PoseEstimator {
     /// last one (the clock was set back) restarts the estimator.
     PoseVerdict update(double time_s, const TrackedPose& pose);
 
+    /// The tracker's errors from the next sample on, as PoseEstimatorOptions has them. Throws Error
+    /// if one is not finite and > 0.
+    void set_noise(double position_rms, double rotation_rms);
+
+    /// Time of the last accepted pose, if there is one.
+    const std::optional<double>& accepted_s() const { return accepted_s_; }
+
     /// The estimate at a time, extrapolated if it is after the last sample's; before it, the
     /// estimate at the last sample. Empty before the first pose, and more than `max_gap_s` after
     /// the last accepted one.

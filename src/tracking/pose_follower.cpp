@@ -1,33 +1,59 @@
 #include "tracking/pose_follower.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
+#include "tracking/poses.hpp"
 
 namespace livetet {
 
+namespace {
+
+bool is_accepted(PoseVerdict verdict) {
+    return verdict == PoseVerdict::accepted || verdict == PoseVerdict::started;
+}
+
+}  // namespace
+
 PoseFollower::PoseFollower(const PoseFollowerOptions& options)
-    : smoother_(options.estimator), ahead_s_(options.ahead_s) {
-    if (!(ahead_s_ >= 0)) fail("pose follower: ahead_s = {} must be >= 0", ahead_s_);
+    : smoother_(options.estimator),
+      ahead_s_(options.ahead_s),
+      max_gap_s_(options.estimator.max_gap_s) {
+    if (!(ahead_s_ >= 0 && ahead_s_ <= max_gap_s_))
+        fail("pose follower: ahead_s = {} must be from 0 to {}", ahead_s_, max_gap_s_);
     if (options.filter) filter_.emplace(*options.filter);
 }
 
 PoseFollower::Result PoseFollower::update(double time_s, const TrackedPose& measured) {
     const PoseVerdict verdict = smoother_.update(time_s, measured);
-    if (verdict == PoseVerdict::unusable) return {measured, verdict};
-    const TrackedPose pose = pose_at(time_s, measured, verdict);
-    lag_.use(time_s, pose.translation);
+    if (verdict == PoseVerdict::unusable) return {measured, {}, verdict};
+    if (verdict == PoseVerdict::repeated) return again(time_s);
+    verdict_ = verdict;
+    if (is_accepted(verdict)) accepted_ = measured;
+    const TrackedPose pose = used_at(time_s);
     if (const auto smoothed = smoother_.smoothed()) lag_.compare(*smoothed);
-    return {pose, verdict};
+    return {pose, is_accepted(verdict) ? measured : TrackedPose{}, verdict};
 }
 
-TrackedPose PoseFollower::pose_at(double time_s, const TrackedPose& measured, PoseVerdict verdict) {
-    if (!filter_) return estimated(time_s);
-    if (verdict != PoseVerdict::held) accepted_ = measured;
-    return filter_->update(time_s, accepted_);
+/// A sample of the same time as the last one.
+PoseFollower::Result PoseFollower::again(double time_s) {
+    Result result{used_at(time_s), {}, verdict_};
+    if (is_accepted(verdict_)) result.unfiltered = estimated(time_s, 0);
+    return result;
 }
 
-TrackedPose PoseFollower::estimated(double time_s) const {
-    auto estimate = estimator().predict(time_s + ahead_s_);
-    if (!estimate) estimate = estimator().predict(time_s);
+TrackedPose PoseFollower::used_at(double time_s) {
+    const TrackedPose pose =
+        filter_ ? filter_->update(time_s, accepted_) : estimated(time_s, ahead_s_);
+    if (is_usable(pose)) lag_.use(time_s, pose.translation);
+    return pose;
+}
+
+TrackedPose PoseFollower::estimated(double time_s, double ahead_s) const {
+    const auto& accepted_s = estimator().accepted_s();
+    const double latest_s = accepted_s.value_or(time_s) + max_gap_s_;
+    const auto estimate =
+        estimator().predict(time_s > latest_s ? time_s : std::min(time_s + ahead_s, latest_s));
     if (!estimate) return {.status = PoseStatus::stale};
     return {estimate->rotation, estimate->translation, PoseStatus::ok};
 }

@@ -14,7 +14,8 @@ struct PoseFollowerOptions {
     /// Extrapolates the estimates over this time to make up for latency, s; no further than the
     /// estimator's `max_gap_s` after its last accepted pose.
     double ahead_s = 0;
-    /// If given, accepted poses are smoothed by this filter instead of the estimator.
+    /// If given, accepted poses are smoothed, and extrapolated, by this filter instead of the
+    /// estimator.
     std::optional<PoseFilterOptions> filter{};
 };
 
@@ -29,22 +30,26 @@ struct PoseQuality {
 /// pose. Also measures by how much the poses that it returns lag. Allocates nothing.
 class PoseFollower {
   public:
-    /// Throws Error as PoseEstimator and PoseFilter do.
+    /// Throws Error as PoseEstimator and PoseFilter do, and if `ahead_s` is not from 0 to the
+    /// estimator's `max_gap_s`.
     explicit PoseFollower(const PoseFollowerOptions& options = {});
 
     struct Result {
+        /// The pose to use: of an outlier, the prediction or the filter's last accepted pose; of an
+        /// unusable pose, the same.
         TrackedPose pose;
-        PoseVerdict verdict = PoseVerdict::unusable;
-
-        /// Whether the measured pose may be used.
-        bool is_measured() const {
-            return verdict != PoseVerdict::held && verdict != PoseVerdict::unusable;
-        }
+        /// The measured pose, or the estimate at its time if the sample repeats the last one;
+        /// missing if it may not be used. For products with another tool's pose.
+        TrackedPose unfiltered;
+        PoseVerdict verdict = PoseVerdict::unusable;  ///< never `repeated`: that of the last one
     };
-    /// Processes a pose measured at `time_s`. Returns the pose to use: of an outlier, the
-    /// prediction or the filter's last accepted pose; of an unusable pose, the same.
+    /// Processes a pose measured at `time_s`.
     Result update(double time_s, const TrackedPose& measured);
 
+    /// As PoseEstimator::set_noise.
+    void set_noise(double position_rms, double rotation_rms) {
+        smoother_.set_noise(position_rms, rotation_rms);
+    }
     const PoseEstimator& estimator() const { return smoother_.estimator(); }
     PoseQuality quality() const {
         return {lag_.lag_s(), estimator().position_noise_ratio(),
@@ -52,14 +57,16 @@ class PoseFollower {
     }
 
   private:
-    TrackedPose pose_at(double time_s, const TrackedPose& measured, PoseVerdict verdict);
-    TrackedPose estimated(double time_s) const;
+    Result again(double time_s);
+    TrackedPose used_at(double time_s);
+    TrackedPose estimated(double time_s, double ahead_s) const;
 
     PoseSmoother smoother_;
     LagMeter lag_;
-    double ahead_s_;
+    double ahead_s_, max_gap_s_;
     std::optional<PoseFilter> filter_;
     TrackedPose accepted_;
+    PoseVerdict verdict_ = PoseVerdict::unusable;
 };
 
 }  // namespace livetet

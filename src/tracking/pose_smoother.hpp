@@ -8,10 +8,10 @@
 
 namespace livetet {
 
-/// Estimates poses a short time late, from the samples before and after: for replays and
-/// recordings. Runs a PoseEstimator forwards and, over the lag, the recursion of Rauch, Tung and
-/// Striebel backwards for each motion model; the models are weighed by their latest probabilities,
-/// as if the model did not change within the lag. Allocates nothing.
+/// Estimates poses a short time late, from the samples before and after, with less noise and less
+/// lag than any estimate in time. Runs a PoseEstimator forwards and, over the lag, the recursion of
+/// Rauch, Tung and Striebel backwards for each motion model; the models are weighed by their latest
+/// probabilities, as if the model did not change within the lag. Allocates nothing.
 /// Sources: Rauch, Tung, Striebel (1965), "Maximum likelihood estimates of linear dynamic systems",
 /// AIAA Journal 3(8); Blom and Bar-Shalom (1988) as for MotionFilter.
 class PoseSmoother {
@@ -28,6 +28,10 @@ class PoseSmoother {
     std::optional<PoseEstimate> smoothed() const;
 
     const PoseEstimator& estimator() const { return estimator_; }
+    /// As PoseEstimator::set_noise.
+    void set_noise(double position_rms, double rotation_rms) {
+        estimator_.set_noise(position_rms, rotation_rms);
+    }
 
   private:
     /// A sample and the models before the time update from it to the next one.

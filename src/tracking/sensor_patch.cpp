@@ -15,8 +15,8 @@ namespace {
 /// Share of the initial stiffness that a patch has at the end of its release.
 constexpr double released_share = 1e-4;
 
-/// The noise of reference_from_sensor, given that of each tool, p and a (RMS length and angle), and
-/// the vector l between them. With errors d and rotation vectors a of both tools,
+/// Options for reference_from_sensor, given those for one tool, whose errors are p and a (RMS
+/// length and angle), and the distance |l| between the two. With errors d and rotation vectors a,
 ///
 ///     error of the translation  d_s - d_r - a_r x l,   mean square 2 p^2 + 2/3 a^2 |l|^2
 ///     error of the rotation     a_s - a_r,             mean square 2 a^2
@@ -56,18 +56,19 @@ void SensorPatch::follow(
     std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
     PoseVerdict verdict = PoseVerdict::unusable;
     if (tracker_from_reference && is_usable(sensor)) {
+        const auto options = of_product(
+            options_.follower, (sensor.translation - tracker_from_reference->translation).norm());
+        if (!follower_) follower_.emplace(options);
         const auto measured =
             image_from_reference * tracker_from_reference->inverse() * tracker_from<Sensor>(sensor);
-        if (!follower_) {
-            const double distance =
-                (sensor.translation - tracker_from_reference->translation).norm();
-            follower_.emplace(of_product(options_.follower, distance));
-        }
         const PoseFollower::Result followed =
             follower_->update(time_s, {measured.rotation, measured.translation, PoseStatus::ok});
         verdict = followed.verdict;
-        if (followed.is_measured() && is_usable(followed.pose))
+        if (is_usable(followed.unfiltered) && is_usable(followed.pose)) {
             image_from_sensor = {followed.pose.rotation, followed.pose.translation};
+            // from the next pose on: the distance of an outlier tells nothing
+            follower_->set_noise(options.estimator.position_rms, options.estimator.rotation_rms);
+        }
     }
     drive_.update(time_s, image_from_sensor);
     trouble_ = trouble_of(sensor, verdict);

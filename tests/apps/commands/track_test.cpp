@@ -374,10 +374,10 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
                          {"track.ahead_ms = 40", "smoothing_Hz = 0"});
     t.set_track("position_noise_mm: 0");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
-                         {"track.position_noise_mm = 0", "must be greater than 0"});
+                         {"track.position_noise_mm = 0", "from 0.01 to 100"});
     t.set_track("rotation_noise_deg: -0.5");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
-                         {"track.rotation_noise_deg = -0.5", "must be greater than 0"});
+                         {"track.rotation_noise_deg = -0.5", "from 0.001 to 45"});
     write_tip(t.folder / "stylus.json", {"Stylus", {}, {}});
     t.set_track("tools: [{tool: Sensor, tip: stylus.json}]");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),

@@ -77,11 +77,11 @@ TEST(StatusText, SaysByHowMuchPosesLagAndWhatMendsIt) {
         << late;
     a.frame.pose_quality.assign(3, {});
     EXPECT_EQ(status_text(a, {}, 20, 20).find("lag"), std::string::npos) << "none is known yet";
-    EXPECT_EQ(status_text(a, {}, 20, 20).find("noisy"), std::string::npos);
+    EXPECT_EQ(status_text(a, {}, 20, 20).find("noise"), std::string::npos);
     a.frame.pose_quality[1].position_noise_ratio = 3.14;
-    EXPECT_NE(status_text(a, {}, 20, 20)
-                  .find("position of Sensor 3.1 times as noisy as track.position_noise_mm says"),
-              std::string::npos);
+    EXPECT_NE(
+        status_text(a, {}, 20, 20).find("noise of Sensor 3.1 times what track.position_noise_mm"),
+        std::string::npos);
 }
 
 TEST(IntervalCount, APauseMovesTheMeanAndNotTheMedian) {

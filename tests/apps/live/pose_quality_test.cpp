@@ -33,8 +33,14 @@ TEST(PoseQualities, NameWhatIsNotANumber) {
 TEST(PoseQualities, TellWhatIsTwiceAsNoisyAsStated) {
     EXPECT_EQ(noise_text({{"Reference", {{}, 1.9, 1.9}}}), "");
     EXPECT_EQ(noise_text({{"Reference", {{}, 1, 2.5}}, {"Sensor", {{}, 3.06, 1}}}),
-              "rotation of Reference 2.5 times as noisy as track.rotation_noise_deg says, position "
-              "of Sensor 3.1 times as noisy as track.position_noise_mm says");
+              "noise of Reference 2.5 times, Sensor 3.1 times what track.position_noise_mm and "
+              "rotation_noise_deg say");
+}
+
+TEST(PoseQualities, TellWhatLagsAndWhatIsAhead) {
+    EXPECT_EQ(lags_text({{"Reference", {}}}), "");
+    EXPECT_EQ(lags_text({{"Reference", {-0.0003}}, {"Sensor", {-0.048}}}),
+              "Reference 0 ms, Sensor 48 ms ahead");
 }
 
 }  // namespace

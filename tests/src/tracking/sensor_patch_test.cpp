@@ -67,7 +67,21 @@ TEST(SensorPatch, NoiseOfADistantReferenceIsNoJump) {
         jumps += patch.trouble() == SensorTrouble::jumped;
     }
     EXPECT_EQ(jumps, 0);
+    EXPECT_LT(patch.quality().position_noise_ratio, 1.2);
     EXPECT_EQ(patch.drive().status(), DriveStatus::following);
+}
+
+TEST(SensorPatch, WhatIsAJumpDependsOnWhereTheSensorIsAndNotOnWhereItWasFirst) {
+    SensorPatch patch({.drive = {.base_window_s = 0.1, .max_displacement = 0.05}});
+    double time_s = 0;
+    const auto follow = [&](double x) {
+        patch.follow(time_s += 0.025, seen_at({x, 0, 0}), RigidTransform<Tracker, Reference>{}, {});
+        return patch.trouble();
+    };
+    for (double x = 3; x > 0.1; x -= 0.01) follow(x);  // it is brought to the organ
+    for (int i = 0; i < 40; ++i) follow(0.1);
+    EXPECT_EQ(follow(0.1), SensorTrouble::none);
+    EXPECT_EQ(follow(0.14), SensorTrouble::jumped);
 }
 
 TEST(SensorPatch, AReleasedPatchIsNotPressed) {
