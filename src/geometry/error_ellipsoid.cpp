@@ -54,27 +54,59 @@ double radius_95_of(const Vector3d& s) {
     return r * s[0];
 }
 
+template <int n>
+using Square = Eigen::Matrix<double, n, n>;
+
+// An entry of a covariance of lengths and, from the fourth place on, angles.
+struct CovarianceUnit {
+    double per_SI = 1;
+    const char* name = "";
+};
+
+CovarianceUnit unit_at(Eigen::Index row, Eigen::Index column) {
+    const int angles = (row >= 3) + (column >= 3);
+    if (angles == 0) return {1e6, "mm^2"};
+    return angles == 1 ? CovarianceUnit{1e3, "mm rad"} : CovarianceUnit{1, "rad^2"};
+}
+
+// Eigenvalues and vectors of c(i, j) / (scale[i] scale[j]). Throws Error if c is no covariance.
+template <int n>
+Eigen::SelfAdjointEigenSolver<Square<n>> checked_eigen(const Square<n>& c,
+                                                       const Eigen::Matrix<double, n, 1>& scale,
+                                                       std::string_view what) {
+    if (!c.allFinite()) fail("{}: the covariance has an entry that is not finite", what);
+    const Eigen::Matrix<double, n, 1> inverse = scale.cwiseInverse();
+    const Square<n> scaled = inverse.asDiagonal() * c * inverse.asDiagonal();
+    Eigen::SelfAdjointEigenSolver<Square<n>> eigen(scaled);
+    const double smallest = eigen.eigenvalues().minCoeff();
+    const double tolerance = allowed_asymmetry * eigen.eigenvalues().cwiseAbs().maxCoeff();
+    const Square<n> skew = scaled - scaled.transpose();
+    Eigen::Index row = 0, column = 0;
+    if (skew.cwiseAbs().maxCoeff(&row, &column) > tolerance) {
+        const auto [per_SI, unit] = unit_at(row, column);
+        fail("{}: the covariance has {:.6g} {} at ({}, {}) and {:.6g} at ({}, {}), expected equal",
+             what, per_SI * c(row, column), unit, row + 1, column + 1, per_SI * c(column, row),
+             column + 1, row + 1);
+    }
+    if (smallest >= -tolerance) return eigen;
+    if constexpr (n == 3)
+        fail("{}: the covariance has the eigenvalue {:.6g} mm^2, expected none below 0", what,
+             1e6 * smallest);
+    else
+        fail(
+            "{}: the covariance, scaled to correlations, has the eigenvalue {:.6g}, expected none "
+            "below 0",
+            what, smallest);
+}
+
 struct PrincipalDeviations {
     Vector3d deviations;  // descending
     Matrix3d axes;
 };
 
 PrincipalDeviations principal_deviations(const Matrix3d& covariance, std::string_view what) {
-    if (!covariance.allFinite()) fail("{}: the covariance has an entry that is not finite", what);
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(covariance);
-    const Vector3d variances = eigen.eigenvalues();
-    const double tolerance = allowed_asymmetry * variances.cwiseAbs().maxCoeff();
-    const Matrix3d skew = covariance - covariance.transpose();
-    Eigen::Index row = 0, column = 0;
-    if (skew.cwiseAbs().maxCoeff(&row, &column) > tolerance)
-        fail(
-            "{}: the covariance has {:.6g} mm^2 at ({}, {}) and {:.6g} at ({}, {}), expected equal",
-            what, 1e6 * covariance(row, column), row + 1, column + 1, 1e6 * covariance(column, row),
-            column + 1, row + 1);
-    if (variances[0] < -tolerance)
-        fail("{}: the covariance has the eigenvalue {:.6g} mm^2, expected none below 0", what,
-             1e6 * variances[0]);
-    PrincipalDeviations result{variances.cwiseMax(0).cwiseSqrt().reverse(),
+    const auto eigen = checked_eigen<3>(covariance, Vector3d::Ones(), what);
+    PrincipalDeviations result{eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse(),
                                eigen.eigenvectors().rowwise().reverse()};
     if (result.axes.determinant() < 0) result.axes.col(2) *= -1;
     return result;
@@ -94,7 +126,17 @@ double probability_within(const Matrix3d& covariance, double radius) {
 }
 
 void check_covariance(const Matrix3d& covariance, std::string_view what) {
-    principal_deviations(covariance, what);
+    checked_eigen<3>(covariance, Vector3d::Ones(), what);
+}
+
+void check_covariance(const Eigen::Matrix<double, 6, 6>& covariance, std::string_view what) {
+    Eigen::Matrix<double, 6, 1> scale = covariance.diagonal().cwiseAbs().cwiseSqrt();
+    for (int i = 0; i < 6; ++i) {
+        // Without a variance a row must be 0: any other becomes of order 1 and is found.
+        if (!(scale[i] > 0)) scale[i] = covariance.row(i).cwiseAbs().maxCoeff();
+        if (!(scale[i] > 0)) scale[i] = 1;
+    }
+    checked_eigen<6>(covariance, scale, what);
 }
 
 }  // namespace livetet

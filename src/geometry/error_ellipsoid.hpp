@@ -35,4 +35,8 @@ double probability_within(const Eigen::Matrix3d& covariance, double radius);
 /// or not positive semi-definite, up to rounding (1e-9 of its largest eigenvalue).
 void check_covariance(const Eigen::Matrix3d& covariance, std::string_view what);
 
+/// The same for three lengths and three angles (m, rad). Its entries are compared as correlations,
+/// divided by the standard deviations, since eigenvalues of mixed units have no meaning.
+void check_covariance(const Eigen::Matrix<double, 6, 6>& covariance, std::string_view what);
+
 }  // namespace livetet

@@ -122,5 +122,71 @@ TEST(ErrorEllipsoid, RefusesWhatIsNoCovariance) {
     EXPECT_EQ(message(Vector3d(1e-6, 1e-6, -1e-16).asDiagonal()), "no error");
 }
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// Uncorrelated errors of 1 mm and 0.01 rad.
+Matrix6d millimetres_and_turns() {
+    return Vector6d(1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4).asDiagonal();
+}
+
+std::string refusal_of(const Matrix6d& m) {
+    return message_of([&] { check_covariance(m, "pose"); });
+}
+
+TEST(ErrorEllipsoid, CovarianceOfLengthsAndAnglesMayBeOfAnyScaleAndRank) {
+    Random random(43);
+    EXPECT_EQ(refusal_of(Matrix6d::Zero()), "no error");
+    for (const double length : {1e-9, 1e-3, 1e3})
+        for (int rank = 1; rank <= 6; ++rank) {
+            Matrix6d sum = Matrix6d::Zero();
+            for (int k = 0; k < rank; ++k) {
+                Vector6d error;
+                error << random.gaussian(length), random.gaussian(0.01);
+                sum += error * error.transpose();
+            }
+            EXPECT_EQ(refusal_of(sum), "no error") << length << ", " << rank;
+        }
+}
+
+TEST(ErrorEllipsoid, RefusesWhatIsNoCovarianceOfLengthsAndAngles) {
+    Matrix6d m = millimetres_and_turns();
+    m(0, 4) = 1e-6;
+    EXPECT_EQ(refusal_of(m),
+              "pose: the covariance has 0 mm rad at (5, 1) and 0.001 at (1, 5), expected equal");
+    m = millimetres_and_turns();
+    m(5, 4) = 1e-5;
+    EXPECT_EQ(refusal_of(m),
+              "pose: the covariance has 1e-05 rad^2 at (6, 5) and 0 at (5, 6), expected equal");
+    m = millimetres_and_turns();
+    m(1, 2) = 2e-7;
+    EXPECT_EQ(refusal_of(m),
+              "pose: the covariance has 0 mm^2 at (3, 2) and 0.2 at (2, 3), expected equal");
+    m(2, 5) = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(refusal_of(m), "pose: the covariance has an entry that is not finite");
+}
+
+// Each is a small part of the largest eigenvalue in SI units, which is an angle's.
+TEST(ErrorEllipsoid, NegativeVariancesAreFoundWhateverTheUnits) {
+    const std::string refused =
+        "pose: the covariance, scaled to correlations, has the eigenvalue -1, expected none below "
+        "0";
+    Matrix6d m = millimetres_and_turns();
+    m(1, 1) = -1e-15;
+    EXPECT_EQ(refusal_of(m), refused);
+    m = millimetres_and_turns();
+    m(0, 3) = m(3, 0) = 2e-5;  // a correlation of 2
+    EXPECT_EQ(refusal_of(m), refused);
+    m = millimetres_and_turns();
+    m.topLeftCorner<3, 3>() *= 1e-10;
+    m(0, 1) = m(1, 0) = 2e-16;
+    EXPECT_EQ(refusal_of(m), refused);
+    m = millimetres_and_turns();
+    m(2, 2) = 0;
+    EXPECT_EQ(refusal_of(m), "no error");
+    m(2, 3) = m(3, 2) = 1e-12;  // a covariance without a variance
+    EXPECT_NE(refusal_of(m).find("has the eigenvalue -99.5"), std::string::npos) << refusal_of(m);
+}
+
 }  // namespace
 }  // namespace livetet
