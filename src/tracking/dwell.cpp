@@ -69,17 +69,17 @@ void smooth(std::vector<TipSample>& samples, double window_s) {
     }
 }
 
-Vector3d mean_of(std::span<const TipSample> samples, Vector3d TipSample::*what) {
-    Vector3d sum = Vector3d::Zero();
+// Mean of a member: a position or an orientation.
+template <class Value>
+Value mean_of(std::span<const TipSample> samples, Value TipSample::*what) {
+    Value sum = Value::Zero();
     for (const TipSample& s : samples) sum += s.*what;
     return sum / static_cast<double>(samples.size());
 }
 
-// RMS angle from the mean rotation: |R - mean|_F^2 = 8 sin^2(angle / 2).
-double turn_deg(std::span<const TipSample> stretch) {
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (const TipSample& s : stretch) sum += s.turn;
-    const Eigen::Matrix3d mean = nearest_rotation(sum);
+// RMS angle from the rotation nearest to the mean: |R - mean|_F^2 = 8 sin^2(angle / 2).
+double turn_deg(std::span<const TipSample> stretch, const Eigen::Matrix3d& mean_turn) {
+    const Eigen::Matrix3d mean = nearest_rotation(mean_turn);
     double squares = 0;
     for (const TipSample& s : stretch) {
         const double half = std::min(1.0, (s.turn - mean).norm() / std::sqrt(8.0));
@@ -99,7 +99,8 @@ Dwell dwell_of(std::span<const TipSample> stretch, const DwellOptions& options) 
     double sum = 0;
     for (const TipSample& s : stretch) sum += (s.judged - mean).squaredNorm();
     dwell.scatter = std::sqrt(sum / static_cast<double>(stretch.size()));
-    dwell.turn_deg = turn_deg(stretch);
+    dwell.mean_turn = mean_of(stretch, &TipSample::turn);
+    dwell.turn_deg = turn_deg(stretch, dwell.mean_turn);
     return dwell;
 }
 

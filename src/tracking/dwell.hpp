@@ -43,6 +43,10 @@ struct Dwell {
     /// RMS angle between the tool's orientation and its mean in the frame in which stillness is
     /// judged.
     double turn_deg = 0;
+    /// Mean of the tool's rotation over the frames used, in the frame in which stillness is judged:
+    /// reference_from_tool with a reference, else tracker_from_tool. A mean of rotations, which is
+    /// shorter than a rotation.
+    Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
     std::size_t used = 0;  ///< frames with a usable pose of the tool and the reference
 };
 

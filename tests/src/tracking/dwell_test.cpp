@@ -89,6 +89,54 @@ TEST(Dwell, ReferenceFrameSeesStillnessOnAMovingOrgan) {
     EXPECT_NE(find_dwells(recording, options.tool_from_tip).size(), points.size());
 }
 
+// A tool that turns to and fro by `angle` about the axis x of a reference, which is turned, too;
+// its tip rests at the reference's origin. In every tenth frame the tool is not seen.
+Recording turned_to_and_fro(const Eigen::Matrix3d& tracker_from_reference, double angle,
+                            const Vector3d& tip) {
+    Recording recording{{"Stylus", "Reference"}, {}};
+    for (int i = 0; i < 80; ++i) {
+        const Eigen::Matrix3d turn =
+            tracker_from_reference *
+            Eigen::AngleAxisd(i % 2 ? angle : -angle, Vector3d::UnitX()).toRotationMatrix();
+        recording.samples.push_back(
+            {i / 20.0,
+             {{turn, -turn * tip, i % 20 < 18 ? PoseStatus::ok : PoseStatus::invalid},
+              {tracker_from_reference, Vector3d::Zero(), PoseStatus::ok}}});
+    }
+    return recording;
+}
+
+TEST(Dwell, MeanTurnIsTheMeanOfRotationsInTheFrameOfTheTip) {
+    const double angle = 0.5;
+    const RigidTransform<Tool, Tip> tool_from_tip{Eigen::Matrix3d::Identity(), {0.01, -0.02, 0.15}};
+    const Eigen::Matrix3d tracker_from_reference = rotation_of_vector({0.3, 1, -0.4});
+    const Recording recording =
+        turned_to_and_fro(tracker_from_reference, angle, tool_from_tip.translation);
+    // The turns about x cancel; what is across x is shorter by cos(angle).
+    const Eigen::Matrix3d mean = Vector3d(1, std::cos(angle), std::cos(angle)).asDiagonal();
+    const auto dwells = find_dwells(recording, tool_from_tip);
+    ASSERT_EQ(dwells.size(), 1u);
+    EXPECT_EQ(dwells[0].used, 72u);
+    EXPECT_LT((dwells[0].mean_turn - tracker_from_reference * mean).norm(), 1e-12);
+    EXPECT_NEAR(dwells[0].turn_deg, angle * 180 / M_PI, 1e-9);
+
+    DwellOptions in_reference;
+    in_reference.reference = "Reference";
+    const auto windows = dwells_in_windows(recording, tool_from_tip,
+                                           std::vector<FrameWindow>{{20, 60}}, in_reference);
+    EXPECT_LT((windows.at(0).mean_turn - mean).norm(), 1e-12);
+    // A constant error of the tip shifts the mean by it, turned by the mean of rotations.
+    const Vector3d off(0.001, 0.002, -0.003);
+    const auto shifted = dwells_in_windows(
+        recording,
+        RigidTransform<Tool, Tip>{Eigen::Matrix3d::Identity(), tool_from_tip.translation + off},
+        std::vector<FrameWindow>{{20, 60}}, in_reference);
+    EXPECT_LT((*shifted.at(0).tip_in_reference - *windows.at(0).tip_in_reference -
+               windows.at(0).mean_turn * off)
+                  .norm(),
+              1e-12);
+}
+
 TEST(Dwell, FramesNotSeenArePassedOver) {
     SimulatedTrackerOptions options;
     Recording recording = simulate_touching(options, points);
