@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/covariance_json.hpp"
 
 namespace livetet {
 
@@ -13,6 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 constexpr const char* tip_format = "livetet tool tip 2";
+constexpr const char* covariance_key = "covariance_mm2";
 
 json numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -62,6 +64,7 @@ void write_tip(const std::filesystem::path& path, const ToolTip& tip) {
                       {"tilt_deg", tip.spin->tilt_deg},
                       {"turn_deg", tip.spin->turn_deg},
                       {"used", tip.spin->used}};
+    if (tip.covariance) j[covariance_key] = covariance_to_json(*tip.covariance);
     write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
@@ -83,6 +86,9 @@ ToolTip read_tip(const std::filesystem::path& path) {
         c.condition = j.at("condition").get<double>();
         c.rank = j.at("rank").get<int>();
         if (j.contains("shaft")) tip.spin = spin_of(j["shaft"], where);
+        if (j.contains(covariance_key))
+            tip.covariance =
+                covariance_from_json<3>(j[covariance_key], where + ": " + covariance_key);
     } catch (const json::exception& e) {
         fail("{}: not a tool tip that `livetet calibrate` wrote: {}", where, e.what());
     }

@@ -4,6 +4,7 @@
 #include "apps/commands/read_until_signal.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
+#include "geometry/error_ellipsoid.hpp"
 #include "io/tip_file.hpp"
 #include "tracking/poses.hpp"
 
@@ -54,10 +55,16 @@ void pivot(const CalibrateArguments& a) {
     fmt::print("pivot              ({:.3f}, {:.3f}, {:.3f}) mm in the tracker's frame\n", pivot.x(),
                pivot.y(), pivot.z());
     fmt::print("residual           {:.3f} mm RMS\n", 1e3 * c.rms);
+    std::optional<Eigen::Matrix3d> covariance;
+    if (c.covariance) {
+        covariance = c.covariance->topLeftCorner<3, 3>();
+        fmt::print("error of the tip   {:.2f} mm with 95 %, by what the residuals tell\n",
+                   1e3 * error_ellipsoid(*covariance).radius_95);
+    }
     fmt::print("poses              {} used, {} rejected as outliers\n", c.used, c.rejected);
     fmt::print("spread             {:.1f} degrees between the farthest poses, rank {} of 6\n",
                c.spread_deg, c.rank);
-    write(a, {a.tool, c, {}});
+    write(a, {a.tool, c, {}, covariance});
 }
 
 void spin(const CalibrateArguments& a) {

@@ -36,7 +36,7 @@ struct PivotCalibration {
     /// determined.
     int rank = 0;
     /// Covariance of (tip in the tool's frame, pivot in the tracker's), m^2. Empty for a result
-    /// read from a file that does not hold it.
+    /// read from a tip file, which holds the part of the tip alone.
     std::optional<Eigen::Matrix<double, 6, 6>> covariance;
 };
 

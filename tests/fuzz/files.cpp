@@ -338,7 +338,7 @@ std::vector<Target> recording_targets() {
             "tip", ".json", [](const fs::path& p) { read_tip(p); },
             written(".json",
                     [](const fs::path& p) {
-                        write_tip(p, {"Stylus", {}, {}});
+                        write_tip(p, {"Stylus", {}, {}, 1e-8 * Eigen::Matrix3d::Identity()});
                     })),
     };
 }

@@ -7,7 +7,6 @@
 
 #include "base/file.hpp"
 #include "files.hpp"
-#include "io/tip_file.hpp"
 
 namespace livetet {
 namespace {
@@ -84,42 +83,6 @@ TEST(RegistrationFile, RefusesWhatIsNoRegistration) {
         says(refusal([](json& j) { j["surface"]["used"] = "all"; }), {"registration.json"}));
     EXPECT_TRUE(says(refusal([](json& j) { j["format"] = "livetet fiducial registration 1"; }),
                      {"livetet fiducial registration 1", "livetet registration 2"}));
-}
-
-TEST(TipFile, KeepsTheShaftWithTheTip) {
-    const auto file = fresh_folder() / "tip.json";
-    ToolTip tip{"Stylus", {}, {}};
-    tip.pivot.tool_from_tip.translation = {0.004, -0.002, 0.15};
-    tip.pivot.rank = 6;
-    tip.pivot.rms = 0.0004;
-    write_tip(file, tip);
-    EXPECT_FALSE(read_tip(file).spin);
-    EXPECT_EQ(read_tip(file).tool_from_tip().rotation, Eigen::Matrix3d::Identity());
-
-    const Vector3d shaft = Vector3d(0.1, 0.2, 1).normalized();
-    tip.spin = SpinCalibration{shaft, Vector3d::UnitX(), 0.5, 300, 120};
-    write_tip(file, tip);
-    const ToolTip back = read_tip(file);
-    EXPECT_LT((back.tool_from_tip().rotation.col(2) - shaft).norm(), 1e-12);
-    EXPECT_LT((back.tool_from_tip().translation - Vector3d(0.004, -0.002, 0.15)).norm(), 1e-15);
-    EXPECT_EQ(back.spin->used, 120u);
-    EXPECT_NEAR(back.pivot.rms, 0.0004, 1e-15);
-
-    json j = json::parse(read_text_file(file));
-    // PLUS's matrix: the third column is the shaft, the fourth the tip in mm.
-    EXPECT_NEAR(j["tool_from_tip_mm"][2].get<double>(), shaft.x(), 1e-12);
-    EXPECT_NEAR(j["tool_from_tip_mm"][11].get<double>(), 150, 1e-9);
-    j["shaft"]["in_tool"] = {1, 1, 0};
-    write_text_file(file, j.dump());
-    EXPECT_TRUE(
-        says(error_of([&] { read_tip(file); }), {"tip.json", "shaft.in_tool", "expected 1"}));
-    j["tip_mm"] = {1, 2};
-    write_text_file(file, j.dump());
-    EXPECT_TRUE(says(error_of([&] { read_tip(file); }), {"tip_mm has 2 numbers"}));
-    write_tip(file, {"Stylus", {}, {}});
-    EXPECT_EQ(read_tip(file, "Stylus").tool, "Stylus");
-    EXPECT_TRUE(says(error_of([&] { read_tip(file, "Pointer"); }),
-                     {"tip.json", "is the tip of Stylus", "that of Pointer"}));
 }
 
 TEST(RegistrationFile, NamesInLatin1AreWritten) {

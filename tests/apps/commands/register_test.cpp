@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "geometry/error_ellipsoid.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
@@ -310,6 +311,32 @@ TEST(Calibrate, PivotRefusesATipThatWanders) {
     expect_refused(livetet(folder, "calibrate pivot press.igs.mha --tool Reference -o tip.json"),
                    {"press.igs.mha", "Reference", "mm RMS", "at most 5"});
     EXPECT_FALSE(std::filesystem::exists(folder / "tip.json"));
+}
+
+TEST(Calibrate, PivotStatesAndKeepsTheErrorOfTheTip) {
+    const Folder folder;
+    const SimulatedTrackerOptions options;
+    write_sequence(folder / "pivot.igs.mha", simulate_pivoting(options));
+    const auto outcome = livetet(folder, "calibrate pivot pivot.igs.mha -o tip.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const auto fit =
+        calibrate_pivot(usable_poses(read_sequence(folder / "pivot.igs.mha"), "Stylus"));
+    const Eigen::Matrix3d expected = fit.covariance->topLeftCorner<3, 3>();
+    const ToolTip tip = read_tip(folder / "tip.json");
+    ASSERT_TRUE(tip.covariance);
+    EXPECT_LT((*tip.covariance - expected).norm(), 1e-9 * expected.norm());
+    const double radius = error_ellipsoid(expected).radius_95;
+    EXPECT_GT(radius, 1e-4);
+    EXPECT_NE(outcome.out.find(fmt::format("error of the tip   {:.2f} mm with 95 %", 1e3 * radius)),
+              std::string::npos)
+        << outcome.out;
+
+    write_sequence(folder / "spin.igs.mha", spun(300));
+    ASSERT_EQ(livetet(folder, "calibrate spin spin.igs.mha --tip tip.json -o both.json").status, 0);
+    const ToolTip both = read_tip(folder / "both.json");
+    ASSERT_TRUE(both.spin);
+    ASSERT_TRUE(both.covariance);
+    EXPECT_LT((*both.covariance - expected).norm(), 1e-9 * expected.norm());
 }
 
 TEST(Calibrate, SpinAddsTheShaftToTheTip) {
