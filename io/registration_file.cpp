@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/covariance_json.hpp"
 
 namespace livetet {
 
@@ -65,6 +66,19 @@ RegisteredSurface surface_from(const json& j) {
             j.at("free_motions").get<std::size_t>()};
 }
 
+ExpectedRegistrationError expected_error_from(const json& j, const std::string& where) {
+    if (!j.is_object())
+        fail("{}: error: is of the type {}, expected an object", where, j.type_name());
+    for (const char* key : {"covariance_mm_rad", "holds_tip"})
+        if (!j.contains(key)) fail("{}: error.{} is missing", where, key);
+    const json& holds_tip = j["holds_tip"];
+    if (!holds_tip.is_boolean())
+        fail("{}: error.holds_tip: is of the type {}, expected true or false", where,
+             holds_tip.type_name());
+    return {covariance_from_json<6>(j["covariance_mm_rad"], where + ": error.covariance_mm_rad"),
+            holds_tip.get<bool>()};
+}
+
 }  // namespace
 
 void write_registration(const std::filesystem::path& path,
@@ -95,6 +109,9 @@ void write_registration(const std::filesystem::path& path,
                         {"rms_after_mm", 1e3 * s->rms_after},
                         {"iterations", s->iterations},
                         {"free_motions", s->free_motions}};
+    if (const auto& e = registration.expected_error)
+        j["error"] = {{"covariance_mm_rad", covariance_to_json(e->covariance)},
+                      {"holds_tip", e->holds_tip}};
     write_text_file(path, j.dump(2, ' ', false, json::error_handler_t::replace) +
                               "\n");  // names may be in Latin-1
 }
@@ -124,6 +141,7 @@ FiducialRegistration read_registration(const std::filesystem::path& path) {
         }
         if (j.contains("outlier")) r.outlier = j["outlier"].get<std::string>();
         if (j.contains("surface")) r.surface = surface_from(j["surface"]);
+        if (j.contains("error")) r.expected_error = expected_error_from(j["error"], path.string());
     } catch (const json::exception& e) {
         fail("{}: not a registration that `livetet register` wrote: {}", path.string(), e.what());
     }

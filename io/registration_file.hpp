@@ -31,6 +31,14 @@ struct RegisteredSurface {
     std::size_t free_motions = 0;
 };
 
+/// Expected error of a rigid registration, to first order.
+struct ExpectedRegistrationError {
+    /// Covariance of (d, a), m and rad, along the axes of the image, as `registration_covariance`
+    /// defines it: the image of a point p errs by d + a x (R p).
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    bool holds_tip = false;  ///< whether the error of the tip's calibration is part of it
+};
+
 /// The registration that `livetet register` stores for `livetet track`.
 struct FiducialRegistration {
     std::vector<RegisteredFiducial> fiducials;
@@ -40,14 +48,17 @@ struct FiducialRegistration {
     double fle = 0;                      ///< estimated from FRE, of weight 1
     std::optional<std::string> outlier;  ///< name of the fiducial that does not match the others
     std::optional<RegisteredSurface> surface;
+    /// Of the fit of the fiducials. Empty with a scale, after a refinement by a surface, and in
+    /// files of 0.1.0.
+    std::optional<ExpectedRegistrationError> expected_error;
 };
 
-/// Writes JSON: lengths in mm, matrices as 16 numbers by rows.
+/// Writes JSON: lengths in mm, matrices as 16 numbers by rows, the covariance as 36.
 void write_registration(const std::filesystem::path& path,
                         const FiducialRegistration& registration);
 
 /// Reads the file. Throws Error, naming file and key, if a value is missing, of another type or not
-/// finite, or if the matrix is not a similarity transform.
+/// finite, if the matrix is not a similarity transform, or if the covariance is none.
 FiducialRegistration read_registration(const std::filesystem::path& path);
 
 }  // namespace livetet

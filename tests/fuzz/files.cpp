@@ -109,6 +109,7 @@ FiducialRegistration small_registration() {
     FiducialRegistration registration;
     registration.fiducials.push_back({"F1", {0.1, 0, 0}, {0, 0.1, 0}, {}, 0.001, 0.002});
     registration.fiducials.push_back({"F2", {0, 0.2, 0}, {0, 0.1, 0.3}, {}, 0.001, 0.002});
+    registration.expected_error = {1e-6 * Eigen::Matrix<double, 6, 6>::Identity(), true};
     return registration;
 }
 

@@ -85,6 +85,73 @@ TEST(RegistrationFile, RefusesWhatIsNoRegistration) {
                      {"livetet fiducial registration 1", "livetet registration 2"}));
 }
 
+// d and a are correlated, as for fiducials away from the origin of their frame.
+ExpectedRegistrationError an_expected_error() {
+    Eigen::Matrix<double, 6, 6> root;
+    for (int i = 0; i < 36; ++i) root(i / 6, i % 6) = (i < 18 ? 1e-4 : 2e-3) * std::cos(3.0 * i);
+    return {root * root.transpose(), true};
+}
+
+TEST(RegistrationFile, ExpectedErrorComesBackInMetresAndRadians) {
+    const auto file = fresh_folder() / "registration.json";
+    FiducialRegistration r = a_registration();
+    write_registration(file, r);
+    EXPECT_FALSE(json::parse(read_text_file(file)).contains("error"));  // as in 0.1.0
+    EXPECT_FALSE(read_registration(file).expected_error);
+
+    r.expected_error = an_expected_error();
+    const Eigen::Matrix<double, 6, 6>& covariance = r.expected_error->covariance;
+    write_registration(file, r);
+    const json j = json::parse(read_text_file(file))["error"];
+    ASSERT_EQ(j["covariance_mm_rad"].size(), 36u);
+    const auto entry = [&](int i, int k) {
+        return j["covariance_mm_rad"][6 * i + k].get<double>();
+    };
+    EXPECT_NEAR(entry(0, 1) / (1e6 * covariance(0, 1)), 1, 1e-12);
+    EXPECT_NEAR(entry(1, 5) / (1e3 * covariance(1, 5)), 1, 1e-12);
+    EXPECT_NEAR(entry(3, 4) / covariance(3, 4), 1, 1e-12);
+    const auto back = read_registration(file).expected_error;
+    ASSERT_TRUE(back);
+    EXPECT_TRUE(back->holds_tip);
+    EXPECT_LT(((back->covariance - covariance).array() / covariance.array()).abs().maxCoeff(),
+              1e-12);
+    r.expected_error->holds_tip = false;
+    write_registration(file, r);
+    EXPECT_FALSE(read_registration(file).expected_error->holds_tip);
+}
+
+TEST(RegistrationFile, RefusesAnExpectedErrorThatIsNone) {
+    const auto file = fresh_folder() / "registration.json";
+    FiducialRegistration r = a_registration();
+    r.expected_error = an_expected_error();
+    write_registration(file, r);
+    const json good = json::parse(read_text_file(file));
+    const auto refusal = [&](const auto& change) {
+        json bad = good;
+        change(bad["error"]);
+        write_text_file(file, bad.dump());
+        return error_of([&] { read_registration(file); });
+    };
+    const char* rows = "covariance_mm_rad";
+    const char* key = "registration.json: error.covariance_mm_rad: ";
+    EXPECT_TRUE(says(refusal([](json& j) { j = 0.5; }),
+                     {"registration.json: error: is of the type number, expected an object"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j.erase(rows); }),
+                     {"registration.json: error.covariance_mm_rad is missing"}));
+    EXPECT_TRUE(says(refusal([](json& j) { j.erase("holds_tip"); }),
+                     {"registration.json: error.holds_tip is missing"}));
+    EXPECT_TRUE(says(refusal([](json& j) { j["holds_tip"] = 1; }),
+                     {"registration.json: error.holds_tip: ", "expected true or false"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j[rows].erase(0); }),
+                     {key, "has 35 entries, expected 36 numbers"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j[rows][7] = nullptr; }),
+                     {key, "entry 8 is of the type null"}));
+    EXPECT_TRUE(
+        says(refusal([&](json& j) { j[rows][4] = 7; }), {key, "mm rad at (5, 1) and 7 at (1, 5)"}));
+    EXPECT_TRUE(says(refusal([&](json& j) { j[rows][35] = -1e-9; }),
+                     {key, "scaled to correlations, has the eigenvalue -"}));
+}
+
 TEST(RegistrationFile, NamesInLatin1AreWritten) {
     FiducialRegistration registration;
     registration.fiducials.push_back({"Spitze \xfc", {0.1, 0, 0}, {0, 0.1, 0}, {}, 0.001, 0.002});
