@@ -88,7 +88,8 @@ Matrix6d registration_covariance(std::span<const Vector3d> from, const Matrix3d&
 Matrix3d point_covariance(const Matrix6d& covariance, const Vector3d& arm) {
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << Matrix3d::Identity(), -cross_matrix(arm);
-    return jacobian * covariance * jacobian.transpose();
+    const Matrix3d of_point = jacobian * covariance * jacobian.transpose();
+    return 0.5 * (of_point + of_point.transpose());  // rounding grows with the arm
 }
 
 }  // namespace livetet

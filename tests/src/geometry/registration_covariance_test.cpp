@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/error_ellipsoid.hpp"
 #include "geometry/registration_error.hpp"
 #include "geometry/umeyama.hpp"
 #include "support/points.hpp"
@@ -135,6 +136,22 @@ TEST(RegistrationCovariance, OfAPointTurnsAboutTheOrigin) {
     covariance(1, 1) = 1e-6;
     covariance(1, 5) = covariance(5, 1) = -1e-5;
     EXPECT_LT(point_covariance(covariance, {0.1, 0, 0}).norm(), 1e-18);
+}
+
+TEST(RegistrationCovariance, OfAPointFarFromTheOriginIsACovariance) {
+    Random random(59);
+    for (int trial = 0; trial < 20; ++trial) {
+        Points far = touched;
+        const Vector3d shift = random.vector(300);
+        for (Vector3d& p : far) p += shift;
+        FiducialErrors errors;
+        errors.in_from.assign(5, 1e-7 * Matrix3d::Identity());
+        const Matrix3d rotation = random.rotation();
+        const Matrix3d at_centre = point_covariance(registration_covariance(far, rotation, errors),
+                                                    rotation * (shift + Vector3d(0.2, 0.1, -0.3)));
+        EXPECT_EQ(message_of([&] { check_covariance(at_centre, "far"); }), "no error");
+        EXPECT_LT((at_centre - 2e-8 * Matrix3d::Identity()).norm(), 1e-9);
+    }
 }
 
 std::string covariance_error(const Points& from, const FiducialErrors& errors,
