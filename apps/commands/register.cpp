@@ -10,15 +10,19 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/commands/read_until_signal.hpp"
+#include "apps/live/expected_error.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/error.hpp"
+#include "geometry/error_ellipsoid.hpp"
 #include "geometry/point_moments.hpp"
 #include "geometry/point_order.hpp"
+#include "geometry/registration_covariance.hpp"
 #include "geometry/registration_error.hpp"
 #include "geometry/surface_fit.hpp"
 #include "geometry/umeyama.hpp"
+#include "tracking/fiducials.hpp"
 
 namespace livetet {
 
@@ -35,7 +39,8 @@ std::string numbered(const std::vector<std::size_t>& order) {
     return fmt::format("{}", fmt::join(numbers, ", "));
 }
 
-void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
+void find_the_order(const RegisterArguments& a, CollectedFiducials& fiducials) {
+    const FiducialRegistration& r = fiducials.registration;
     const OrderSearch search =
         with_context(a.tracker, [&] { return find_order(places_in_base(r), places_in_image(r)); });
     if (is_ambiguous(search))
@@ -46,7 +51,7 @@ void find_the_order(const RegisterArguments& a, FiducialRegistration& r) {
             "apart, expected them in the image's order (without --any-order) or one more of them",
             a.tracker, numbered(search.best.order), numbered(search.rival.order),
             1e3 * search.best.fre, 1e3 * search.rival.fre);
-    reorder_touched(r, search.best.order);
+    reorder_touched(fiducials, search.best.order);
     fmt::print("order        {} (FRE {:.2f} mm; the next best of all orders {:.2f} mm)\n",
                numbered(search.best.order), 1e3 * search.best.fre, 1e3 * search.rival.fre);
 }
@@ -123,18 +128,47 @@ void name_outlier(FiducialRegistration& r, Scaling scaling) {
         1e3 * fle);
 }
 
-void print_expected(const RegisterArguments& a, const FiducialRegistration& r, Scaling scaling) {
+/// Where errors are stated, in the image: the fiducials' centre and --target-mm.
+std::vector<NamedPoint> targets_of(const RegisterArguments& a, const FiducialRegistration& r) {
     const auto to = places_in_image(r);
-    const auto weights = weights_of(r);
-    const auto print = [&](const Eigen::Vector3d& target, const std::string& where) {
-        fmt::print("expected TRE {:.3f} mm RMS at {}\n",
-                   1e3 * expected_tre(to, r.fle, target, scaling, weights), where);
-    };
-    print(moments_of(to, to, weights).mean_to, "the fiducials' centre");
+    std::vector<NamedPoint> targets{
+        {"the fiducials' centre", moments_of(to, to, weights_of(r)).mean_to}};
     for (std::size_t i = 0; i + 2 < a.targets_mm.size(); i += 3) {
         const Eigen::Vector3d target(a.targets_mm[i], a.targets_mm[i + 1], a.targets_mm[i + 2]);
-        print(target / 1e3,
-              fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", target.x(), target.y(), target.z()));
+        targets.push_back(
+            {fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", target.x(), target.y(), target.z()),
+             target / 1e3});
+    }
+    return targets;
+}
+
+void print_expected(const RegisterArguments& a, const FiducialRegistration& r, Scaling scaling) {
+    const auto to = places_in_image(r);
+    for (const NamedPoint& target : targets_of(a, r))
+        fmt::print("expected TRE {:.3f} mm RMS at {}\n",
+                   1e3 * expected_tre(to, r.fle, target.position, scaling, weights_of(r)),
+                   target.name);
+}
+
+/// Sets and prints the expected error of a rigid fit that no surface will change.
+void state_error(const RegisterArguments& a, CollectedFiducials& fiducials) {
+    FiducialRegistration& r = fiducials.registration;
+    if (!a.surface.empty()) {
+        fmt::print("error        not stated: that of the refinement by the surface is unknown\n");
+        return;
+    }
+    if (a.scale) {
+        fmt::print("error        not stated for a fit with a scale\n");
+        return;
+    }
+    r.expected_error = expected_error(fiducials);
+    for (const NamedPoint& target : targets_of(a, r)) {
+        const Eigen::Vector3d arm = target.position - r.image_from_base.translation;
+        const Eigen::Matrix3d covariance = point_covariance(r.expected_error->covariance, arm);
+        fmt::print(
+            "error        95 % within {:.2f} mm at {}, {}\n",
+            1e3 * error_ellipsoid(covariance).radius_95, target.name,
+            r.expected_error->holds_tip ? "with the error of the tip" : "without that of the tip");
     }
 }
 
@@ -214,9 +248,10 @@ void register_fiducials(const RegisterArguments& a) {
     refuse_to_overwrite("--output", a.output,
                         {a.tracker, a.image, a.tip, a.surface, a.surface_points});
     // 1. fiducials, in the same order
-    FiducialRegistration r = collect_fiducials(a, read_until_signal);
+    CollectedFiducials fiducials = collect_fiducials(a, read_until_signal);
+    FiducialRegistration& r = fiducials.registration;
     const Scaling scaling = a.scale ? Scaling::similarity : Scaling::rigid;
-    if (a.any_order) find_the_order(a, r);
+    if (a.any_order) find_the_order(a, fiducials);
 
     // 2. fit, checked by a second method
     const auto from = places_in_base(r), to = places_in_image(r);
@@ -239,6 +274,7 @@ void register_fiducials(const RegisterArguments& a) {
     print_fiducials(r);
     if (a.scale) fmt::print("scale        {:.5f}\n", fit.scale);
     print_expected(a, r, scaling);
+    state_error(a, fiducials);
     name_outlier(r, scaling);
     warn_of_layout(r);
 

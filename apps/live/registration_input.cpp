@@ -48,16 +48,18 @@ std::vector<FrameWindow> parse_windows(const std::string& text, const char* opti
     return windows;
 }
 
-RigidTransform<Tool, Tip> tip_of(const RegisterArguments& a, const std::string& source) {
+ToolTip tip_of(const RegisterArguments& a, const std::string& source) {
     if (a.tip.empty() == a.tip_mm.empty())
         fail(
             "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet "
             "calibrate pivot`) or "
             "--tip-mm X Y Z",
             source);
-    if (!a.tip.empty()) return read_tip(a.tip, a.tool).tool_from_tip();
-    return {Eigen::Matrix3d::Identity(),
-            Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3};
+    if (!a.tip.empty()) return read_tip(a.tip, a.tool);
+    ToolTip tip{a.tool, {}, {}};
+    tip.pivot.tool_from_tip.translation =
+        Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3;
+    return tip;
 }
 
 DwellOptions dwell_options(const RegisterArguments& a) {
@@ -104,8 +106,8 @@ std::string frames_of(const std::vector<Dwell>& dwells) {
 }
 
 std::vector<Dwell> collect_dwells(const RegisterArguments& a, const SourceReader& read,
+                                  const RigidTransform<Tool, Tip>& tool_from_tip,
                                   std::size_t expected) {
-    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, a.tracker);
     std::vector<FrameWindow> windows;
     if (!a.dwells.empty()) windows = parse_windows(a.dwells, "--dwells");
     const Recording recording = read_poses(a, read, a.tracker, "fiducials");
@@ -170,8 +172,9 @@ void match_by_name(const RegisterArguments& a, const std::vector<NamedPoint>& to
 
 }  // namespace
 
-FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceReader& read) {
-    FiducialRegistration r;
+CollectedFiducials collect_fiducials(const RegisterArguments& a, const SourceReader& read) {
+    CollectedFiducials fiducials;
+    FiducialRegistration& r = fiducials.registration;
     r.reference_tool = a.reference;
     const std::vector<NamedPoint> in_image = read_list(a.image);
     for (const NamedPoint& p : in_image)
@@ -183,18 +186,21 @@ FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceR
         const std::vector<NamedPoint> touched = read_list(a.tracker);
         if (touched.size() != in_image.size()) {
             match_by_name(a, touched, r);
-            return r;
+            return fiducials;
         }
         for (std::size_t i = 0; i < touched.size(); ++i)
             r.fiducials[i].in_tracker = touched[i].position;
-        return r;
+        return fiducials;
     }
-    const std::vector<Dwell> dwells = collect_dwells(a, read, in_image.size());
+    const ToolTip tip = tip_of(a, a.tracker);
+    fiducials.tip_covariance = tip.covariance;
+    const std::vector<Dwell> dwells = collect_dwells(a, read, tip.tool_from_tip(), in_image.size());
     for (std::size_t i = 0; i < dwells.size(); ++i) {
         r.fiducials[i].in_tracker = dwells[i].tip_in_tracker;
         if (dwells[i].tip_in_reference) r.fiducials[i].in_reference = *dwells[i].tip_in_reference;
+        fiducials.base_from_tool.push_back(dwells[i].mean_turn);
     }
-    return r;
+    return fiducials;
 }
 
 std::vector<Eigen::Vector3d> places_in_image(const FiducialRegistration& r) {
@@ -217,11 +223,15 @@ std::vector<double> weights_of(const FiducialRegistration& r) {
     return equal ? std::vector<double>{} : weights;
 }
 
-void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& order) {
-    const std::vector<RegisteredFiducial> before = r.fiducials;
+void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_t>& order) {
+    const CollectedFiducials before = fiducials;
+    std::vector<RegisteredFiducial>& ordered = fiducials.registration.fiducials;
     for (std::size_t i = 0; i < order.size(); ++i) {
-        r.fiducials[i].in_tracker = before[order[i]].in_tracker;
-        r.fiducials[i].in_reference = before[order[i]].in_reference;
+        const RegisteredFiducial& touched = before.registration.fiducials[order[i]];
+        ordered[i].in_tracker = touched.in_tracker;
+        ordered[i].in_reference = touched.in_reference;
+        if (!before.base_from_tool.empty())
+            fiducials.base_from_tool[i] = before.base_from_tool[order[i]];
     }
 }
 
@@ -241,7 +251,7 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
     }
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
-    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source);
+    const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source).tool_from_tip();
     const Recording recording = read_poses(a, read, source, "surface");
     return with_context(
         source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });

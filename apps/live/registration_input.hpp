@@ -28,9 +28,19 @@ struct RegisterArguments {
 };
 
 /// The fiducials in the image and in the frame of the tracker (and of the reference sensor), with
-/// their weights, not yet registered. Throws Error if a file cannot be read, the numbers of
-/// fiducials differ, or the tip did not rest as often as there are fiducials.
-FiducialRegistration collect_fiducials(const RegisterArguments& a, const SourceReader& read);
+/// their weights, and what is known of the tool that touched them.
+struct CollectedFiducials {
+    FiducialRegistration registration;  ///< not yet fitted
+    /// Covariance of the tip in the tool's frame, m^2. Empty for points of a list, and if --tip is
+    /// not given or does not hold it.
+    std::optional<Eigen::Matrix3d> tip_covariance;
+    /// base_from_tool at each fiducial, `Dwell::mean_turn`. Empty for points of a list.
+    std::vector<Eigen::Matrix3d> base_from_tool;
+};
+
+/// Reads the fiducials. Throws Error if a file cannot be read, the numbers of fiducials differ, or
+/// the tip did not rest as often as there are fiducials.
+CollectedFiducials collect_fiducials(const RegisterArguments& a, const SourceReader& read);
 
 /// Positions in the image, positions in the frame of the registration, and weights (empty if all
 /// are 1).
@@ -39,7 +49,7 @@ std::vector<Eigen::Vector3d> places_in_base(const FiducialRegistration& r);
 std::vector<double> weights_of(const FiducialRegistration& r);
 
 /// Pairs fiducial i of the image with the point touched as number order[i].
-void reorder_touched(FiducialRegistration& r, const std::vector<std::size_t>& order);
+void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_t>& order);
 
 /// Points touched on the organ's surface, in the frame of the registration: from a list, or the
 /// tip's positions in a recording or stream.

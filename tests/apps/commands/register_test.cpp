@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
 #include "geometry/error_ellipsoid.hpp"
+#include "geometry/registration_covariance.hpp"
+#include "geometry/registration_error.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
@@ -16,6 +19,7 @@
 #include "io/tip_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
+#include "tracking/dwell.hpp"
 #include "tracking/poses.hpp"
 #include "tracking/simulated_tracker.hpp"
 
@@ -144,6 +148,122 @@ TEST(Register, NamesTheOutlierAndLeavesItOutByItsWeight) {
     EXPECT_LT(t.error_at({0.1, 0.05, 0.05}), 0.0007);
 }
 
+TEST(Register, StatesAndKeepsTheExpectedErrorOfARigidFit) {
+    TouchedFiducials t(0.0005);
+    const auto outcome = t.run("--weight F2=0.5 --weight F5=0 --target-mm 10 20 300");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const FiducialRegistration r = t.registration();
+    ASSERT_TRUE(r.expected_error);
+    EXPECT_FALSE(r.expected_error->holds_tip);
+    std::vector<Vector3> places;
+    std::vector<double> weights;
+    Vector3 centre = Vector3::Zero();
+    for (const RegisteredFiducial& f : r.fiducials) {
+        places.push_back(f.in_image);
+        weights.push_back(f.weight);
+        centre += f.weight * f.in_image / 4.5;
+    }
+    const auto expect_stated = [&](const Vector3& target, const std::string& name) {
+        const Eigen::Matrix3d covariance =
+            point_covariance(r.expected_error->covariance, target - r.image_from_base.translation);
+        const double tre = expected_tre(places, r.fle, target, Scaling::rigid, weights);
+        // The one takes the fiducials in the image, the other as touched, 0.5 mm apart.
+        EXPECT_NEAR(std::sqrt(covariance.trace()) / tre, 1, 1e-3);
+        const double radius_mm = 1e3 * error_ellipsoid(covariance).radius_95;
+        EXPECT_NE(outcome.out.find(fmt::format(
+                      "error        95 % within {:.2f} mm at {}, without that of the tip\n",
+                      radius_mm, name)),
+                  std::string::npos)
+            << outcome.out;
+    };
+    expect_stated(centre, "the fiducials' centre");
+    expect_stated({0.01, 0.02, 0.3}, "(10.0, 20.0, 300.0) mm");
+
+    const auto scaled = t.run("--scale");
+    ASSERT_EQ(scaled.status, 0) << scaled.err;
+    EXPECT_FALSE(t.registration().expected_error);
+    EXPECT_NE(scaled.out.find("error        not stated"), std::string::npos) << scaled.out;
+}
+
+/// A stylus that touches the fiducials, each in another orientation, and turns by 0.1 rad to and
+/// fro in each, seen from a reference sensor that is carried.
+Recording touched_by_a_turning_tool(const TouchedFiducials& t, const Vector3& tip) {
+    Recording recording{{"Stylus", "Reference"}, {}};
+    for (std::size_t i = 0; i < 20 * t.image.size(); ++i) {
+        const double at = static_cast<double>(i / 20);
+        auto now = t.tracker_from_image;
+        now.translation.x() += 0.0002 * static_cast<double>(i);
+        RigidTransform<Tracker, Tool> tool{
+            rotation_of_vector({0.3 * at, 0.5 * std::sin(at), -0.2 * at}) *
+                rotation_of_vector({i % 2 ? 0.1 : -0.1, 0, 0}),
+            {}};
+        const Vector3 touched = t.tracker_from_image.inverse() * t.tracker[i / 20].position;
+        tool.translation = now * touched - tool.rotation * tip;
+        recording.samples.push_back({0.1 * static_cast<double>(i), {pose_of(tool), pose_of(now)}});
+    }
+    return recording;
+}
+
+TEST(Register, ExpectedErrorHoldsThatOfTheTipThatTouchedTheFiducials) {
+    TouchedFiducials t(0.0005);
+    ToolTip tip{"Stylus", {}, {}, Vector3(1e-8, 4e-8, 9e-8).asDiagonal()};
+    tip.pivot.tool_from_tip.translation = {0.004, -0.002, 0.15};
+    write_tip(t.folder / "tip.json", tip);
+    write_sequence(t.folder / "touched.igs.mha",
+                   touched_by_a_turning_tool(t, tip.pivot.tool_from_tip.translation));
+    const auto run = [&](const std::string& options) {
+        write_fiducials(t.folder / "image.mrk.json", t.image);
+        return livetet(t.folder,
+                       "register --tracker touched.igs.mha --reference Reference --image "
+                       "image.mrk.json -o registration.json --dwells "
+                       "0:20,20:40,40:60,60:80,80:100,100:120 " +
+                           options);
+    };
+    const auto outcome = run("--tip tip.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("at the fiducials' centre, with the error of the tip"),
+              std::string::npos)
+        << outcome.out;
+    const FiducialRegistration r = t.registration();
+    ASSERT_TRUE(r.expected_error);
+    EXPECT_TRUE(r.expected_error->holds_tip);
+
+    // The same from the library's functions.
+    std::vector<FrameWindow> windows;
+    for (std::size_t i = 0; i < 6; ++i) windows.push_back({20 * i, 20 * i + 20});
+    DwellOptions in_reference;
+    in_reference.reference = "Reference";
+    FiducialErrors errors;
+    errors.tip = *tip.covariance;
+    std::vector<Vector3> places;
+    for (const Dwell& d : dwells_in_windows(read_sequence(t.folder / "touched.igs.mha"),
+                                            tip.tool_from_tip(), windows, in_reference)) {
+        places.push_back(*d.tip_in_reference);
+        errors.from_from_tool.push_back(d.mean_turn);
+        errors.in_to.push_back(r.fle * r.fle / 3 * Eigen::Matrix3d::Identity());
+    }
+    const auto expected = registration_covariance(places, r.image_from_base.rotation, errors);
+    EXPECT_LT((r.expected_error->covariance - expected).norm(), 1e-9 * expected.norm());
+
+    // Touched in another order than the image's, it is the same.
+    std::reverse(t.image.begin(), t.image.end());
+    const auto reversed = run("--tip tip.json --any-order");
+    ASSERT_EQ(reversed.status, 0) << reversed.err;
+    EXPECT_LT((t.registration().expected_error->covariance - expected).norm(),
+              1e-6 * expected.norm());
+
+    // A tip without a covariance is taken as exact, and the file says so.
+    std::reverse(t.image.begin(), t.image.end());
+    const auto without = run("--tip-mm 4 -2 150");
+    ASSERT_EQ(without.status, 0) << without.err;
+    EXPECT_NE(without.out.find("without that of the tip"), std::string::npos) << without.out;
+    ASSERT_TRUE(t.registration().expected_error);
+    EXPECT_FALSE(t.registration().expected_error->holds_tip);
+    errors.tip.setZero();
+    const auto exact = registration_covariance(places, r.image_from_base.rotation, errors);
+    EXPECT_LT((t.registration().expected_error->covariance - exact).norm(), 1e-6 * exact.norm());
+}
+
 TEST(Register, RefusesFiducialsOfAnotherUnit) {
     TouchedFiducials t(0.0003);
     for (NamedPoint& p : t.image) p.position *= 1e-3;
@@ -196,6 +316,8 @@ TEST(Register, SurfacePointsRefineWhatBadFiducialsBegan) {
     EXPECT_GT(surface->rms_before, 0.001);
     EXPECT_LT(surface->rms_after, 0.0006);
     EXPECT_EQ(surface->free_motions, 0u);
+    EXPECT_FALSE(t.registration().expected_error);
+    EXPECT_NE(outcome.out.find("error        not stated"), std::string::npos) << outcome.out;
 }
 
 TEST(Register, SaysWhatPointsOnOnePlaneDoNotHold) {
