@@ -173,7 +173,7 @@ Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeSch
     if (c.is_fine) scene.elements = Elements::p2;
     const Material lower{c.young_Pa, c.poisson, c.density_kg_per_m3, 1};
     Material upper = lower;
-    upper.young_Pa *= c.contrast;
+    upper.young_Pa = c.contrast * upper.young_Pa;
     upper.region = 2;
     scene.materials = {lower, upper};
     scene.time.scheme = scheme;

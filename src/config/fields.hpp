@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "config/uncertain.hpp"
+
 /// A field table declares the keys of an options struct. It is one function, found by
 /// argument-dependent lookup,
 ///
@@ -44,6 +46,8 @@ template <class T>
 bool is_finite(const T& value) {
     if constexpr (std::is_same_v<T, double>)
         return std::isfinite(value);
+    else if constexpr (std::is_same_v<T, Uncertain>)
+        return std::isfinite(value.value) && std::isfinite(value.spread);
     else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
         return value.allFinite();
     else if constexpr (std::is_same_v<T, std::vector<double>>) {

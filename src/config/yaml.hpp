@@ -29,6 +29,12 @@ T yaml_value(const YAML::Node& node) {
         return {values[0], values[1], values[2]};
     } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
         return node.as<std::string>();
+    } else if constexpr (std::is_same_v<T, Uncertain>) {
+        const std::string text = node.as<std::string>();
+        if (text.find("+-") == std::string::npos) return node.as<double>();
+        const auto value = parse_uncertain(text);
+        if (!value) throw YAML::Exception(node.Mark(), "a number and its spread");
+        return *value;
     } else {
         return node.as<T>();
     }
@@ -43,6 +49,8 @@ std::string_view type_text() {
         return "a whole number";
     else if constexpr (std::is_same_v<T, double>)
         return "a number";
+    else if constexpr (std::is_same_v<T, Uncertain>)
+        return "a number, or NUMBER +- SPREAD";
     else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
         return "three numbers [x, y, z]";
     else if constexpr (std::is_same_v<T, std::vector<double>>)
@@ -271,6 +279,12 @@ class YamlWriter {
         out_ << YAML::Flow << std::vector<double>{v.x(), v.y(), v.z()};
     }
     void put(const std::filesystem::path& p) { out_ << p.string(); }
+    void put(const Uncertain& x) {
+        if (x.spread == 0)
+            out_ << x.value;
+        else
+            out_ << livetet::text_of(x);
+    }
     template <class T>
     void put(const std::vector<T>& v) {
         out_ << YAML::Flow << v;

@@ -17,8 +17,8 @@ enum class Formulation { automatic, displacement, mixed };
 /// An elastic material: Lame's moduli, by Young's modulus and Poisson's ratio, and the constitutive
 /// model that they are moduli of.
 struct Material {
-    double young_Pa = 3000;
-    double poisson = 0.45;
+    Uncertain young_Pa = 3000;
+    Uncertain poisson = 0.45;
     double density_kg_per_m3 = 1060;
     int region =
         0;  ///< the mesh's region label it is for; 0: every region that no other material names
@@ -67,18 +67,22 @@ inline bool is_small_strain(std::span<const Material> materials, const ModelChoi
 inline double contrast_of(std::span<const Material> materials) {
     double smallest = materials.front().young_Pa, largest = smallest;
     for (const Material& m : materials) {
-        smallest = std::min(smallest, m.young_Pa);
-        largest = std::max(largest, m.young_Pa);
+        smallest = std::min<double>(smallest, m.young_Pa);
+        largest = std::max<double>(largest, m.young_Pa);
     }
     return largest / smallest;
 }
 
 template <class Visitor>
 void visit_fields(Visitor& v, Material& m) {
-    v.field("young_Pa", m.young_Pa, "Pa", "Young's modulus", greater_than<0>());
-    v.field("poisson", m.poisson, "", "Poisson's ratio",
-            Check<double>{"above -1 and below 0.5, where the material is positive definite",
-                          [](const double& x) { return x > -1 && x < 0.5; }});
+    v.field("young_Pa", m.young_Pa, "Pa", "Young's modulus; may have a spread: 3000 +- 600",
+            Check<Uncertain>{"greater than 0, with its spread too",
+                             [](const Uncertain& x) { return x.lowest() > 0; }});
+    v.field("poisson", m.poisson, "", "Poisson's ratio; may have a spread: 0.45 +- 0.03",
+            Check<Uncertain>{
+                "above -1 and below 0.5, with its spread too: there the material is positive "
+                "definite",
+                [](const Uncertain& x) { return x.lowest() > -1 && x.highest() < 0.5; }});
     v.field("density_kg_per_m3", m.density_kg_per_m3, "kg/m^3", "mass density", greater_than<0>());
     v.field("region", m.region, "",
             "region label of the mesh this material is for; 0: all regions without a material of "

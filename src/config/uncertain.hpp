@@ -1,0 +1,40 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace livetet {
+
+/// A number, and how far it may be off: one standard deviation, 0 if it is taken as exact. It is
+/// used like the number.
+struct Uncertain {
+    double value = 0, spread = 0;
+
+    constexpr Uncertain(double value = 0, double spread = 0)  // NOLINT(google-explicit-constructor)
+        : value(value), spread(spread) {}
+    constexpr operator double() const { return value; }  // NOLINT(google-explicit-constructor)
+
+    double lowest() const { return value - spread; }
+    double highest() const { return value + spread; }
+    bool operator==(const Uncertain&) const = default;
+};
+
+/// "0.45" or "0.45 +- 0.03", in the shortest form that reads back to the same numbers.
+std::string text_of(const Uncertain& x);
+/// The inverse; empty if it is neither, or if the spread is negative.
+std::optional<Uncertain> parse_uncertain(std::string_view text);
+
+}  // namespace livetet
+
+/// Formats the value alone.
+template <>
+struct fmt::formatter<livetet::Uncertain> : fmt::formatter<double> {
+    template <class Context>
+    auto format(const livetet::Uncertain& x, Context& context) const {
+        return fmt::formatter<double>::format(x.value, context);
+    }
+};
