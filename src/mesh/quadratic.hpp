@@ -47,6 +47,10 @@ class PointSampler {
                  Outside outside = Outside::nearest)
         : map_(map_into(mesh, points, outside)), edges_(mesh) {}
     std::vector<Vector3> sample(std::span<const Vector3> values) const;
+    /// The value at one point.
+    Vector3 sample(std::size_t point, std::span<const Vector3> values) const {
+        return interpolate(map_, edges_, point, values);
+    }
     /// Distance of the point from the mesh, m. Points outside take the value of the nearest surface
     /// point unless extrapolation is asked for.
     double distance(std::size_t point) const { return map_.distance[point]; }

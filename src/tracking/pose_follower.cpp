@@ -13,6 +13,11 @@ bool is_accepted(PoseVerdict verdict) {
     return verdict == PoseVerdict::accepted || verdict == PoseVerdict::started;
 }
 
+TrackedPose pose_of(const std::optional<PoseEstimate>& estimate) {
+    if (!estimate) return {.status = PoseStatus::stale};
+    return {estimate->rotation, estimate->translation, PoseStatus::ok};
+}
+
 }  // namespace
 
 PoseFollower::PoseFollower(const PoseFollowerOptions& options)
@@ -26,6 +31,7 @@ PoseFollower::PoseFollower(const PoseFollowerOptions& options)
 
 PoseFollower::Result PoseFollower::update(double time_s, const TrackedPose& measured) {
     const PoseVerdict verdict = smoother_.update(time_s, measured);
+    used_.reset();
     if (verdict == PoseVerdict::unusable) return {measured, {}, verdict};
     if (verdict == PoseVerdict::repeated) return again(time_s);
     verdict_ = verdict;
@@ -38,24 +44,21 @@ PoseFollower::Result PoseFollower::update(double time_s, const TrackedPose& meas
 /// A sample of the same time as the last one.
 PoseFollower::Result PoseFollower::again(double time_s) {
     Result result{used_at(time_s), {}, verdict_};
-    if (is_accepted(verdict_)) result.unfiltered = estimated(time_s, 0);
+    if (is_accepted(verdict_)) result.unfiltered = pose_of(estimated(time_s, 0));
     return result;
 }
 
 TrackedPose PoseFollower::used_at(double time_s) {
-    const TrackedPose pose =
-        filter_ ? filter_->update(time_s, accepted_) : estimated(time_s, ahead_s_);
+    if (!filter_) used_ = estimated(time_s, ahead_s_);
+    const TrackedPose pose = filter_ ? filter_->update(time_s, accepted_) : pose_of(used_);
     if (is_usable(pose)) lag_.use(time_s, pose.translation);
     return pose;
 }
 
-TrackedPose PoseFollower::estimated(double time_s, double ahead_s) const {
+std::optional<PoseEstimate> PoseFollower::estimated(double time_s, double ahead_s) const {
     const auto& accepted_s = estimator().accepted_s();
     const double latest_s = accepted_s.value_or(time_s) + max_gap_s_;
-    const auto estimate =
-        estimator().predict(time_s > latest_s ? time_s : std::min(time_s + ahead_s, latest_s));
-    if (!estimate) return {.status = PoseStatus::stale};
-    return {estimate->rotation, estimate->translation, PoseStatus::ok};
+    return estimator().predict(time_s > latest_s ? time_s : std::min(time_s + ahead_s, latest_s));
 }
 
 }  // namespace livetet

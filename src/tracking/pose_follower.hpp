@@ -51,6 +51,9 @@ class PoseFollower {
         smoother_.set_noise(position_rms, rotation_rms);
     }
     const PoseEstimator& estimator() const { return smoother_.estimator(); }
+    /// The estimate that the last returned pose is, with its covariance; empty if that is none:
+    /// with a filter, or while nothing usable came.
+    const std::optional<PoseEstimate>& used() const { return used_; }
     PoseQuality quality() const {
         return {lag_.lag_s(), estimator().position_noise_ratio(),
                 estimator().rotation_noise_ratio()};
@@ -59,13 +62,14 @@ class PoseFollower {
   private:
     Result again(double time_s);
     TrackedPose used_at(double time_s);
-    TrackedPose estimated(double time_s, double ahead_s) const;
+    std::optional<PoseEstimate> estimated(double time_s, double ahead_s) const;
 
     PoseSmoother smoother_;
     LagMeter lag_;
     double ahead_s_, max_gap_s_;
     std::optional<PoseFilter> filter_;
     TrackedPose accepted_;
+    std::optional<PoseEstimate> used_;
     PoseVerdict verdict_ = PoseVerdict::unusable;
 };
 

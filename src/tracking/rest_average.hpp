@@ -28,6 +28,8 @@ class RestAverage {
 
     /// Adds a pose. Times must not decrease.
     State add(double time_s, const RigidTransform<ImageFrame, Sensor>& image_from_sensor);
+    /// Number of poses in the mean.
+    int poses() const { return whole().poses; }
     /// The mean pose. Needs at least one pose.
     RigidTransform<ImageFrame, Sensor> mean() const;
     /// Forgets all poses.

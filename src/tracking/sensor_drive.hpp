@@ -68,6 +68,8 @@ class SensorDrive {
     bool is_restless() const { return !base_ && rest_.state() == RestAverage::State::moving; }
     /// image_from_sensor at the base; empty while placing.
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
+    /// Number of poses that the base is the mean of, or will be.
+    int base_poses() const { return rest_.poses(); }
     /// Discards the base; the sensor must be placed again.
     void reset() { *this = SensorDrive(options_); }
 

@@ -20,10 +20,14 @@ constexpr double released_share = 1e-4;
 ///
 ///     error of the translation  d_s - d_r - a_r x l,   mean square 2 p^2 + 2/3 a^2 |l|^2
 ///     error of the rotation     a_s - a_r,             mean square 2 a^2
-PoseFollowerOptions of_product(PoseFollowerOptions options, double distance) {
+/// `reference_share`: of the first mean square, the part of d_r and a_r.
+PoseFollowerOptions of_product(PoseFollowerOptions options, double distance,
+                               double& reference_share) {
     PoseEstimatorOptions& o = options.estimator;
     const double at_distance = std::sqrt(1.0 / 3) * o.rotation_rms * distance;
+    const double of_sensor = o.position_rms * o.position_rms;
     o.position_rms = std::numbers::sqrt2 * std::hypot(o.position_rms, at_distance);
+    reference_share = 1 - of_sensor / (o.position_rms * o.position_rms);
     o.rotation_rms *= std::numbers::sqrt2;
     return options;
 }
@@ -57,7 +61,8 @@ void SensorPatch::follow(
     PoseVerdict verdict = PoseVerdict::unusable;
     if (tracker_from_reference && is_usable(sensor)) {
         const auto options = of_product(
-            options_.follower, (sensor.translation - tracker_from_reference->translation).norm());
+            options_.follower, (sensor.translation - tracker_from_reference->translation).norm(),
+            reference_share_);
         if (!follower_) follower_.emplace(options);
         const auto measured =
             image_from_reference * tracker_from_reference->inverse() * tracker_from<Sensor>(sensor);
@@ -94,7 +99,37 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     nodes_ = with_edge_nodes_between(now, patch.nodes);
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
     centre_ = now.nodes[patch.centre];
+    off_centre_ = centre_ - place;
+    find_wider(now, place);
     return patch.distance;
+}
+
+void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place) {
+    constexpr int tries = 10;
+    for (int k = 1; k <= tries && wider_.size() <= nodes_.size(); ++k) {
+        wider_by_ = k * options_.radius_spread;
+        const SurfacePatch patch = surface_patch(now, place, options_.radius + wider_by_);
+        wider_ = with_edge_nodes_between(now, patch.nodes);
+    }
+}
+
+std::optional<PatchError> SensorPatch::error() const {
+    if (drive_.status() != DriveStatus::following || !follower_ || !follower_->used()) return {};
+    const PoseEstimator& estimator = follower_->estimator();
+    const auto variance = [](const MotionFilter& filter) {  // of a measurement, per axis
+        return std::pow(filter.noise_ratio() * filter.options().noise_rms, 2) / 3;
+    };
+    const auto& now = follower_->used()->covariance;
+    const double poses = std::max(1, drive_.base_poses());
+    const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+    PatchError error;
+    error.base = variance(estimator.state().translation) / poses * I;  // as of white noise
+    error.own.topLeftCorner<3, 3>() =
+        error.base + (1 - reference_share_) * now.topLeftCorner<3, 3>();
+    error.own.bottomRightCorner<3, 3>() =
+        variance(estimator.state().rotation) / poses * I + now.bottomRightCorner<3, 3>();
+    error.by_reference = reference_share_ * now.topLeftCorner<3, 3>().trace();
+    return error;
 }
 
 double SensorPatch::spring_stiffness() const {

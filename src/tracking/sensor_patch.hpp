@@ -38,12 +38,25 @@ struct SensorPatchOptions {
     SensorDriveOptions drive{};
     PoseFollowerOptions follower{};  ///< its noise is that of one tool
     double radius = 0.015;           ///< of the patch along the surface, m
+    /// What the radius may be off by, one standard deviation, m.
+    double radius_spread = 0.00225;
     /// Total stiffness of the springs that pull the patch, N/m; none: the displacement is
     /// prescribed.
     std::optional<double> stiffness{};
     /// Spring stiffness that is practically rigid, N/m: where the release of a prescribed patch
     /// begins.
     double firm_stiffness = 1e4;
+};
+
+/// How far the motion of a sensor since it was placed may be off, by the noise of its pose and of
+/// the reference sensor's. Along the axes of the image.
+struct PatchError {
+    /// Covariance of (translation, rotation vector), m and rad, without the part that the reference
+    /// sensor's present pose brings in.
+    Eigen::Matrix<double, 6, 6> own = Eigen::Matrix<double, 6, 6>::Zero();
+    double by_reference = 0;  ///< mean square of the translation's error by that part, m^2
+    /// Covariance of the place at which the sensor was placed, m^2.
+    Eigen::Matrix3d base = Eigen::Matrix3d::Zero();
 };
 
 /// A deformation sensor and the surface patch that it moves. Order of use: `follow` in every frame;
@@ -76,21 +89,37 @@ class SensorPatch {
     Eigen::Vector3d target(std::size_t k) const {
         return placed_[k].offset + drive_.displacement(placed_[k].place);
     }
-    /// Displacement of the patch's centre since the sensor was placed, m; 0 if the patch is free.
-    double press() const {
-        return nodes_.empty() || drive_.grip() == 0 ? 0 : drive_.displacement(centre_).norm();
+    /// Displacement of the patch's centre since the sensor was placed, m; zero if the patch is
+    /// free.
+    Eigen::Vector3d centre_displacement() const {
+        if (nodes_.empty() || drive_.grip() == 0) return Eigen::Vector3d::Zero();
+        return drive_.displacement(centre_);
     }
+    double press() const { return centre_displacement().norm(); }
 
     bool is_hard() const { return !nodes_.empty() && !options_.stiffness && drive_.grip() == 1; }
     /// Total spring stiffness of the patch, N/m; 0 if the patch is prescribed or free. During a
     /// release it decreases by powers of ten from practically rigid to practically free.
     double spring_stiffness() const;
 
+    /// The error of the patch's motion by the noise of sensor and reference; empty while the patch
+    /// does not follow the sensor, or if its pose is filtered.
+    std::optional<PatchError> error() const;
+    /// From the sensor's base to the patch's centre, a node, m.
+    const Eigen::Vector3d& off_centre() const { return off_centre_; }
+    /// The nodes of a patch whose radius is greater by wider_by(), m: by the radius' spread, or by
+    /// as much as makes a difference on this mesh.
+    const std::vector<std::int32_t>& wider_nodes() const { return wider_; }
+    double wider_by() const { return wider_by_; }
+    const SensorPatchOptions& options() const { return options_; }
+
     const SensorDrive& drive() const { return drive_; }
     SensorTrouble trouble() const { return trouble_; }
     PoseQuality quality() const { return follower_ ? follower_->quality() : PoseQuality{}; }
 
   private:
+    void find_wider(const TetMesh& now, const Eigen::Vector3d& place);
+
     struct Placed {
         Eigen::Vector3d offset;  ///< displacement of the node at placement, m
         Eigen::Vector3d place;   ///< position of the node at placement, m
@@ -100,7 +129,10 @@ class SensorPatch {
     SensorDrive drive_;
     std::vector<std::int32_t> nodes_;
     std::vector<Placed> placed_;
-    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero(), off_centre_ = Eigen::Vector3d::Zero();
+    std::vector<std::int32_t> wider_;
+    double wider_by_ = 0;
+    double reference_share_ = 0.5;  ///< of the mean square of the translation's noise
     SensorTrouble trouble_ = SensorTrouble::lost;
 };
 
