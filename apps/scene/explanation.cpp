@@ -37,6 +37,13 @@ void explain_tracking(Explanation& e, const Scene& scene) {
         e.uses("pose filter", fmt::format("one-euro, {} Hz at rest", *scene.track->smoothing_Hz));
     else
         e.leaves_out("pose smoothing", "track.smoothing_Hz is 0");
+    if (scene.track->targets.empty())
+        e.leaves_out("error statement", "track.targets is empty");
+    else
+        e.uses("error statement",
+               fmt::format("{} entries of track.targets: after a sensor is placed, some frames "
+                           "take a static solve each",
+                           scene.track->targets.size()));
     if (scene.track->publish)
         e.uses("OpenIGTLink server",
                fmt::format("track.publish: port {}", scene.track->publish->port));

@@ -15,9 +15,13 @@ namespace livetet {
 
 namespace {
 
+int selections_in(const SelectionOptions& s) {
+    return s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() +
+           s.sphere_mm.has_value() + s.half_space_mm.has_value() + s.nodes.has_value();
+}
+
 void check_selection(const SelectionOptions& s, const std::string& key, const std::string& file) {
-    const int given = s.mask.has_value() + s.group.has_value() + s.box_mm.has_value() +
-                      s.sphere_mm.has_value() + s.half_space_mm.has_value() + s.nodes.has_value();
+    const int given = selections_in(s);
     if (given != 1)
         fail(
             "{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly "
@@ -97,6 +101,30 @@ void check_selections(const Scene& scene, const std::string& file) {
     check_all(scene.loads, "loads");
 }
 
+/// Each target by one of point, points and a selection, and with a name unless the points have.
+void check_targets(const TrackOptions& track, const std::string& file) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < track.targets.size(); ++i) {
+        const TargetOptions& t = track.targets[i];
+        const std::string key = fmt::format("track.targets[{}]", i);
+        const int given = t.point_mm.has_value() + !t.points.empty() + (selections_in(t) > 0);
+        if (given != 1)
+            fail("{} names {} of point_mm, points and a selection of nodes, expected one ({})", key,
+                 given, file);
+        if (selections_in(t) > 0) check_selection(t, key, file);
+        if (!t.points.empty()) {
+            if (!t.name.empty())
+                fail("{}.name = {}: the points of {} have names, expected no name ({})", key,
+                     t.name, t.points.string(), file);
+            continue;
+        }
+        if (t.name.empty()) fail("{}.name is missing ({})", key, file);
+        if (std::find(names.begin(), names.end(), t.name) != names.end())
+            fail("{}.name = {}: another target has this name ({})", key, t.name, file);
+        names.push_back(t.name);
+    }
+}
+
 void check_track(const TrackOptions& track, const std::string& file) {
     if (track.source.empty())
         fail(
@@ -127,6 +155,7 @@ void check_track(const TrackOptions& track, const std::string& file) {
                  tool.tool, name, file);
         names.push_back(name);
     }
+    check_targets(track, file);
 }
 
 /// Makes the scene's relative paths relative to `folder`.
@@ -150,6 +179,10 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
         }
         resolve(scene.track->registration);
         for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);
+        for (TargetOptions& target : scene.track->targets) {
+            resolve(target.points);
+            if (target.mask) resolve(*target.mask);
+        }
     }
     if (scene.probes) {
         resolve(scene.probes->points);

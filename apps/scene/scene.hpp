@@ -90,6 +90,7 @@ enum class Pace { recorded, every_sample };
 struct SensorOptions {
     std::string tool = "Sensor";
     double patch_radius_mm = 15;
+    std::optional<double> patch_spread_mm;
     DriveMotion motion = DriveMotion::translation;
     std::optional<double> stiffness_N_per_m;
     int placement = 1;
@@ -103,6 +104,16 @@ struct ToolOptions {
     std::filesystem::path tip;
 
     bool operator==(const ToolOptions&) const = default;
+};
+
+/// A target inside the organ, whose error each frame states: a point, points of a file, or a
+/// region.
+struct TargetOptions : SelectionOptions {
+    std::string name;
+    std::optional<Eigen::Vector3d> point_mm;
+    std::filesystem::path points;
+
+    bool operator==(const TargetOptions&) const = default;
 };
 
 /// OpenIGTLink server of the results.
@@ -120,6 +131,7 @@ struct TrackOptions {
     std::string reference_tool = "Reference";
     std::vector<SensorOptions> sensors{SensorOptions{}};
     std::vector<ToolOptions> tools;
+    std::vector<TargetOptions> targets;
     double base_window_s = 1;
     double hold_s = 0.5;
     double release_s = 1;
@@ -317,6 +329,9 @@ void visit_fields(Visitor& v, SensorOptions& o) {
     v.field("tool", o.tool, "", "name of the sensor: Sensor for SensorToTracker");
     v.field("patch_radius_mm", o.patch_radius_mm, "mm",
             "radius about the sensor within which the surface follows it", greater_than<0>());
+    v.field("patch_spread_mm", o.patch_spread_mm, "mm",
+            "what that radius may be off by, one standard deviation; default: 15 % of it",
+            greater_than<0>());
     v.choice(
         "motion", o.motion, "which part of the sensor's motion the patch follows",
         {{DriveMotion::translation, "translation",
@@ -338,6 +353,14 @@ void visit_fields(Visitor& v, ToolOptions& o) {
     v.field("tip", o.tip, "",
             "tip calibration that `livetet calibrate pivot -o FILE` wrote; none: the tool's sensor "
             "is shown");
+}
+
+template <class Visitor>
+void visit_fields(Visitor& v, TargetOptions& o) {
+    v.field("name", o.name, "", "name of the target; points of a file have their own");
+    v.field("point_mm", o.point_mm, "mm", "a point of the image, RAS, inside the organ");
+    v.field("points", o.points, "", "points of the image: a CSV of name,x_mm,y_mm,z_mm");
+    visit_selection(v, o);
 }
 
 template <class Visitor>
@@ -364,6 +387,9 @@ void visit_fields(Visitor& v, TrackOptions& t) {
            "the sensors that move the surface; where patches overlap, the mean is used. May be "
            "changed in the file during a run");
     v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
+    v.list("targets", t.targets,
+           "what each frame states the error of: each by point_mm, points, or a selection of nodes "
+           "(of a region, the worst place counts); none: no error statement");
     v.field("base_window_s", t.base_window_s, "s",
             "time over which a sensor's position at rest is averaged", at_least<0>());
     v.field("hold_s", t.hold_s, "s", "time for which a lost sensor holds its patch", at_least<0>());

@@ -25,6 +25,8 @@ std::set<std::filesystem::path> read_files(const Scene& scene) {
     if (scene.track) {
         files.insert({scene.track->source, scene.track->registration});
         for (const ToolOptions& tool : scene.track->tools) files.insert(tool.tip);
+        for (const TargetOptions& target : scene.track->targets)
+            files.insert(target.mask.value_or(target.points));
     }
     if (scene.probes) files.insert(scene.probes->points);
     return files;
