@@ -96,10 +96,11 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
                    .max_displacement = track.max_displacement_mm / 1e3};
     patch.follower = pose_follower_options(track);
     patch.radius = options.patch_radius_mm / 1e3;
+    patch.radius_spread = options.patch_spread_mm.value_or(0.15 * options.patch_radius_mm) / 1e3;
     patch.stiffness = options.stiffness_N_per_m;
     // A hundred times what a disc of the patch's size meets on a half-space: 2 E a / (1 - nu^2).
     double young = 0;
-    for (const Material& m : scene.materials) young = std::max(young, m.young_Pa);
+    for (const Material& m : scene.materials) young = std::max<double>(young, m.young_Pa);
     patch.firm_stiffness = 100 * 2 * young * patch.radius / 0.75;
     return patch;
 }
@@ -154,6 +155,7 @@ void TrackedBody::change(SceneChange&& change) {
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
     sensors_ = std::move(leaving);
+    stating_.patches.clear();  // a new patch may lie where an old one was
     find_shown(std::move(change.tips));
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
@@ -352,7 +354,49 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);
     tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s);
+    state_errors_of_frame();
     return frame_;
+}
+
+void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
+                               const std::optional<Eigen::Matrix<double, 6, 6>>& registration) {
+    stating_ = {std::move(statement), registration, {}};
+}
+
+void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene,
+                            const MeshHierarchy& hierarchy, const TetMesh& mesh,
+                            const std::optional<Eigen::Matrix<double, 6, 6>>& registration) {
+    if (scene.track->targets.empty()) return;
+    tracked.state_errors(std::make_unique<ErrorStatement>(scene, hierarchy, mesh), registration);
+}
+
+std::vector<std::string> TrackedBody::target_names() const {
+    std::vector<std::string> names;
+    if (stating_.statement)
+        for (const Target& target : stating_.statement->targets()) names.push_back(target.name);
+    return names;
+}
+
+void TrackedBody::state_errors_of_frame() {
+    if (!stating_.statement) return;
+    auto& [statement, registration, patches] = stating_;
+    const auto is_stated = [](const Sensor& s) { return !s.leaving && !s.patch.nodes().empty(); };
+    auto known = patches.begin();
+    bool same = true;
+    for (const Sensor& s : sensors_)
+        if (is_stated(s)) same = same && known != patches.end() && *known++ == &s.patch;
+    if (!same || known != patches.end()) {
+        patches.clear();
+        for (const Sensor& s : sensors_)
+            if (is_stated(s)) patches.push_back(&s.patch);
+        statement->start(patches);
+    }
+    const auto& reference = reference_follower_.used();
+    const bool is_valid = frame_.registration == RegistrationStatus::valid;
+    frame_.statement = statement->update(
+        {reference && is_valid ? &*reference : nullptr, registration_.image_from_reference(),
+         registration ? &*registration : nullptr},
+        patches, frame_.displacement, frame_.step);
 }
 
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,

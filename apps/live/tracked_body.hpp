@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "apps/live/error_statement.hpp"
 #include "apps/live/pose_quality.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "tracking/live_registration.hpp"
@@ -41,6 +42,7 @@ struct FrameState {
     std::vector<TrackedPose> image_from_tool;  ///< in the order of TrackedBody::tools
     std::vector<PoseQuality> pose_quality;     ///< of the reference, then of the sensors
     std::optional<HandPull> pull{};
+    FrameStatement statement;
     StepReport step;
     double sensor_s = 0,
            output_s = 0;  ///< time from sample to constraints, and time to read the displacement
@@ -113,6 +115,17 @@ class TrackedBody {
     /// if `pull` is empty. A base more than `farthest_from_organ` off the surface moves nothing.
     void pull(const std::optional<HandPull>& pull);
 
+    /// From the next frame on, frames state the errors at the scene's targets. `registration`: the
+    /// covariance of image_from_reference, as registration_covariance has it; none: not known.
+    void state_errors(std::unique_ptr<ErrorStatement> statement,
+                      const std::optional<Eigen::Matrix<double, 6, 6>>& registration);
+    /// The targets of `Frame::statement`; none if errors are not stated.
+    std::vector<std::string> target_names() const;
+    /// Call it after each frame, once that was passed on: after patches were placed, it makes a
+    /// part of the solves that the statement needs. As a rule it does nothing.
+    /// Returns false if nothing is left to do.
+    bool work_on_statement() { return stating_.statement && stating_.statement->work(); }
+
     struct ShownTool {
         std::string tool;
         bool has_tip = false;
@@ -147,6 +160,11 @@ class TrackedBody {
         std::vector<Vector3> from, now;
         double since_s = 0;
     };
+    struct Stating {
+        std::unique_ptr<ErrorStatement> statement;  ///< none: no targets
+        std::optional<Eigen::Matrix<double, 6, 6>> registration;
+        std::vector<const SensorPatch*> patches;  ///< that the statement knows
+    };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);
     void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
@@ -157,6 +175,7 @@ class TrackedBody {
     void move_patches();
     void pull_patches();
     void settle();
+    void state_errors_of_frame();
 
     Scene scene_;
     SceneBody& body_;
@@ -181,8 +200,15 @@ class TrackedBody {
     std::optional<Settling> settling_;
     double tail_s_ = 0;  ///< time a frame needs after its last solve: recent maximum
     std::optional<double> last_time_s_;
+    Stating stating_;
     Frame frame_;
 };
+
+/// Frames of `tracked` state errors if the scene has targets. `hierarchy`: as the scene's mesh was
+/// loaded; `mesh`: the body's finest.
+void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene,
+                            const MeshHierarchy& hierarchy, const TetMesh& mesh,
+                            const std::optional<Eigen::Matrix<double, 6, 6>>& registration);
 
 /// Those of a frame: of the reference and of the sensors.
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,

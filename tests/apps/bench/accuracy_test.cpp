@@ -8,7 +8,6 @@
 #include "apps/bench/accuracy_result.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "apps/phantom/phantom_truth.hpp"
-#include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
 namespace {
@@ -17,7 +16,6 @@ namespace {
 class Accuracy : public testing::Test {
   protected:
     static void SetUpTestSuite() {
-        session_ = new PetscSession("livetet", {});
         const PhantomImages images = make_phantom_images(0.003, 1);
         organ_ = new PressedOrgan(press_organ(images, 2500, {0.008, 0.015}));
         model_ = new AccuracyModel(accuracy_scene(),
@@ -26,7 +24,6 @@ class Accuracy : public testing::Test {
     static void TearDownTestSuite() {
         delete model_;
         delete organ_;
-        delete session_;
     }
     /// How far the judged targets truly move, RMS, mm.
     static double true_motion_mm(std::size_t depth) {
@@ -40,11 +37,9 @@ class Accuracy : public testing::Test {
         return model_->run(c)[depth];
     }
 
-    static PetscSession* session_;
     static PressedOrgan* organ_;
     static AccuracyModel* model_;
 };
-PetscSession* Accuracy::session_ = nullptr;
 PressedOrgan* Accuracy::organ_ = nullptr;
 AccuracyModel* Accuracy::model_ = nullptr;
 

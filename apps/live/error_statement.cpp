@@ -1,0 +1,202 @@
+#include "apps/live/error_statement.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/error_ellipsoid.hpp"
+#include "geometry/registration_covariance.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Matrix36d = Eigen::Matrix<double, 3, 6>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// What another constitutive law would change, as a share of what large strain changes.
+constexpr double law_share = 0.3;
+
+Matrix3d cross_matrix(const Vector3& v) {
+    Matrix3d m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+}
+
+Matrix3d outer(const Vector3& v) { return v * v.transpose(); }
+
+/// d + a x arm of (d, a).
+Matrix36d point_jacobian(const Vector3& arm) {
+    Matrix36d jacobian;
+    jacobian << Matrix3d::Identity(), -cross_matrix(arm);
+    return jacobian;
+}
+
+/// R J(at): how a place of the organ errs with the reference sensor's pose, along the axes of the
+/// image.
+Matrix36d by_reference(const PoseErrors& poses, const Vector3& at) {
+    const Matrix3d& tracker_from_reference = poses.reference->rotation;
+    const Matrix3d image_from_tracker =
+        poses.image_from_reference.rotation * tracker_from_reference.transpose();
+    const Vector3 in_reference = poses.image_from_reference.inverse() * at;
+    return image_from_tracker * point_jacobian(tracker_from_reference * in_reference);
+}
+
+Matrix3d by_registration(const PoseErrors& poses, const Vector3& at) {
+    if (!poses.registration) return Matrix3d::Zero();
+    return point_covariance(*poses.registration, at - poses.image_from_reference.translation);
+}
+
+/// Sum of independent errors by their sources.
+class ErrorSum {
+  public:
+    void add(ErrorSource source, const Matrix3d& covariance) {
+        covariance_ += covariance;
+        by_source_[static_cast<std::size_t>(source)] += covariance.trace();
+    }
+    TargetStatement at(const Vector3& position) const {
+        const Matrix3d symmetric = 0.5 * (covariance_ + covariance_.transpose());
+        return {position, symmetric, error_ellipsoid(symmetric).radius_95, by_source_};
+    }
+
+  private:
+    Matrix3d covariance_ = Matrix3d::Zero();
+    std::array<double, error_source_count> by_source_{};
+};
+
+/// What one patch adds to the error of a place, but for the elements and materials.
+void add_patch(ErrorSum& sum, const PatchResponse& r, const Vector3& d, const PatchError* error,
+               const Matrix3d& of_place, double radius_spread) {
+    if (error) sum.add(ErrorSource::sensors, r.motion * error->own * r.motion.transpose());
+    Matrix3d moved;
+    for (int axis = 0; axis < 3; ++axis) moved.col(axis) = r.gradient[axis] * d;
+    sum.add(ErrorSource::patches, moved * of_place * moved.transpose());
+    sum.add(ErrorSource::patches, outer(radius_spread * r.wider * d));
+}
+
+std::vector<Vector3> all_places(const std::vector<Target>& targets) {
+    std::vector<Vector3> places;
+    for (const Target& t : targets) places.insert(places.end(), t.places.begin(), t.places.end());
+    return places;
+}
+
+}  // namespace
+
+const char* name_of(ErrorSource source) {
+    constexpr std::array<const char*, error_source_count> names{
+        "reference", "fiducials", "sensors", "patches", "materials", "elements", "law", "solver"};
+    return names[static_cast<std::size_t>(source)];
+}
+
+ErrorSources ErrorSources::of_bits(std::uint32_t bits) {
+    ErrorSources sources;
+    sources.bits_ = bits;
+    return sources;
+}
+
+ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh)
+    : targets_(read_targets(scene, mesh)),
+      responses_(scene, std::move(hierarchy), all_places(targets_)),
+      sampler_(mesh, responses_.places()) {
+    statement_.targets.resize(targets_.size());
+}
+
+void ErrorStatement::start(std::span<const SensorPatch* const> patches) {
+    std::vector<ResponsePatch> all;
+    for (const SensorPatch* p : patches)
+        all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->drive().base()->translation,
+                       p->options().stiffness, p->options().drive.motion == DriveMotion::rigid});
+    terms_.assign(patches.size(), {});
+    responses_.start(std::move(all));
+}
+
+void ErrorStatement::find_terms(const PoseErrors& poses,
+                                std::span<const SensorPatch* const> patches) {
+    for (std::size_t s = 0; s < patches.size(); ++s) {
+        const SensorPatch& patch = *patches[s];
+        PatchTerms& t = terms_[s];
+        t.d = patch.centre_displacement();
+        t.error = patch.error();
+        t.radius_spread = patch.options().radius_spread;
+        const Vector3& at = patch.drive().base()->translation;
+        t.place = outer(patch.off_centre()) + by_registration(poses, at);
+        t.by_reference.setZero();
+        if (!t.error) continue;
+        t.place += t.error->base;
+        if (!poses.reference) continue;
+        const Matrix36d J = by_reference(poses, at);
+        const double whole = (J * poses.reference->covariance * J.transpose()).trace();
+        if (whole > 0) t.by_reference = std::min(1.0, std::sqrt(t.error->by_reference / whole)) * J;
+    }
+}
+
+void ErrorStatement::find_missing(const PoseErrors& poses) {
+    ErrorSources& missing = statement_.missing;
+    missing = {};
+    if (!poses.reference) missing.add(ErrorSource::reference);
+    if (!poses.registration) missing.add(ErrorSource::fiducials);
+    for (const PatchTerms& t : terms_)
+        if (!t.error) missing.add(ErrorSource::sensors);
+    if (!responses_.are_known())
+        for (const ErrorSource source :
+             {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials,
+              ErrorSource::elements, ErrorSource::law})
+            missing.add(source);
+    if (!responses_.knows_elements()) missing.add(ErrorSource::elements);
+    statement_.computed = responses_.share_done();
+}
+
+const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
+                                             std::span<const SensorPatch* const> patches,
+                                             std::span<const Vector3> displacement,
+                                             const StepReport& step) {
+    find_terms(poses, patches);
+    find_missing(poses);
+    std::size_t place = 0;
+    for (std::size_t t = 0; t < targets_.size(); ++t) {
+        TargetStatement& worst = statement_.targets[t];
+        for (std::size_t k = 0; k < targets_[t].places.size(); ++k, ++place) {
+            const TargetStatement here =
+                state(place, poses, sampler_.sample(place, displacement), step.linear_error);
+            if (k == 0 || here.radius_95 > worst.radius_95) worst = here;
+        }
+    }
+    return statement_;
+}
+
+TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses, const Vector3& u,
+                                      double solver_error) const {
+    const Vector3& x = responses_.places()[place];
+    ErrorSum sum;
+    sum.add(ErrorSource::fiducials, by_registration(poses, x));
+    sum.add(ErrorSource::solver, solver_error * solver_error / 3 * Matrix3d::Identity());
+    Matrix36d of_reference = Matrix36d::Zero();
+    if (poses.reference) of_reference = by_reference(poses, x);
+    if (responses_.are_known()) {
+        Vector3 by_elements = Vector3::Zero(), by_large_strain = u;
+        for (std::size_t s = 0; s < terms_.size(); ++s) {
+            const PatchTerms& t = terms_[s];
+            const PatchResponse& r = responses_.at(place, s);
+            add_patch(sum, r, t.d, t.error ? &*t.error : nullptr, t.place, t.radius_spread);
+            of_reference -= r.motion.leftCols<3>() * t.by_reference;
+            by_elements += r.elements * t.d;
+            by_large_strain -= r.motion.leftCols<3>() * t.d;
+        }
+        sum.add(ErrorSource::elements, outer(by_elements));
+        sum.add(ErrorSource::law, outer(law_share * by_large_strain));
+        for (std::size_t m = 0; m < responses_.uncertain_count(); ++m) {
+            Vector3 change = Vector3::Zero();
+            for (std::size_t s = 0; s < terms_.size(); ++s)
+                change += responses_.at(place, s).materials[m] * terms_[s].d;
+            sum.add(ErrorSource::materials, outer(change));
+        }
+    }
+    if (poses.reference)
+        sum.add(ErrorSource::reference,
+                of_reference * poses.reference->covariance * of_reference.transpose());
+    return sum.at(x + u);
+}
+
+}  // namespace livetet

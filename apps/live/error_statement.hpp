@@ -1,0 +1,123 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/live/target_responses.hpp"
+#include "apps/scene/targets.hpp"
+#include "solvers/nonlinear/step_report.hpp"
+#include "tracking/pose_estimator.hpp"
+#include "tracking/sensor_patch.hpp"
+
+namespace livetet {
+
+/// What makes a target's shown place err.
+/// - `reference`: the estimate of the reference sensor's pose.
+/// - `fiducials`: the registration to the image.
+/// - `sensors`: the estimates of the deformation sensors' poses, now and when they were placed.
+/// - `patches`: radius and place of the patches.
+/// - `materials`: the stated spreads of material values.
+/// - `elements`: four-node elements against ten-node ones.
+/// - `law`: the constitutive model at large strain, and the organ's shape meanwhile.
+/// - `solver`: the frame's linear solve.
+enum class ErrorSource { reference, fiducials, sensors, patches, materials, elements, law, solver };
+inline constexpr std::size_t error_source_count = 8;
+const char* name_of(ErrorSource source);
+
+/// A set of error sources.
+class ErrorSources {
+  public:
+    void add(ErrorSource source) { bits_ |= 1U << static_cast<unsigned>(source); }
+    bool has(ErrorSource source) const { return bits_ >> static_cast<unsigned>(source) & 1; }
+    bool empty() const { return bits_ == 0; }
+    std::uint32_t bits() const { return bits_; }
+    static ErrorSources of_bits(std::uint32_t bits);
+
+  private:
+    std::uint32_t bits_ = 0;
+};
+
+/// Where a frame shows a target, and how far that may be off; of a region, its place with the
+/// largest radius.
+struct TargetStatement {
+    Vector3 position = Vector3::Zero();  ///< in the image, deformed, m
+    /// Of the error of the place at which it is shown, along the axes of the image, m^2.
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    double radius_95 = 0;  ///< within which the target is with 95 %, m
+    /// Mean square of the error by each source, m^2: the trace of its covariance.
+    std::array<double, error_source_count> by_source{};
+};
+
+/// The targets of a frame.
+struct FrameStatement {
+    std::vector<TargetStatement> targets;  ///< in the order of the scene; empty: nothing to state
+    ErrorSources missing;  ///< sources that are not in the numbers, as they could not be estimated
+    double computed = 1;   ///< share of the model's responses that are known
+};
+
+/// What an ErrorStatement needs to know of the poses in a frame.
+struct PoseErrors {
+    const PoseEstimate* reference = nullptr;  ///< tracker_from_reference; null: not known
+    RigidTransform<ImageFrame, Reference> image_from_reference;
+    /// Of the error of image_from_reference, as registration_covariance has it; null: not known.
+    const Eigen::Matrix<double, 6, 6>* registration = nullptr;
+};
+
+/// States the errors at targets, frame by frame. With e the error of a target at rest at x whose
+/// displacement is u, along the axes of the image and to first order,
+///
+///     e = d_f + a_f x (x - t)                           fiducials
+///       + R J(x) e_r - sum_s G_s k_s R J(x_s) e_r       reference sensor
+///       + sum_s G_s e_s                                 sensors
+///       + sum_s (r_s dG_s/dr + c_s . grad G_s) d_s      patches: radius, place
+///       + sum_s (dG_s/dm + dG_s/dh) d_s                 materials, elements
+///       + law (u - sum_s G_s d_s) + solver,
+///
+/// with G_s the response of the target to the motion d_s of patch s (TargetResponses) and J(x) the
+/// Jacobian of a point of the reference sensor's pose. A sensor's motion is taken relative to the
+/// reference: the error of the reference's pose acts on both, and cancels where G_s is 1. k_s is
+/// the part of it that the sensor's own filter passes.
+class ErrorStatement {
+  public:
+    ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh);
+
+    /// The patches have changed: responses are computed anew.
+    void start(std::span<const SensorPatch* const> patches);
+    /// One unit of the responses' work; see TargetResponses::work.
+    bool work() { return responses_.work(); }
+
+    /// States the errors of a frame. `patches`: those of the last `start`, in the same order.
+    /// Allocates nothing.
+    const FrameStatement& update(const PoseErrors& poses,
+                                 std::span<const SensorPatch* const> patches,
+                                 std::span<const Vector3> displacement, const StepReport& step);
+
+    const std::vector<Target>& targets() const { return targets_; }
+
+  private:
+    /// What a patch does in a frame; the same for all places.
+    struct PatchTerms {
+        Vector3 d = Vector3::Zero();      ///< displacement of its centre, m
+        std::optional<PatchError> error;  ///< none: not known
+        /// R J(x_s), times k_s: the error of d by that of the reference's pose.
+        Eigen::Matrix<double, 3, 6> by_reference = Eigen::Matrix<double, 3, 6>::Zero();
+        Eigen::Matrix3d place = Eigen::Matrix3d::Zero();  ///< covariance of its place, m^2
+        double radius_spread = 0;                         ///< m
+    };
+    void find_terms(const PoseErrors& poses, std::span<const SensorPatch* const> patches);
+    void find_missing(const PoseErrors& poses);
+    TargetStatement state(std::size_t place, const PoseErrors& poses, const Vector3& u,
+                          double solver_error) const;
+
+    std::vector<Target> targets_;
+    TargetResponses responses_;
+    PointSampler sampler_;  ///< of the places in the body's mesh
+    std::vector<PatchTerms> terms_;
+    FrameStatement statement_;
+};
+
+}  // namespace livetet

@@ -1,0 +1,337 @@
+#include "apps/live/target_responses.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/log.hpp"
+
+namespace livetet {
+
+/// What holds a body beside its patches, all at rest.
+struct Holding {
+    Constraints constraints;
+    Springs springs;
+};
+
+namespace {
+
+/// Each place, and a place before and behind it along each axis.
+constexpr std::size_t samples_of_place = 7;
+
+/// On a larger mesh, the effect of ten-node elements is found on the next coarser level, where it
+/// is larger. It is taken to be of first order in the edges' length, as beside a patch's edge,
+/// where strains are singular; inside it falls faster.
+constexpr std::size_t most_tets_of_ten_nodes = 15000;
+
+/// Of the solves' forces: far below the differences that are looked for.
+constexpr double tolerance = 1e-3;
+
+/// The scene's body with small strain, at rest.
+Scene linear_static(Scene scene) {
+    scene.strain = "linear";
+    for (Material& m : scene.materials) m.model = {};
+    scene.time.scheme = TimeScheme::static_equilibrium;
+    return scene;
+}
+
+/// Edge of a regular tet of the mesh's mean volume, m.
+double edge_of(const TetMesh& mesh) {
+    return std::cbrt(6 * std::sqrt(2.0) * volume(mesh) / static_cast<double>(mesh.tets.size()));
+}
+
+/// Displacement of a node by a unit motion of a patch: along an axis (0 to 2), or about one.
+Vector3 unit_motion(const ResponsePatch& patch, int motion, const Vector3& place) {
+    const Vector3 axis = Vector3::Unit(motion % 3);
+    return motion < 3 ? axis : axis.cross(place - patch.centre);
+}
+
+/// A field of the corners, and on the edges of a ten-node mesh the means of their ends.
+std::vector<Vector3> on_all_nodes(const TetMesh& mesh, std::vector<Vector3> field) {
+    field.resize(mesh.nodes.size(), Vector3::Zero());
+    for (std::size_t t = 0; t < mesh.edge_nodes.size(); ++t)
+        for (std::size_t e = 0; e < std::size(tet_edges); ++e)
+            field[mesh.edge_nodes[t][e]] =
+                0.5 * (field[mesh.tets[t][tet_edges[e][0]]] + field[mesh.tets[t][tet_edges[e][1]]]);
+    return field;
+}
+
+Holding scene_holding(const Scene& scene, const TetMesh& mesh) {
+    const SceneConstraints fixed(scene, mesh);
+    check_no_free_motion(scene, mesh, fixed);
+    Holding held{fixed.constraints(), fixed.springs()};
+    std::fill(held.constraints.values.begin(), held.constraints.values.end(), Vector3::Zero());
+    std::fill(held.springs.target.begin(), held.springs.target.end(), Vector3::Zero());
+    return held;
+}
+
+/// Of the corners; a midpoint is held as both ends of its edge are.
+Holding on_all_nodes(const TetMesh& mesh, Holding held) {
+    held.constraints.components.resize(mesh.nodes.size(), 0);
+    held.constraints.values.resize(mesh.nodes.size(), Vector3::Zero());
+    if (!held.springs.empty()) {
+        held.springs.stiffness.resize(mesh.nodes.size(), 0);
+        held.springs.target.resize(mesh.nodes.size(), Vector3::Zero());
+    }
+    for (std::size_t t = 0; t < mesh.edge_nodes.size(); ++t)
+        for (std::size_t e = 0; e < std::size(tet_edges); ++e)
+            held.constraints.components[mesh.edge_nodes[t][e]] =
+                held.constraints.components[mesh.tets[t][tet_edges[e][0]]] &
+                held.constraints.components[mesh.tets[t][tet_edges[e][1]]];
+    return held;
+}
+
+/// For each node of a coarse mesh's surface, the nearest node of the fine one's; -1 inside.
+std::vector<std::int32_t> nearest_on_surface(const TetMesh& coarse, const TetMesh& fine) {
+    std::vector<std::int32_t> nearest(coarse.nodes.size(), -1);
+    const std::vector<std::int32_t> candidates = surface_nodes(fine);
+    for (const std::int32_t n : surface_nodes(coarse))
+        nearest[n] = *std::ranges::min_element(candidates, {}, [&](std::int32_t c) {
+            return (fine.nodes[c] - coarse.nodes[n]).squaredNorm();
+        });
+    return nearest;
+}
+
+}  // namespace
+
+/// A body that is solved with, and the places in its mesh.
+class TargetResponses::Body {
+  public:
+    /// `held`: what holds the corners, without the patches.
+    Body(const Scene& scene, const MeshHierarchy& hierarchy, Use use, const Holding& held,
+         std::span<const Vector3> samples)
+        : body_(make_body(PETSC_COMM_SELF, scene, hierarchy, use)),
+          held_(on_all_nodes(body_.mesh(), held)),
+          sampler_(body_.mesh(), samples) {}
+
+    /// Displacements of the nodes for a unit motion of one patch while the others rest. `start`:
+    /// those of the model at the corners, or none.
+    std::vector<Vector3> solve(std::span<const ResponsePatch> patches, std::size_t moved,
+                               int motion, bool wider, const std::vector<Vector3>& start) {
+        auto [constraints, springs] = held_;
+        for (std::size_t p = 0; p < patches.size(); ++p)
+            hold(patches[p], wider, p == moved ? motion : -1, constraints, springs);
+        body_.body->set_constraints(constraints);
+        body_.body->set_springs(springs);
+        body_.body->set_displacement(on_all_nodes(body_.mesh(), start));
+        const StepReport report = body_.body->solve(
+            0, {.max_newton = 8, .tolerance = tolerance, .linear_tolerance = 1e-2});
+        if (report.kept_old) fail("{}", report.reason);
+        return body_.body->displacement();
+    }
+    std::vector<Vector3> sample(const std::vector<Vector3>& field) const {
+        return sampler_.sample(field);
+    }
+
+  private:
+    /// Adds a patch to what holds the body. `motion`: of the patch; -1: it rests.
+    void hold(const ResponsePatch& patch, bool wider, int motion, Constraints& constraints,
+              Springs& springs) const {
+        const TetMesh& mesh = body_.mesh();
+        const auto nodes = with_edge_nodes_between(mesh, wider ? patch.wider_nodes : patch.nodes);
+        if (patch.stiffness) {
+            springs.stiffness.resize(mesh.nodes.size(), 0);
+            springs.target.resize(mesh.nodes.size(), Vector3::Zero());
+        }
+        for (const std::int32_t n : nodes) {
+            Vector3 value = Vector3::Zero();
+            if (motion >= 0) value = unit_motion(patch, motion, mesh.nodes[n]);
+            if (patch.stiffness) {
+                const double each = *patch.stiffness / static_cast<double>(nodes.size());
+                springs.stiffness[n] += each;
+                springs.target[n] += each / springs.stiffness[n] * (value - springs.target[n]);
+            } else if (held_.constraints.components[n] == 0 &&
+                       (constraints.components[n] == 0 || motion >= 0)) {
+                constraints.prescribe(std::span(&n, 1), value);
+            }
+        }
+    }
+
+    SceneBody body_;
+    Holding held_;
+    PointSampler sampler_;
+};
+
+TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
+                                 std::vector<Vector3> places)
+    : scene_(linear_static(scene)), hierarchy_(std::move(hierarchy)), places_(std::move(places)) {
+    const TetMesh& mesh = hierarchy_.levels.front();
+    const bool on_springs = std::ranges::any_of(
+        scene_.fix, [](const FixOptions& fix) { return fix.stiffness_N_per_m.has_value(); });
+    if (mesh.tets.size() > most_tets_of_ten_nodes && hierarchy_.levels.size() > 1 && !on_springs) {
+        coarse_ = hierarchy_;
+        coarse_.levels.erase(coarse_.levels.begin());
+        coarse_.transfers.erase(coarse_.transfers.begin());
+        if (!coarse_.parents.empty()) coarse_.parents.erase(coarse_.parents.begin());
+        const auto& next = coarse_.levels.front();
+        by_coarse_ = edge_of(mesh) / edge_of(next);
+    }
+    offset_ = edge_of(mesh);
+    for (std::size_t i = 0; i < scene_.materials.size(); ++i)
+        for (Uncertain Material::*value : {&Material::young_Pa, &Material::poisson})
+            if ((scene_.materials[i].*value).spread > 0) uncertain_.push_back({i, value});
+}
+
+TargetResponses::~TargetResponses() = default;
+
+void TargetResponses::add_units(Variation variation, std::size_t material) {
+    units_.push_back({variation, material});
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+        const bool whole = variation == Variation::none && patches_[p].turns;
+        for (int motion = 0; motion < (whole ? 6 : 3); ++motion)
+            units_.push_back({variation, material, p, motion});
+    }
+}
+
+void TargetResponses::start(std::vector<ResponsePatch> patches) {
+    patches_ = std::move(patches);
+    units_.clear();
+    next_ = 0;
+    failure_.clear();
+    body_.reset();
+    responses_.assign(places_.size() * patches_.size(), {});
+    for (PatchResponse& r : responses_)
+        r.materials.assign(uncertain_.size(), Eigen::Matrix3d::Zero());
+    fields_.assign(6 * patches_.size(), {});
+    coarse_fields_.assign(6 * patches_.size(), {});
+    if (patches_.empty()) return;
+    add_units(Variation::none);
+    add_units(Variation::wider);
+    if (knows_elements()) {
+        if (!coarse_.levels.empty()) add_units(Variation::coarse);
+        add_units(Variation::elements);
+    }
+    for (std::size_t i = 0; i < uncertain_.size(); ++i) add_units(Variation::material, i);
+}
+
+double TargetResponses::share_done() const {
+    return units_.empty() ? 1 : static_cast<double>(next_) / static_cast<double>(units_.size());
+}
+
+bool TargetResponses::work() {
+    if (is_done()) return false;
+    const Unit unit = units_[next_++];
+    try {
+        if (unit.motion < 0)
+            set_up(unit);
+        else
+            solve(unit);
+    } catch (const Error& error) {
+        failure_ = error.what();
+        log_warning("the targets' errors do not hold the model's: " + failure_);
+        next_ = units_.size();
+    }
+    if (is_done()) {
+        body_.reset();
+        fields_.clear();
+        coarse_fields_.clear();
+    }
+    return !is_done();
+}
+
+void TargetResponses::set_up(const Unit& unit) {
+    if (unit.variation == Variation::wider) return;  // the same body
+    body_.reset();
+    Scene scene = scene_;
+    const bool on_coarse = !coarse_.levels.empty() && (unit.variation == Variation::coarse ||
+                                                       unit.variation == Variation::elements);
+    if (unit.variation == Variation::coarse) find_coarse_patches();
+    Use use = Use::track;
+    if (unit.variation == Variation::elements) {
+        scene.elements = Elements::p2;
+        scene.solver.kind = SolverKind::automatic;
+        use = Use::solve;
+    }
+    if (unit.variation == Variation::material) {
+        const UncertainValue& u = uncertain_[unit.material];
+        Uncertain& value = scene.materials[u.material].*u.value;
+        value = value.highest();
+    }
+    std::vector<Vector3> samples;
+    for (const Vector3& place : places_) {
+        samples.push_back(place);
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double sign : {1.0, -1.0})
+                samples.push_back(place + sign * offset_ / 2 * Vector3::Unit(axis));
+    }
+    const TetMesh& fine = hierarchy_.levels.front();
+    Holding held = scene_holding(scene_, fine);
+    if (on_coarse) {
+        const TetMesh& mesh = coarse_.levels.front();
+        Constraints constraints(mesh.nodes.size());
+        for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+            if (on_fine_[n] >= 0)
+                constraints.components[n] = held.constraints.components[on_fine_[n]];
+        held = {std::move(constraints), {}};
+    }
+    body_ = std::make_unique<Body>(scene, on_coarse ? coarse_ : hierarchy_, use, held, samples);
+}
+
+/// The patches on the next coarser level: its surface nodes that lie at one of theirs.
+void TargetResponses::find_coarse_patches() {
+    const TetMesh& mesh = coarse_.levels.front();
+    if (on_fine_.empty()) on_fine_ = nearest_on_surface(mesh, hierarchy_.levels.front());
+    coarse_patches_ = patches_;
+    for (ResponsePatch& patch : coarse_patches_) {
+        const std::vector<std::int32_t> of_fine = std::exchange(patch.nodes, {});
+        for (std::size_t n = 0; n < on_fine_.size(); ++n)
+            if (std::ranges::binary_search(of_fine, on_fine_[n]))
+                patch.nodes.push_back(static_cast<std::int32_t>(n));
+        if (patch.nodes.empty()) {
+            const std::vector<std::int32_t> all = surface_nodes(mesh);
+            patch.nodes = {*std::ranges::min_element(all, {}, [&](std::int32_t n) {
+                return (mesh.nodes[n] - patch.centre).squaredNorm();
+            })};
+        }
+    }
+}
+
+void TargetResponses::solve(const Unit& unit) {
+    const bool on_coarse = !coarse_.levels.empty() && (unit.variation == Variation::coarse ||
+                                                       unit.variation == Variation::elements);
+    auto& fields = on_coarse ? coarse_fields_ : fields_;
+    std::vector<Vector3>& first = fields[6 * unit.patch + unit.motion];
+    std::vector<Vector3> field =
+        body_->solve(on_coarse ? coarse_patches_ : patches_, unit.patch, unit.motion,
+                     unit.variation == Variation::wider, first);
+    store(unit, body_->sample(field));
+    if (unit.variation == Variation::none || unit.variation == Variation::coarse)
+        first = std::move(field);
+}
+
+void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_samples) {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+        PatchResponse& r = responses_[i * patches_.size() + unit.patch];
+        const auto here = at_samples.subspan(i * samples_of_place, samples_of_place);
+        if (unit.variation == Variation::none) {
+            r.motion.col(unit.motion) = here[0];
+            if (unit.motion >= 3) continue;
+            for (int axis = 0; axis < 3; ++axis)
+                r.gradient[axis].col(unit.motion) =
+                    (here[1 + 2 * axis] - here[2 + 2 * axis]) / offset_;
+            continue;
+        }
+        const Vector3 change = here[0] - r.motion.col(unit.motion);
+        switch (unit.variation) {
+            case Variation::none:
+                break;
+            case Variation::wider:
+                r.wider.col(unit.motion) = change / patches_[unit.patch].wider_by;
+                break;
+            case Variation::coarse:
+                r.elements.col(unit.motion) = here[0];
+                break;
+            case Variation::elements:
+                r.elements.col(unit.motion) =
+                    coarse_.levels.empty()
+                        ? change
+                        : by_coarse_ * (here[0] - r.elements.col(unit.motion)).eval();
+                break;
+            case Variation::material:
+                r.materials[unit.material].col(unit.motion) = change;
+                break;
+        }
+    }
+}
+
+}  // namespace livetet

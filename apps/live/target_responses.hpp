@@ -1,0 +1,110 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/scene/body_factory.hpp"
+#include "mesh/quadratic.hpp"
+#include "tracking/sensor_patch.hpp"
+
+namespace livetet {
+
+/// How a place of the body at rest answers to the motion of one patch, to first order.
+struct PatchResponse {
+    /// Displacement for a translation of the patch, m/m, and its turn about `Patch::centre`, m/rad.
+    Eigen::Matrix<double, 3, 6> motion = Eigen::Matrix<double, 3, 6>::Zero();
+    /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
+    std::array<Eigen::Matrix3d, 3> gradient{};
+    Eigen::Matrix3d wider = Eigen::Matrix3d::Zero();     ///< change by one metre more of radius
+    Eigen::Matrix3d elements = Eigen::Matrix3d::Zero();  ///< change by ten-node elements
+    /// Change by one standard deviation of each uncertain material value.
+    std::vector<Eigen::Matrix3d> materials;
+};
+
+/// A patch as the responses take it.
+struct ResponsePatch {
+    std::vector<std::int32_t> nodes{}, wider_nodes{};
+    double wider_by = 0;                ///< m
+    Vector3 centre = Vector3::Zero();   ///< about which it turns: the sensor's base, m
+    std::optional<double> stiffness{};  ///< of springs, N/m; none: prescribed
+    bool turns = false;                 ///< it follows the sensor's rotation
+};
+
+/// Linear responses of places in a body to the motion of patches on its surface, by static solves
+/// of the body with small strain: of the model as it is, with wider patches, with ten-node
+/// elements, and with each uncertain material value off by its spread. The differences are what
+/// the displacement may be off by. A solve takes as long as some frames: `work` makes one.
+///
+/// Use: `start` when patches were placed or released; then `work` until `is_done`.
+class TargetResponses {
+  public:
+    /// `hierarchy`: as the scene's mesh was loaded, without a quadratic level. `places`: at rest,
+    /// m.
+    TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
+    ~TargetResponses();
+
+    void start(std::vector<ResponsePatch> patches);
+    /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. A
+    /// failure ends the work; `failure` tells it.
+    bool work();
+    bool is_done() const { return next_ == units_.size(); }
+    /// All is done, and nothing failed.
+    bool are_known() const { return is_done() && failure_.empty(); }
+    double share_done() const;
+    /// Why the responses could not be computed; empty if they could.
+    const std::string& failure() const { return failure_; }
+
+    /// Whether the effect of the elements is known: not where the scene's have ten nodes.
+    bool knows_elements() const { return scene_.elements == Elements::p1; }
+    /// Valid once they are_known().
+    const PatchResponse& at(std::size_t place, std::size_t patch) const {
+        return responses_[place * patches_.size() + patch];
+    }
+    std::size_t uncertain_count() const { return uncertain_.size(); }
+    const std::vector<Vector3>& places() const { return places_; }
+
+  private:
+    /// What differs from the model.
+    enum class Variation { none, wider, coarse, elements, material };
+    struct Unit {
+        Variation variation;
+        std::size_t material = 0;  ///< index in uncertain_
+        std::size_t patch = 0;
+        int motion = -1;  ///< 0 to 5: along or about an axis; -1: sets up the body
+    };
+    /// A material value with a spread.
+    struct UncertainValue {
+        std::size_t material;
+        Uncertain Material::*value;
+    };
+    class Body;
+
+    void add_units(Variation variation, std::size_t material = 0);
+    void set_up(const Unit& unit);
+    void find_coarse_patches();
+    void solve(const Unit& unit);
+    void store(const Unit& unit, std::span<const Vector3> at_places);
+
+    Scene scene_;
+    MeshHierarchy hierarchy_;
+    std::vector<Vector3> places_;
+    MeshHierarchy coarse_;               ///< of a large mesh, without its finest level; else empty
+    double by_coarse_ = 1;               ///< effect of the elements, of that on coarse_
+    std::vector<std::int32_t> on_fine_;  ///< of coarse_'s surface nodes: the nearest of the finest
+    std::vector<ResponsePatch> coarse_patches_;
+    double offset_ = 0;  ///< of the places at which gradients are taken, m
+    std::vector<UncertainValue> uncertain_;
+    std::vector<ResponsePatch> patches_;
+    std::vector<Unit> units_;
+    std::size_t next_ = 0;
+    std::unique_ptr<Body> body_;
+    /// The model's, and those on coarse_, while work goes on.
+    std::vector<std::vector<Vector3>> fields_, coarse_fields_;
+    std::vector<PatchResponse> responses_;
+    std::string failure_;
+};
+
+}  // namespace livetet

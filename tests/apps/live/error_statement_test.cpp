@@ -1,0 +1,219 @@
+#include "apps/live/error_statement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "apps/live/statement_fixture.hpp"
+#include "geometry/error_ellipsoid.hpp"
+#include "geometry/registration_covariance.hpp"
+#include "tracking/simulated_tracker.hpp"
+
+namespace livetet {
+namespace {
+
+using test::StatedBlock;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+double by(const TargetStatement& t, ErrorSource source) {
+    return t.by_source[static_cast<std::size_t>(source)];
+}
+
+/// A tracked block at rest in front of a tracker: what the trackers measure, with noise or without,
+/// followed as in a run.
+class Followed {
+  public:
+    Followed(const StatedBlock& block, double position_rms, double rotation_rms, std::uint64_t seed)
+        : block_(block),
+          of_reference_(position_rms, rotation_rms, 2 * seed),
+          of_sensor_(position_rms, rotation_rms, 2 * seed + 1) {
+        image_from_reference.rotation = rotation_of_vector({0.1, -0.3, 0.2});
+        image_from_reference.translation = {0.1, 0.02, 0.05};
+        tracker_from_image.rotation = rotation_of_vector({-0.4, 0.2, 1});
+        tracker_from_image.translation = {0.1, 0.2, -0.3};
+        SensorPatchOptions options;
+        options.drive.base_window_s = 1;
+        options.radius = 0.015;
+        patch = std::make_unique<SensorPatch>(options);
+        block_.place(*patch, [this](double) { step(Vector3::Zero()); });
+    }
+    /// The next sample, with the sensor moved by `press` in the image.
+    void step(const Vector3& press) {
+        time_s_ += 0.025;
+        const auto pose_in_tracker = [&](const auto& image_from_tool) {
+            const auto pose = tracker_from_image * image_from_tool;
+            return TrackedPose{pose.rotation, pose.translation, PoseStatus::ok};
+        };
+        const TrackedPose measured = of_reference_(pose_in_tracker(image_from_reference));
+        (void)reference.update(time_s_, measured);
+        const RigidTransform<ImageFrame, Sensor> sensor{Eigen::Matrix3d::Identity(),
+                                                        StatedBlock::sensor_place() + press};
+        patch->follow(time_s_, of_sensor_(pose_in_tracker(sensor)),
+                      tracker_from<Reference>(measured), image_from_reference);
+    }
+    PoseErrors poses(const Matrix6d* registration) const {
+        return {reference.used() ? &*reference.used() : nullptr, image_from_reference,
+                registration};
+    }
+    RigidTransform<ImageFrame, Reference> image_from_reference;
+    RigidTransform<Tracker, ImageFrame> tracker_from_image;
+    PoseFollower reference;
+    std::unique_ptr<SensorPatch> patch;
+
+  private:
+    const StatedBlock& block_;
+    TrackerNoise of_reference_, of_sensor_;
+    double time_s_ = 0;
+};
+
+/// The statement of a block whose responses are known.
+struct Stated {
+    StatedBlock block;
+    ErrorStatement statement{block.scene, block.hierarchy, block.mesh()};
+    TargetResponses responses{block.scene, block.hierarchy, block.places};
+    std::vector<Vector3> still = std::vector<Vector3>(block.mesh().nodes.size(), Vector3::Zero());
+
+    void start(const SensorPatch& patch) {
+        const SensorPatch* patches[] = {&patch};
+        statement.start(patches);
+        while (statement.work()) {
+        }
+        responses.start({{.nodes = patch.nodes(),
+                          .wider_nodes = patch.wider_nodes(),
+                          .wider_by = patch.wider_by(),
+                          .centre = patch.drive().base()->translation}});
+        while (responses.work()) {
+        }
+    }
+    const FrameStatement& update(const Followed& f, const Matrix6d* registration = nullptr) {
+        const SensorPatch* patches[] = {f.patch.get()};
+        return statement.update(f.poses(registration), patches, still, {});
+    }
+};
+
+/// The errors of reference and sensor that are stated are those that noise makes: mean squares at
+/// both targets over many runs. The targets are shown at T (x + G d) with the estimates of both.
+TEST(ErrorStatement, PosesErrAsStated) {
+    constexpr int runs = 200;
+    Stated s;
+    std::array<double, 2> stated{}, found{}, apart{};
+    for (int run = 0; run < runs; ++run) {
+        Followed f(s.block, 1.4e-3, 0.5 * radians_per_degree, static_cast<std::uint64_t>(run));
+        if (run == 0) s.start(*f.patch);
+        for (int k = 0; k < 40; ++k) f.step(Vector3::Zero());
+        const FrameStatement& frame = s.update(f);
+        const auto& estimate = *f.reference.used();
+        const RigidTransform<Tracker, Reference> reference{estimate.rotation, estimate.translation};
+        const auto estimated = reference * f.image_from_reference.inverse();
+        for (std::size_t i = 0; i < 2; ++i) {
+            const Vector3& x = s.block.places[i];
+            const Vector3 u =
+                s.responses.at(i, 0).motion.leftCols<3>() * f.patch->centre_displacement();
+            const TargetStatement& t = frame.targets[i];
+            stated[i] += by(t, ErrorSource::reference) + by(t, ErrorSource::sensors);
+            found[i] += (estimated * Vector3(x + u) - f.tracker_from_image * x).squaredNorm();
+            apart[i] += (estimated * x - f.tracker_from_image * x).squaredNorm() + u.squaredNorm();
+        }
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+        // At rest the filter is a little better than it states: it stays ready to move.
+        EXPECT_GT(std::sqrt(stated[i] / found[i]), 0.9) << "target " << i;
+        EXPECT_LT(std::sqrt(stated[i] / found[i]), 1.3) << "target " << i;
+        EXPECT_GT(std::sqrt(found[i] / runs), 2e-4) << "there is an error";
+    }
+    EXPECT_LT(found[0], 0.9 * apart[0]) << "the reference's error cancels near the sensor";
+}
+
+/// Registration: the covariance at the target, and none without it.
+TEST(ErrorStatement, TheRegistrationsErrorIsThatAtTheTarget) {
+    Stated s;
+    Followed f(s.block, 0, 0, 1);
+    s.start(*f.patch);
+    Matrix6d covariance = Matrix6d::Zero();
+    covariance.diagonal() << 1e-7, 2e-7, 3e-7, 1e-5, 2e-5, 3e-5;
+    const FrameStatement with = s.update(f, &covariance);
+    EXPECT_FALSE(with.missing.has(ErrorSource::fiducials));
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Vector3 arm = s.block.places[i] - f.image_from_reference.translation;
+        EXPECT_NEAR(by(with.targets[i], ErrorSource::fiducials),
+                    point_covariance(covariance, arm).trace(), 1e-12);
+    }
+    const FrameStatement without = s.update(f);
+    EXPECT_TRUE(without.missing.has(ErrorSource::fiducials));
+    EXPECT_EQ(by(without.targets[0], ErrorSource::fiducials), 0);
+    EXPECT_LT(without.targets[0].radius_95, with.targets[0].radius_95);
+}
+
+/// What a press leaves open: elements, material, radius and the effect of large strain, each by its
+/// response; the sum is the covariance, and the radius is that of the covariance.
+TEST(ErrorStatement, AModelsErrorsGrowWithThePress) {
+    Stated s;
+    Followed f(s.block, 0, 0, 1);
+    s.start(*f.patch);
+    for (int k = 0; k < 60; ++k) f.step({0, 0, -0.01 * std::min(1.0, k / 20.0)});
+    const Vector3 d = f.patch->centre_displacement();
+    ASSERT_NEAR(d.z(), -0.01, 1e-4);
+    const FrameStatement& frame = s.update(f);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const TargetStatement& t = frame.targets[i];
+        const PatchResponse& r = s.responses.at(i, 0);
+        EXPECT_NEAR(by(t, ErrorSource::elements), (r.elements * d).squaredNorm(), 1e-13);
+        EXPECT_NEAR(by(t, ErrorSource::materials), (r.materials[0] * d).squaredNorm(), 1e-13);
+        const double radius = (f.patch->options().radius_spread * r.wider * d).squaredNorm();
+        EXPECT_GT(by(t, ErrorSource::patches), radius);
+        EXPECT_LT(by(t, ErrorSource::patches), 4 * radius + 1e-7);
+        // the body of the test does not move: all of the linear response is "large strain"
+        EXPECT_NEAR(by(t, ErrorSource::law),
+                    std::pow(0.3, 2) * (r.motion.leftCols<3>() * d).squaredNorm(), 1e-12);
+        double sum = 0;
+        for (const double square : t.by_source) sum += square;
+        EXPECT_NEAR(t.covariance.trace(), sum, 1e-6 * sum);
+        EXPECT_NEAR(t.radius_95, error_ellipsoid(t.covariance).radius_95, 1e-12);
+        EXPECT_EQ(t.position, s.block.places[i]) << "as the body is";
+    }
+}
+
+TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
+    Stated s;
+    Followed f(s.block, 1e-3, 0, 1);
+    const SensorPatch* patches[] = {f.patch.get()};
+    s.statement.start(patches);
+    const FrameStatement at_first = s.update(f);
+    EXPECT_EQ(at_first.computed, 0);
+    for (const ErrorSource source :
+         {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials, ErrorSource::elements,
+          ErrorSource::law, ErrorSource::fiducials})
+        EXPECT_TRUE(at_first.missing.has(source)) << name_of(source);
+    EXPECT_FALSE(at_first.missing.has(ErrorSource::reference));
+    while (s.statement.work()) {
+    }
+    const FrameStatement known = s.update(f);
+    EXPECT_EQ(known.computed, 1);
+    EXPECT_FALSE(known.missing.has(ErrorSource::sensors));
+    EXPECT_FALSE(known.missing.has(ErrorSource::elements));
+    // the sensor is lost: where it is now is a guess
+    for (int k = 0; k < 10; ++k)
+        f.patch->follow(100 + 0.025 * k, {}, RigidTransform<Tracker, Reference>{},
+                        f.image_from_reference);
+    const FrameStatement lost = s.update(f);
+    EXPECT_TRUE(lost.missing.has(ErrorSource::sensors));
+    const PoseErrors no_reference{nullptr, f.image_from_reference};
+    EXPECT_TRUE(
+        s.statement.update(no_reference, patches, s.still, {}).missing.has(ErrorSource::reference));
+}
+
+TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {
+    StatedBlock block;
+    block.scene.elements = Elements::p2;
+    const TetMesh quadratic = quadratic_mesh(block.mesh());
+    ErrorStatement statement(block.scene, block.hierarchy, quadratic);
+    statement.start({});
+    const std::vector<Vector3> still(quadratic.nodes.size(), Vector3::Zero());
+    const FrameStatement& frame = statement.update({}, {}, still, {});
+    EXPECT_TRUE(frame.missing.has(ErrorSource::elements));
+}
+
+}  // namespace
+}  // namespace livetet

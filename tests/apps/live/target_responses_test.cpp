@@ -1,0 +1,123 @@
+#include "apps/live/target_responses.hpp"
+
+#include <gtest/gtest.h>
+
+#include "apps/live/statement_fixture.hpp"
+
+namespace livetet {
+namespace {
+
+using test::StatedBlock;
+
+/// Displacements at the places by the scene's body with small strain, at rest but for the nodes
+/// that are driven by 1 mm along an axis.
+std::vector<Vector3> solved(const StatedBlock& block, Scene scene,
+                            const std::vector<std::int32_t>& nodes, int axis) {
+    scene.track.reset();
+    scene.strain = "linear";
+    scene.time.scheme = TimeScheme::static_equilibrium;
+    DriveOptions& drive = scene.drive.emplace_back();
+    drive.nodes.emplace(nodes.begin(), nodes.end());
+    drive.displacement_mm = Vector3::Unit(axis);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, block.hierarchy, Use::solve);
+    SceneConstraints constraints(scene, body.mesh());
+    constraints.move_to_share(1);
+    body.body->set_constraints(constraints.constraints());
+    EXPECT_TRUE(body.body->solve(0, {.tolerance = 1e-9, .linear_tolerance = 1e-10}).converged);
+    return PointSampler(body.mesh(), block.places).sample(body.body->displacement());
+}
+
+std::vector<std::int32_t> top_within(const TetMesh& mesh, double radius) {
+    return test::nodes_where(mesh, [&](const Vector3& x) {
+        return x.z() > 0.0599 && (x - Vector3(0.04, 0.04, 0.06)).norm() < radius;
+    });
+}
+
+ResponsePatch patch_of(const StatedBlock& block) {
+    return {.nodes = top_within(block.mesh(), 0.016),
+            .wider_nodes = top_within(block.mesh(), 0.021),
+            .wider_by = 0.005,
+            .centre = {0.04, 0.04, 0.06}};
+}
+
+/// All responses are what solves of bodies that differ so give.
+TEST(TargetResponses, AreThoseOfBodiesThatDiffer) {
+    const StatedBlock block;
+    const ResponsePatch patch = patch_of(block);
+    TargetResponses responses(block.scene, block.hierarchy, block.places);
+    responses.start({patch});
+    EXPECT_FALSE(responses.are_known());
+    while (responses.work()) {
+    }
+    ASSERT_TRUE(responses.are_known()) << responses.failure();
+    ASSERT_EQ(responses.uncertain_count(), 1u);
+
+    Scene stiffer = block.scene, ten_nodes = block.scene;
+    stiffer.materials[0].poisson = 0.47;
+    ten_nodes.elements = Elements::p2;
+    const TetMesh quadratic = quadratic_mesh(block.mesh());
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto base = solved(block, block.scene, patch.nodes, axis);
+        const auto wider = solved(block, block.scene, patch.wider_nodes, axis);
+        const auto other = solved(block, stiffer, patch.nodes, axis);
+        const auto fine =
+            solved(block, ten_nodes, with_edge_nodes_between(quadratic, patch.nodes), axis);
+        for (std::size_t i = 0; i < block.places.size(); ++i) {
+            const PatchResponse& r = responses.at(i, 0);
+            const auto near = [&](const Vector3& found, const Vector3& expected, double within,
+                                  const char* what) {
+                EXPECT_LT((found - expected).norm(), within)
+                    << what << ", place " << i << ", axis " << axis << ": " << found.transpose()
+                    << " for " << expected.transpose();
+            };
+            near(r.motion.col(axis), 1e3 * base[i], 1e-3, "the model");
+            near(0.005 * r.wider.col(axis), 1e3 * (wider[i] - base[i]), 2e-3, "wider");
+            near(r.materials[0].col(axis), 1e3 * (other[i] - base[i]), 2e-3, "material");
+            near(r.elements.col(axis), 1e3 * (fine[i] - base[i]), 2e-3, "elements");
+        }
+    }
+    EXPECT_GT(responses.at(0, 0).wider.norm(), 1) << "the test can fail";
+    EXPECT_GT(responses.at(1, 0).materials[0].norm(), 5e-3);
+    EXPECT_GT(responses.at(0, 0).elements.norm(), 0.02);
+}
+
+/// A turn of the patch, and the gradient of the response, by their definitions.
+TEST(TargetResponses, KnowTurnsAndGradients) {
+    const StatedBlock block;
+    ResponsePatch patch = patch_of(block);
+    patch.turns = true;
+    std::vector<Vector3> places = block.places;
+    constexpr double step = 0.01;
+    places.push_back(places[0] + Vector3(step, 0, 0));
+    places.push_back(places[0] - Vector3(step, 0, 0));
+    places.push_back(patch.centre + Vector3(0.01, 0, 0));  // a node of the patch
+    TargetResponses responses(block.scene, block.hierarchy, places);
+    responses.start({patch});
+    while (responses.work()) {
+    }
+    ASSERT_TRUE(responses.are_known()) << responses.failure();
+    const Eigen::Matrix3d slope =
+        (responses.at(2, 0).motion - responses.at(3, 0).motion).leftCols<3>() / (2 * step);
+    EXPECT_LT((responses.at(0, 0).gradient[0] - slope).norm(), 0.5 * slope.norm());
+    const auto& turn = responses.at(4, 0).motion;
+    EXPECT_LT((turn.col(5) - Vector3(0, 0.01, 0)).norm(), 1e-5) << "about z";
+    EXPECT_LT((turn.col(4) - Vector3(0, 0, -0.01)).norm(), 1e-5) << "about y";
+}
+
+TEST(TargetResponses, SayWhyTheyCannotBeKnown) {
+    StatedBlock block;
+    block.scene.fix.clear();
+    ResponsePatch patch = patch_of(block);
+    patch.stiffness = 100;
+    TargetResponses responses(block.scene, block.hierarchy, block.places);
+    responses.start({patch});
+    while (responses.work()) {
+    }
+    EXPECT_FALSE(responses.are_known());
+    EXPECT_NE(responses.failure().find("not held"), std::string::npos) << responses.failure();
+    responses.start({});
+    EXPECT_TRUE(responses.are_known()) << "no patch, nothing to respond to";
+}
+
+}  // namespace
+}  // namespace livetet
