@@ -8,6 +8,7 @@
 #include "apps/commands/track_run.hpp"
 #include "apps/live/frame_loop.hpp"
 #include "apps/live/replay.hpp"
+#include "apps/live/statement_record.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/report/report.hpp"
 #include "apps/scene/model_limits.hpp"
@@ -53,20 +54,6 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"levels", body.hierarchy.levels.size()},
             {"solver", body.body->linear_solver().name()},
             {"version", LIVETET_VERSION}};
-}
-
-/// The data that replay_run needs.
-json describe_replay(const RigidTransform<ImageFrame, Reference>& image_from_reference,
-                     const TrackerSource& source, const SceneBody& body,
-                     const FrameCounts& counts) {
-    const auto pose = matrix_rows(image_from_reference.rotation, image_from_reference.translation);
-    json events = json::array();
-    for (const SceneEvent& event : counts.events)
-        events.push_back({{"frame", event.frame}, {"scene", event.scene}});
-    return {{"threads", body.body->threads()},
-            {"tools", source.tools()},
-            {"image_from_reference", pose},
-            {"events", events}};
 }
 
 /// "18945", "0.0.0.0:18945" or "[::]:18945".
@@ -116,6 +103,11 @@ struct TrackInputs {
     std::optional<double> budget_s;
     FiducialRegistration registration;
     RigidTransform<ImageFrame, Reference> image_from_reference;
+    /// Of image_from_reference; none if the registration does not state it.
+    std::optional<Eigen::Matrix<double, 6, 6>> registration_covariance() const {
+        if (!registration.expected_error) return {};
+        return registration.expected_error->covariance;
+    }
     ArrivalLog arrivals;
     OpenSource open;
 };
@@ -164,6 +156,26 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
         open_source(scene.track->source, tools_of(*scene.track),
                     {every_sample ? std::nullopt : std::optional(scene.track->speed),
                      [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+}
+
+/// The data that replay_run needs.
+json describe_replay(const TrackInputs& inputs, const SceneBody& body, const FrameCounts& counts) {
+    const auto& image_from_reference = inputs.image_from_reference;
+    const auto pose = matrix_rows(image_from_reference.rotation, image_from_reference.translation);
+    json events = json::array();
+    for (const SceneEvent& event : counts.events)
+        events.push_back({{"frame", event.frame}, {"scene", event.scene}});
+    json about = {{"threads", body.body->threads()},
+                  {"tools", inputs.open.source->tools()},
+                  {"image_from_reference", pose},
+                  {"events", events}};
+    if (const auto covariance = inputs.registration_covariance()) {
+        std::vector<double> numbers;  // to the bit
+        for (const auto row : covariance->rowwise())
+            numbers.insert(numbers.end(), row.begin(), row.end());
+        about["registration_covariance"] = numbers;
+    }
+    return about;
 }
 
 /// The files that a run writes while it goes on.
@@ -218,9 +230,7 @@ void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBo
     writer.write_text("run", describe_run(inputs.open, inputs.registration, body, tracked, counts,
                                           inputs.budget_s, problem.value_or(""))
                                  .dump(-1, ' ', false, json::error_handler_t::replace));
-    writer.write_text(
-        "replay",
-        describe_replay(inputs.image_from_reference, *inputs.open.source, body, counts).dump());
+    writer.write_text("replay", describe_replay(inputs, body, counts).dump());
     writer.close();
 }
 
@@ -239,16 +249,20 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     if (session.ranks() > 1)
         fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
     session.add_options(scene.solver.petsc_options);
-    MeshHierarchy hierarchy = [&] {
+    const MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
     if (const auto note = locking_note(scene, Use::track)) log_warning(*note);
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, hierarchy, Use::track);
     TrackFiles files(inputs, body);
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
+    state_errors_if_wanted(tracked, scene, hierarchy, body.mesh(),
+                           inputs.registration_covariance());
+    if (files.result && !tracked.target_names().empty())
+        files.result->write_text("targets", text_of_targets(tracked.target_names()));
 
     // 3. frames
     const StopSignals signals;  // until all is written

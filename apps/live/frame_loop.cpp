@@ -113,6 +113,7 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         ++counts.frames;
         if (plan.observer) plan.observer->on_frame(frame, tracked, *sample);
         publisher.publish(frame, tracked, scene, *sample, counts.frames, counts.missed);
+        tracked.work_on_statement();
         if (plan.length_s && count.seconds() >= *plan.length_s) break;
     }
 }

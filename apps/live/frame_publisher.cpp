@@ -8,6 +8,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "apps/live/statement_record.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/log.hpp"
 #include "io/openigtlink/conversions.hpp"
@@ -125,17 +126,18 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
         sensors[a.sensors[i]] = {{"status", text_of(frame.sensors[i].drive)},
                                  {"reason", text_of(frame.sensors[i].trouble)},
                                  {"press_mm", 1e3 * frame.sensors[i].press}};
-    const json about = {{"sample", a.sample},
-                        {"sample_time_s", frame.time_s},
-                        {"frame", a.frames},
-                        {"missed", a.missed},
-                        {"latency_ms", 1e3 * (a.done_s - a.arrived_s)},
-                        {"registration", text_of(frame.registration)},
-                        {"reference", text_of(frame.reference)},
-                        {"sensors", sensors},
-                        {"poses", json_of(pose_qualities(a.tools, frame))},
-                        {"iterations", frame.step.iterations},
-                        {"error_estimate_mm", 1e3 * frame.step.linear_error}};
+    json about = {{"sample", a.sample},
+                  {"sample_time_s", frame.time_s},
+                  {"frame", a.frames},
+                  {"missed", a.missed},
+                  {"latency_ms", 1e3 * (a.done_s - a.arrived_s)},
+                  {"registration", text_of(frame.registration)},
+                  {"reference", text_of(frame.reference)},
+                  {"sensors", sensors},
+                  {"poses", json_of(pose_qualities(a.tools, frame))},
+                  {"iterations", frame.step.iterations},
+                  {"error_estimate_mm", 1e3 * frame.step.linear_error}};
+    if (!frame.statement.targets.empty()) about["statement"] = json_of(frame.statement, a.targets);
     messages.push_back(igtl::string_message(
         "LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
     return messages;
@@ -170,8 +172,11 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     const PoseQualities poses = pose_qualities(a.tools, a.frame);
     if (const std::string lags = lags_text(poses); !lags.empty()) text += " | lag " + lags;
     if (const std::string noise = noise_text(poses); !noise.empty()) text += " | " + noise;
-    text += fmt::format(" | {} + {} iterations, error {:.3f} mm", a.frame.step.newton_iterations,
-                        a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
+    if (const std::string error = statement_text(a.frame.statement, a.targets); !error.empty())
+        text += " | " + error;
+    text +=
+        fmt::format(" | {} + {} iterations, solver error {:.3f} mm", a.frame.step.newton_iterations,
+                    a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     text += " | " + followed_text(a, ", ");
     if (!a.frame.sensors.empty() || a.frame.pull)
         text += fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);
@@ -207,6 +212,7 @@ void FramePublisher::publish(const Frame& frame, const TrackedBody& tracked, con
     a.tools = tracked.tools();
     a.sensors.resize(scene.track->sensors.size());
     for (std::size_t i = 0; i < a.sensors.size(); ++i) a.sensors[i] = scene.track->sensors[i].tool;
+    a.targets = tracked.target_names();
     a.times = sample.times;
     a.sample = sample.number;
     a.frames = frames;

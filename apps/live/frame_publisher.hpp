@@ -17,7 +17,7 @@ struct PublishedFrame {
     FrameState frame;
     std::vector<Vector3> displacement;  ///< empty if there is no server
     std::vector<TrackedBody::ShownTool> tools;
-    std::vector<std::string> sensors;
+    std::vector<std::string> sensors, targets;
     std::vector<PoseTimes> times;  ///< of the sample's poses
     std::uint64_t sample = 0;
     std::size_t frames = 0, missed = 0;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -191,6 +192,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     }
     result.append_values("solves", solves);
     value("checksum", checksum(f.displacement));
+    append_statement(result, f.statement);
     const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
     result.append_values(pull_values,
                          {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),

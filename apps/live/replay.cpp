@@ -5,10 +5,12 @@
 
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
+#include "apps/live/statement_record.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "config/yaml.hpp"
+#include "geometry/error_ellipsoid.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/registration_file.hpp"
 #include "io/result_file.hpp"
@@ -27,8 +29,20 @@ struct Origin {
     int threads = 0;
     std::vector<std::string> tools;
     RigidTransform<ImageFrame, Reference> image_from_reference;
+    std::optional<Eigen::Matrix<double, 6, 6>> registration_covariance;
     std::vector<SceneEvent> events;
 };
+
+/// 36 numbers by rows, m and rad.
+Eigen::Matrix<double, 6, 6> read_covariance(const json& rows, const std::string& source) {
+    const auto numbers = rows.get<std::vector<double>>();
+    if (numbers.size() != 36)
+        fail("{}: registration_covariance has {} numbers, expected 36", source, numbers.size());
+    const Eigen::Matrix<double, 6, 6> covariance =
+        Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(numbers.data());
+    check_covariance(covariance, source);
+    return covariance;
+}
 
 Origin read_origin(const ResultReader& reader, const std::string& source) {
     Origin origin;
@@ -47,6 +61,9 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
             fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
         origin.image_from_reference =
             transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
+        if (about.contains("registration_covariance"))
+            origin.registration_covariance =
+                read_covariance(about["registration_covariance"], source);
         for (const json& event : about.at("events"))
             origin.events.push_back(
                 {event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
@@ -75,13 +92,15 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
              origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
-    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene,
-                               load_mesh(origin.scene.mesh, progress), Use::track);
+    const MeshHierarchy hierarchy = load_mesh(origin.scene.mesh, progress);
+    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene, hierarchy, Use::track);
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
     TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
                         MisplacedSensor::wait);
+    state_errors_if_wanted(tracked, origin.scene, hierarchy, body.mesh(),
+                           origin.registration_covariance);
 
     ReplayReport report;
     auto event = origin.events.begin();
@@ -98,7 +117,8 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
         tracked.pull(recorded.pull);
         const Frame& frame = tracked.advance(sample->sample, {.as_done = &recorded.solves});
         ++report.frames;
-        if (checksum(frame.displacement) == recorded.checksum) {
+        if (checksum(frame.displacement) == recorded.checksum &&
+            holds_statement(reader, k, frame.statement)) {
             ++report.same;
         } else {
             if (report.same + 1 == report.frames) report.first_other = k;
@@ -107,6 +127,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
                 report.largest_gap =
                     std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
         }
+        tracked.work_on_statement();
         if (progress)
             progress(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()),
                      fmt::format("frame {}", k));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
 #include "geometry/matrix_rows.hpp"
 #include "io/result_file.hpp"
@@ -90,8 +91,12 @@ RunResult read_run_result(std::shared_ptr<const ResultReader> reader,
     const std::vector<std::string> names = reader->value_names();
     if (std::find(names.begin(), names.end(), "tracker_from_image") == names.end())
         fail("{}: holds no tracked poses, expected the result of livetet track", result.source);
-    for (std::size_t k = 0; k < reader->frame_count(); ++k)
+    const StatementReader statements(*reader, result.source);
+    result.targets = statements.names();
+    for (std::size_t k = 0; k < reader->frame_count(); ++k) {
         result.frames.push_back(read_frame(*reader, names, k));
+        result.frames.back().statement = statements.read(k);
+    }
     result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source)
                                           : killed_run(result);
     result.displacement = [reader](std::size_t k) { return reader->displacement(k); };

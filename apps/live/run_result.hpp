@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/error_statement.hpp"
 #include "apps/live/pose_quality.hpp"
 #include "geometry/transform.hpp"
 #include "io/result_file.hpp"
@@ -34,6 +35,7 @@ struct RunFrame {
     double press_mm = 0;     ///< length of the patch's displacement
     bool registration_held = false, registration_lost = false;
     bool converged = true;
+    FrameStatement statement;  ///< without targets if the scene has none
     /// Number of sensors in each DriveStatus; missing in the oldest files.
     std::optional<std::array<double, 6>> sensors;
 };
@@ -68,6 +70,7 @@ struct RunResult {
     std::string scene_text;  ///< with all defaults filled in; may be empty
     TetMesh mesh;            ///< with the node sets "fixed" and "patch", if known
     std::vector<RunFrame> frames;
+    std::vector<std::string> targets;  ///< names of those of each frame's statement
     RunInfo info;
     std::function<std::vector<Vector3>(std::size_t frame)> displacement;  ///< of each node, metres
 };
