@@ -164,6 +164,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         tables.push_back(
             fill_table(model, organ, tracker, arguments.seeds, progress, from, from + 0.34));
         print(tables.back());
+        print_statement(tables.back());
     }
     const auto limits =
         find_limits(model, hierarchy, organ, images, tables, arguments.seeds, progress);

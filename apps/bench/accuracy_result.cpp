@@ -29,6 +29,9 @@ json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm)
             const MeanAndSpread m = over_seeds(series, d, error);
             at[fmt::format("{}_mm", name)] = {{"mean", m.mean}, {"sd", m.sd}};
         }
+        at["covered"] = over_seeds(series, d, &AccuracyErrors::covered).mean;
+        at["median_error_mm"] = over_seeds(series, d, &AccuracyErrors::median).mean;
+        at["median_radius_95_mm"] = over_seeds(series, d, &AccuracyErrors::median_radius).mean;
         list.push_back(at);
     }
     return list;
@@ -86,6 +89,42 @@ void print(const AccuracyTable& t) {
     }
 }
 
+void print_statement(const AccuracyTable& t) {
+    fmt::print(
+        "\nits 95 % radius: share of the errors within it, median radius over median error\n{:>6}",
+        "press");
+    for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+        fmt::print(" {:>15}", fmt::format("{} sensor{}", k + 1, k ? "s" : ""));
+    fmt::print("\n");
+    for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
+        fmt::print("{:>6}", t.depths_mm[d]);
+        for (const AccuracySeries& series : t.by_sensors)
+            fmt::print(" {:>8.1f} % {:>4.2f}",
+                       100 * over_seeds(series, d, &AccuracyErrors::covered).mean,
+                       over_seeds(series, d, &AccuracyErrors::median_radius).mean /
+                           over_seeds(series, d, &AccuracyErrors::median).mean);
+        fmt::print("\n");
+    }
+    fmt::print("\nstated RMS error by source, mm\n{:>6} {:>7}", "press", "sensors");
+    for (std::size_t q = 0; q < error_source_count; ++q)
+        fmt::print(" {:>9}", name_of(static_cast<ErrorSource>(q)));
+    fmt::print("   {:>12} {:>11}\n", "registration", "deformation");
+    for (std::size_t d = 0; d < t.depths_mm.size(); ++d)
+        for (std::size_t k = 0; k < t.by_sensors.size(); k += t.by_sensors.size() - 1) {
+            fmt::print("{:>6} {:>7}", t.depths_mm[d], k + 1);
+            for (std::size_t q = 0; q < error_source_count; ++q) {
+                double squares = 0;
+                for (const auto& run : t.by_sensors[k].runs)
+                    squares += std::pow(run[d].by_source[q], 2) /
+                               static_cast<double>(t.by_sensors[k].runs.size());
+                fmt::print(" {:>9.3f}", std::sqrt(squares));
+            }
+            fmt::print("   {:>12.2f} {:>11.2f}\n",
+                       over_seeds(t.by_sensors[k], d, &AccuracyErrors::registration).mean,
+                       over_seeds(t.by_sensors[k], d, &AccuracyErrors::deformation).mean);
+        }
+}
+
 void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm) {
     fmt::print(
         "\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming "
@@ -109,7 +148,7 @@ void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& 
 std::string csv_of(const std::vector<AccuracyTable>& tables) {
     std::string text =
         "position_rms_mm,rotation_rms_deg,sensors,run,press_mm,rigid_mm,deforming_mm,registration_"
-        "mm,deformation_mm\n";
+        "mm,deformation_mm,covered,median_mm,radius_95_mm\n";
     for (const AccuracyTable& t : tables)
         for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
             for (std::size_t r = 0; r < t.by_sensors[k].runs.size(); ++r)
@@ -118,7 +157,9 @@ std::string csv_of(const std::vector<AccuracyTable>& tables) {
                                         t.tracker.rotation_rms_deg, k + 1, r + 1, t.depths_mm[d]);
                     for (const auto& [name, error] : errors_by_name)
                         text += fmt::format(",{:.4f}", t.by_sensors[k].runs[r][d].*error);
-                    text += "\n";
+                    const AccuracyErrors& at = t.by_sensors[k].runs[r][d];
+                    text += fmt::format(",{:.4f},{:.4f},{:.4f}\n", at.covered, at.median,
+                                        at.median_radius);
                 }
     return text;
 }

@@ -52,6 +52,8 @@ struct AccuracyLimit {
 };
 
 void print(const AccuracyTable& table);
+/// How the stated errors compare with the true ones.
+void print_statement(const AccuracyTable& table);
 void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm);
 
 std::string csv_of(const std::vector<AccuracyTable>& tables);

@@ -10,6 +10,8 @@
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "base/error.hpp"
+#include "geometry/registration_covariance.hpp"
+#include "geometry/registration_error.hpp"
 #include "geometry/umeyama.hpp"
 #include "tracking/dwell.hpp"
 #include "tracking/poses.hpp"
@@ -35,8 +37,13 @@ std::uint64_t seed_of(const AccuracyCase& c, int tool) {
            static_cast<std::uint64_t>(tool);
 }
 
+struct Registered {
+    RigidTransform<ImageFrame, Reference> image_from_reference;
+    Eigen::Matrix<double, 6, 6> covariance;
+};
+
 /// Registration from fiducials touched in turn, averaged in the reference sensor's frame (Umeyama).
-RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
+Registered registered(const AccuracyCase& c) {
     SimulatedTrackerOptions tracker = tracker_of(c);
     tracker.seed = seed_of(c, 0);
     const std::vector<Vector3> in_image = positions_of(phantom::fiducials());
@@ -52,7 +59,13 @@ RigidTransform<ImageFrame, Reference> registered(const AccuracyCase& c) {
     for (const Dwell& d :
          dwells_in_windows(touching, tracker.tool_from_tip, windows, {.reference = "Reference"}))
         in_reference.push_back(*d.tip_in_reference);
-    return rigid_part(register_points<ImageFrame, Reference>(in_reference, in_image).to_from_from);
+    const auto fit = register_points<ImageFrame, Reference>(in_reference, in_image);
+    const double fle = fle_from_fre(fit.fre, in_image.size());
+    FiducialErrors errors;
+    errors.in_to.assign(in_image.size(), fle * fle / 3 * Eigen::Matrix3d::Identity());
+    const auto image_from_reference = rigid_part(fit.to_from_from);
+    return {image_from_reference,
+            registration_covariance(in_reference, image_from_reference.rotation, errors)};
 }
 
 std::string name_of_sensor(int k) { return fmt::format("Sensor{}", k + 1); }
@@ -113,6 +126,12 @@ class RecordedPress {
     std::vector<TrackerNoise> noise_;
 };
 
+double median_of(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
 std::vector<Vector3> places_of(const Truth& truth, std::span<const std::size_t> targets) {
     std::vector<Vector3> places;
     for (const std::size_t i : targets) places.push_back(truth.targets[i].position);
@@ -140,8 +159,23 @@ Scene accuracy_scene() {
     return scene;
 }
 
+namespace {
+
+/// The scene with the judged targets.
+Scene with_targets(Scene scene, const Truth& truth) {
+    for (const std::size_t i : judged_targets(truth)) {
+        TargetOptions& target = scene.track->targets.emplace_back();
+        target.name = truth.targets[i].name;
+        target.point_mm = 1e3 * truth.targets[i].position;
+    }
+    return scene;
+}
+
+}  // namespace
+
 AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const PressedOrgan& organ)
-    : scene_(std::move(scene)),
+    : scene_(with_targets(std::move(scene), organ.truth)),
+      hierarchy_(hierarchy),
       body_(make_body(PETSC_COMM_SELF, scene_, MeshHierarchy(hierarchy), Use::track)),
       organ_(organ),
       judged_(judged_targets(organ.truth)),
@@ -150,6 +184,9 @@ AccuracyModel::AccuracyModel(Scene scene, const MeshHierarchy& hierarchy, const 
 std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     // 1. model at rest
     Scene scene = scene_;
+    constexpr double least = 0.01;  // the tracker's figures, as its maker states them
+    scene.track->position_noise_mm = std::max(least, c.position_rms_mm);
+    scene.track->rotation_noise_deg = std::max(least, c.rotation_rms_deg);
     std::vector<std::string> tools{scene.track->reference_tool};
     for (int k = 0; k < c.sensors; ++k) {
         const TrueSensor& sensor = organ_.sensors[k];
@@ -162,15 +199,21 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     const std::vector<Vector3> still(body_.mesh().nodes.size(), Vector3::Zero());
     body_.body->set_displacement(still);
     body_.body->set_velocity(still);
-    TrackedBody model(scene, body_, tool_finder(tools), registered(c));
+    const Registered registration = registered(c);
+    TrackedBody model(scene, body_, tool_finder(tools), registration.image_from_reference);
+    model.state_errors(std::make_unique<ErrorStatement>(scene, hierarchy_, body_.mesh()),
+                       registration.covariance);
 
     // 2. press, frame by frame
     const Truth& truth = organ_.truth;
     std::vector<AccuracyErrors> sums(truth.depths.size());  // sums of squares
     std::vector<double> counts(truth.depths.size(), 0);
     RecordedPress press(c, organ_);
+    std::vector<std::vector<double>> all_errors(sums.size()), all_radii(sums.size());
     for (std::size_t k = 0; k < press.size(); ++k) {
         const Frame& frame = model.advance(press.sample(k));
+        while (model.work_on_statement()) {
+        }
         const int d = judged_depth(press.time_s(k), static_cast<int>(truth.depths.size()));
         if (d < 0) continue;
         const auto& T_est = frame.tracker_from_image;
@@ -181,7 +224,14 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
             const Vector3& u_true = truth.targets[judged_[i]].displacement[d];
             const Vector3 &u_est = u[i], goal = T_true * (x + u_true);
             sums[d].rigid += (T_est * x - goal).squaredNorm();
-            sums[d].deforming += (T_est * (x + u_est) - goal).squaredNorm();
+            const double error = (T_est * (x + u_est) - goal).norm();
+            const TargetStatement& stated = frame.statement.targets[i];
+            sums[d].deforming += error * error;
+            sums[d].covered += error <= stated.radius_95;
+            all_errors[d].push_back(error);
+            all_radii[d].push_back(stated.radius_95);
+            for (std::size_t q = 0; q < error_source_count; ++q)
+                sums[d].by_source[q] += stated.by_source[q];
             sums[d].registration += (T_est * x - T_true * x).squaredNorm();
             sums[d].deformation += (u_est - u_true).squaredNorm();
             ++counts[d];
@@ -192,6 +242,12 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
              {&AccuracyErrors::rigid, &AccuracyErrors::deforming, &AccuracyErrors::registration,
               &AccuracyErrors::deformation})
             sums[d].*e = 1e3 * std::sqrt(sums[d].*e / counts[d]);
+    for (std::size_t d = 0; d < sums.size(); ++d) {
+        sums[d].covered /= counts[d];
+        sums[d].median = 1e3 * median_of(all_errors[d]);
+        sums[d].median_radius = 1e3 * median_of(all_radii[d]);
+        for (double& rms : sums[d].by_source) rms = 1e3 * std::sqrt(rms / counts[d]);
+    }
     return sums;
 }
 

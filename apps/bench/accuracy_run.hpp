@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "apps/bench/accuracy_truth.hpp"
+#include "apps/live/error_statement.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "mesh/quadratic.hpp"
 
@@ -24,6 +26,10 @@ struct AccuracyCase {
 ///   registration  |T_est x - T_true x|,  deformation  |u_est - u_true|
 struct AccuracyErrors {
     double rigid = 0, deforming = 0, registration = 0, deformation = 0;
+    // the statement
+    double covered = 0;  ///< share of the errors of deforming that are within their 95 % radius
+    double median = 0, median_radius = 0;                ///< of those errors and radii, mm
+    std::array<double, error_source_count> by_source{};  ///< stated RMS error by each source, mm
 };
 
 /// Targets that are judged at all depths: those that move by more than a fifth of a press of 15 mm.
@@ -47,6 +53,7 @@ class AccuracyModel {
 
   private:
     Scene scene_;
+    MeshHierarchy hierarchy_;  ///< of the model's mesh, whole
     SceneBody body_;
     const PressedOrgan& organ_;
     std::vector<std::size_t> judged_;
