@@ -11,6 +11,7 @@
 #include "apps/live/statement_record.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "base/log.hpp"
+#include "geometry/ellipsoid_surface.hpp"
 #include "io/openigtlink/conversions.hpp"
 #include "tracking/poses.hpp"
 
@@ -84,6 +85,22 @@ std::uint16_t status_code(const FrameState& frame) {
     return placing ? not_ready : all_well;
 }
 
+/// The 95 % ellipsoids of all targets as one surface.
+igtl::Message region_message(const FrameStatement& statement, double time_s) {
+    TriangleMesh all;
+    std::vector<float> radius_mm;
+    for (const TargetStatement& t : statement.targets) {
+        const TriangleMesh region = ellipsoid_surface(t.position, error_ellipsoid(t.covariance));
+        const auto first = static_cast<std::int32_t>(all.nodes.size());
+        all.nodes.insert(all.nodes.end(), region.nodes.begin(), region.nodes.end());
+        for (const auto& [a, b, c] : region.triangles)
+            all.triangles.push_back({first + a, first + b, first + c});
+        radius_mm.resize(all.nodes.size(), static_cast<float>(1e3 * t.radius_95));
+    }
+    const igtl::PointScalars scalars[] = {{"radius_95_mm", radius_mm}};
+    return igtl::surface_message("TargetRegion", all.nodes, all.triangles, scalars, time_s);
+}
+
 }  // namespace
 
 FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
@@ -109,6 +126,8 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
     const igtl::PointScalars scalars[] = {{"displacement_mm", moved_mm}};
     std::vector<igtl::Message> messages;
     messages.push_back(igtl::surface_message(surface_, points, triangles_, scalars, time_s));
+    if (!frame.statement.targets.empty())
+        messages.push_back(region_message(frame.statement, time_s));
     if (frame.registration != RegistrationStatus::lost)
         messages.push_back(
             igtl::transform_message("TrackerToRAS", frame.tracker_from_image.inverse(), time_s));

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "io/meshes.hpp"
 
 namespace livetet {
@@ -42,6 +44,49 @@ TEST(FrameMessages, StatusIsOneOnlyIfAllIsFollowed) {
     failed.frame.step.converged = false;
     EXPECT_EQ(status_of(failed).code, 7);
     EXPECT_NE(status_of(failed).text.find("not converged"), std::string::npos);
+}
+
+const igtl::PolyData* region_of(const std::vector<igtl::Message>& messages) {
+    for (const igtl::Message& m : messages)
+        if (m.device == "TargetRegion") return &std::get<igtl::PolyData>(m.content);
+    return nullptr;
+}
+
+TEST(FrameMessages, RegionsOfAllTargetsAreOneSurface) {
+    PublishedFrame a = frame_with({});
+    const FrameMessages messages_of(testing_meshes::cube(), "Organ");
+    EXPECT_EQ(region_of(messages_of(a, 0)), nullptr) << "without targets";
+
+    const double chi = std::sqrt(7.8147);  // standard deviations, 95 % in three dimensions
+    const Vector3 places[] = {{0.01, 0.02, 0.03}, {-0.04, 0, 0.1}},
+                  deviations_mm[] = {{1, 2, 3}, {0.5, 0.5, 4}};
+    const double radii_mm[] = {6.5, 7.9};
+    for (int i = 0; i < 2; ++i)
+        a.frame.statement.targets.push_back(
+            {places[i],
+             1e-6 * deviations_mm[i].cwiseAbs2().asDiagonal().toDenseMatrix(),
+             1e-3 * radii_mm[i],
+             {}});
+    a.targets = {"Tumour", "Vessel"};
+    const std::vector<igtl::Message> messages = messages_of(a, 0);
+    const igtl::PolyData* region = region_of(messages);
+    ASSERT_NE(region, nullptr);
+    ASSERT_EQ(region->points.size(), 2 * 162U);
+    ASSERT_EQ(region->polygons.count, 2 * 320U);
+    ASSERT_EQ(region->attributes.size(), 1U);
+    EXPECT_EQ(region->attributes[0].name, "radius_95_mm");
+    const std::vector<float>& radius = region->attributes[0].values;
+    ASSERT_EQ(radius.size(), region->points.size());
+    for (std::size_t k = 0; k < region->points.size(); ++k) {
+        const std::size_t i = k / 162;
+        const auto& x = region->points[k];
+        const Vector3 away = Vector3(x[0], x[1], x[2]) - 1e3 * places[i];
+        EXPECT_NEAR(away.cwiseQuotient(deviations_mm[i]).norm(), chi, 1e-3) << k;
+        EXPECT_FLOAT_EQ(radius[k], static_cast<float>(radii_mm[i]));
+    }
+    for (std::size_t t = 0; t < 640; ++t)  // no triangle joins two targets
+        for (int k = 1; k <= 3; ++k)
+            EXPECT_EQ(region->polygons.list[4 * t + k] / 162, t / 320) << t;
 }
 
 TEST(StatusText, NamesNoToolThatIsGoneAndNoPressWithoutASensor) {
