@@ -11,6 +11,7 @@
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/error.hpp"
+#include "geometry/ellipsoid_surface.hpp"
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
@@ -92,6 +93,17 @@ TriangleMesh render_surface(const TetMesh& mesh) {
                                      static_cast<std::int32_t>(ids[2])});
     }
     return surface;
+}
+
+std::vector<ShownTarget> shown_targets(const FrameStatement& statement,
+                                       const std::vector<std::string>& names) {
+    std::vector<ShownTarget> shown;
+    for (std::size_t i = 0; i < statement.targets.size() && i < names.size(); ++i) {
+        const TargetStatement& t = statement.targets[i];
+        shown.push_back({names[i], t.position, t.radius_95, !statement.missing.empty(),
+                         ellipsoid_surface(t.position, error_ellipsoid(t.covariance))});
+    }
+    return shown;
 }
 
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& named_in,

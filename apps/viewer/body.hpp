@@ -41,6 +41,15 @@ struct ShownSensor {
     std::vector<std::int32_t> patch;   ///< nodes that follow it
 };
 
+/// A target of the scene with its stated error.
+struct ShownTarget {
+    std::string name;
+    Vector3 position = Vector3::Zero();
+    double radius_95 = 0;        ///< m
+    bool is_incomplete = false;  ///< sources of error are missing from it
+    TriangleMesh region;         ///< its 95 % ellipsoid
+};
+
 /// The state at one time.
 struct ShownMoment {
     double time_s = 0;
@@ -48,6 +57,7 @@ struct ShownMoment {
     std::vector<double> von_mises;      ///< of each node, Pa; empty: unknown
     std::vector<ShownTool> tools;
     std::vector<ShownSensor> sensors;
+    std::vector<ShownTarget> targets;
     std::optional<HandPull> pull;
     std::string text;            ///< a line of text on the frame
     bool keeps_numbers = false;  ///< texts are not redrawn: nobody reads 25 numbers a second
@@ -63,6 +73,10 @@ struct ViewFiles {
 /// `left_out`. Throws Error.
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
                           const std::filesystem::path& named_in, const ViewFiles& files);
+
+/// The targets of a statement as they are shown.
+std::vector<ShownTarget> shown_targets(const FrameStatement& statement,
+                                       const std::vector<std::string>& names);
 
 /// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
 /// if it has fewer.

@@ -1,12 +1,10 @@
 #include "apps/viewer/marks.hpp"
 
 #include <vtkActor.h>
-#include <vtkCoordinate.h>
 #include <vtkGlyph3DMapper.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
-#include <vtkTextProperty.h>
 
 #include "apps/viewer/colours.hpp"
 #include "apps/viewer/lines.hpp"
@@ -39,7 +37,7 @@ double size_of(const TetMesh& mesh) {
 }  // namespace
 
 MarksView::MarksView(const ShownBody& body, vtkRenderer* renderer)
-    : body_(body), renderer_(renderer), ball_mm_(0.012 * size_of(body.mesh)) {
+    : body_(body), renderer_(renderer), labels_(renderer), ball_mm_(0.012 * size_of(body.mesh)) {
     fixed_ = add_dots(mark_colour::fixed, 4, DotShape::square);
     patches_ = add_dots(mark_colour::patch, 5, DotShape::square);
     bases_ = add_dots(mark_colour::base, ball_mm_, DotShape::ball);
@@ -85,32 +83,6 @@ MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, Dot
     return {data, actor};
 }
 
-void MarksView::label(std::size_t which, const Vector3& at, const std::string& text,
-                      const look::Colour& colour) {
-    while (labels_.size() <= which) {
-        // Not a billboard: one translucent actor makes VTK draw the view in several layers, a third
-        // of a picture's time.
-        auto actor = vtkSmartPointer<vtkTextActor>::New();
-        vtkNew<vtkCoordinate> marked;
-        marked->SetCoordinateSystemToWorld();
-        actor->GetPositionCoordinate()->SetCoordinateSystemToViewport();
-        actor->GetPositionCoordinate()->SetReferenceCoordinate(marked);
-        actor->SetPosition(10, 8);  // pixels: beside its ball from any direction
-        set_text(actor->GetTextProperty(), 13, TextWeight::bold);
-        actor->GetTextProperty()->SetBackgroundColor(look::paper.data());
-        actor->GetTextProperty()->SetBackgroundOpacity(0.6);
-        renderer_->AddActor(actor);
-        labels_.push_back(actor);
-    }
-    vtkTextActor* actor = labels_[which];
-    if (!actor->GetInput() || (!keeps_numbers_ && text != actor->GetInput()))
-        actor->SetInput(text.c_str());
-    actor->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
-    actor->GetPositionCoordinate()->GetReferenceCoordinate()->SetValue(1e3 * at.x(), 1e3 * at.y(),
-                                                                       1e3 * at.z());
-    actor->VisibilityOn();
-}
-
 void MarksView::show(const ShownMoment& moment) {
     const auto moved = [&](std::int32_t n) -> Vector3 {
         return body_.mesh.nodes[n] + moment.displacement[n];
@@ -120,16 +92,15 @@ void MarksView::show(const ShownMoment& moment) {
         lines.add(1e3 * a, 1e3 * b, c);
     };
     std::vector<Vector3> fixed, patches, bases, sensors, tips, touched, pulled;
-    std::size_t labels = 0;
-    keeps_numbers_ = moment.keeps_numbers;
+    labels_.begin(moment.keeps_numbers);
     for (const std::int32_t n : body_.fixed) fixed.push_back(moved(n));
     for (const ShownSensor& s : moment.sensors) {
         for (const std::int32_t n : s.patch) patches.push_back(moved(n));
         if (s.base) bases.push_back(*s.base);
         if (!s.now) continue;
         sensors.push_back(*s.now);
-        label(
-            labels++, *s.now,
+        labels_.put(
+            *s.now,
             s.base ? fmt::format("{} {:.1f} mm", s.name, 1e3 * (*s.now - *s.base).norm()) : s.name,
             mark_colour::sensor);
         if (s.base) line(*s.base, *s.now, mark_colour::sensor);
@@ -138,21 +109,21 @@ void MarksView::show(const ShownMoment& moment) {
         const Vector3 tip = t.pose.translation;
         tips.push_back(tip);
         if (t.has_tip) line(tip, t.pose * Vector3(0, 0, -1e-3 * shaft_mm), mark_colour::tool);
-        label(labels++, tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
+        labels_.put(tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
     }
     for (const ShownFiducial& f : body_.fiducials) {
         lines.add_cross(1e3 * f.in_image, 2 * ball_mm_, 3, mark_colour::fiducial);
         touched.push_back(f.from_tracker);
         line(f.in_image, f.from_tracker, mark_colour::touched);
-        label(labels++, f.in_image,
-              fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()),
-              mark_colour::fiducial);
+        labels_.put(f.in_image,
+                    fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()),
+                    mark_colour::fiducial);
     }
     if (moment.pull) {
         pulled = {moment.pull->base, moment.pull->to};
         line(moment.pull->base, moment.pull->to, mark_colour::pull);
     }
-    for (; labels < labels_.size(); ++labels) labels_[labels]->VisibilityOff();
+    labels_.end();
     for (const auto& [dots, places] : {std::pair(&fixed_, &fixed),
                                        {&patches_, &patches},
                                        {&bases_, &bases},

@@ -5,10 +5,10 @@
 #include <vtkPolyData.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
-#include <vtkTextActor.h>
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/viewer/body.hpp"
+#include "apps/viewer/place_labels.hpp"
 
 namespace livetet {
 
@@ -28,16 +28,13 @@ class MarksView {
     };
     enum class DotShape { square, ball };
     Dots add_dots(const look::Colour& colour, double size, DotShape shape);
-    void label(std::size_t which, const Vector3& at, const std::string& text,
-               const look::Colour& colour);
 
     const ShownBody& body_;
     vtkRenderer* renderer_;
+    PlaceLabels labels_;
     double ball_mm_;
-    bool keeps_numbers_ = false;  ///< see ShownMoment
     Dots fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
     vtkNew<vtkPolyData> lines_;
-    std::vector<vtkSmartPointer<vtkTextActor>> labels_;
 };
 
 }  // namespace livetet

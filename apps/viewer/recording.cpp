@@ -67,7 +67,7 @@ RigidTransform<Tool, Tip> tip_of(const ToolOptions& tool, const std::string& sou
 }  // namespace
 
 ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles& files)
-    : reader_(path) {
+    : reader_(path), statements_(reader_, path.string()) {
     const std::string source = path.string();
     if (reader_.frame_count() == 0)
         fail("{}: holds no frame, expected the result of livetet track or solve", source);
@@ -234,6 +234,10 @@ ShownMoment ViewRecording::moment(std::size_t k) const {
     moment.text = fmt::format("{:.2f} s, frame {} of {}: {:.1f} mm at most",
                               moment.time_s - reader_.times_s().front(), k + 1,
                               reader_.frame_count(), 1e3 * largest);
+    const FrameStatement statement = statements_.read(k);
+    moment.targets = shown_targets(statement, statements_.names());
+    if (const std::string error = statement_text(statement, statements_.names()); !error.empty())
+        moment.text += "; " + error;
     return moment;
 }
 

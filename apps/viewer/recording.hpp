@@ -1,5 +1,6 @@
 #pragma once
 
+#include "apps/live/statement_record.hpp"
 #include "apps/viewer/body.hpp"
 #include "io/result_file.hpp"
 
@@ -10,6 +11,8 @@ class ViewRecording {
   public:
     /// Throws Error if the file is no result or has no frame.
     ViewRecording(const std::filesystem::path& path, const ViewFiles& files);
+    ViewRecording(const ViewRecording&) = delete;
+    ViewRecording& operator=(const ViewRecording&) = delete;
 
     const ShownBody& body() const { return body_; }
     const std::vector<double>& times_s() const { return reader_.times_s(); }
@@ -30,6 +33,7 @@ class ViewRecording {
     void find_ranges();
 
     ResultReader reader_;
+    StatementReader statements_;  ///< refers to reader_
     ShownBody body_;
     bool has_stress_ = false, has_press_ = false;
     std::vector<double> node_volume_;  ///< a quarter of the volume of its tets, m^3

@@ -126,11 +126,26 @@ void SliceView::show(const ShownMoment& moment, bool deformed, const Vector3& cr
                  {static_cast<float*>(pixels_->GetScalarPointer()), plane_.size()});
     pixels_->GetPointData()->GetScalars()->Modified();
     pixels_->Modified();
+    cut_regions(moment, deformed);
     draw_lines(moment, cross);
     const Axes& axes = axes_of[axis_];
     title_->SetInput(fmt::format("{} {} = {:.1f} mm{}", axes.name, axes.letter, 1e3 * cross[axis_],
                                  deformed ? "" : ", at rest")
                          .c_str());
+}
+
+/// Finds the outlines of the targets' ellipsoids. Their places are in the deformed organ: an image
+/// at rest gets none.
+void SliceView::cut_regions(const ShownMoment& moment, bool deformed) {
+    regions_.clear();
+    if (!deformed) return;
+    std::vector<OutlinePiece> outline;
+    for (const ShownTarget& target : moment.targets) {
+        const auto& [nodes, triangles] = target.region;
+        const std::vector<Vector3> unmoved(nodes.size(), Vector3::Zero());
+        slice_outline(nodes, unmoved, triangles, plane_, outline);
+        regions_.insert(regions_.end(), outline.begin(), outline.end());
+    }
 }
 
 void SliceView::draw_lines(const ShownMoment& moment, const Vector3& cross) {
@@ -148,6 +163,7 @@ void SliceView::draw_lines(const ShownMoment& moment, const Vector3& cross) {
     };
     add_outline(rest_outline_, mark_colour::rest);
     add_outline(outline_, mark_colour::outline);
+    add_outline(regions_, mark_colour::target);
     const Vector3 middle = pixel(cross);
     lines.add({0, middle.y(), 0}, {plane_.width - 1.0, middle.y(), 0}, mark_colour::cross);
     lines.add({middle.x(), 0, 0}, {middle.x(), plane_.height - 1.0, 0}, mark_colour::cross);

@@ -20,7 +20,7 @@ namespace livetet {
 
 /// A slice through the image, across axis 0 (sagittal), 1 (coronal) or 2 (axial), in radiological
 /// orientation (the patient's right is on the left). Overlays: the organ's outline, deformed and at
-/// rest, the cross-hair, sensors and fiducials.
+/// rest, the cross-hair, sensors and fiducials; in a deformed image also the targets' ellipsoids.
 class SliceView {
   public:
     /// `body` must have an image and, like `sampler` and `table`, outlive it.
@@ -40,6 +40,7 @@ class SliceView {
 
   private:
     void draw_lines(const ShownMoment& moment, const Vector3& cross);
+    void cut_regions(const ShownMoment& moment, bool deformed);
 
     const ShownBody& body_;
     const ImageSampler& sampler_;
@@ -51,7 +52,7 @@ class SliceView {
     SlicePlane plane_;
     BodySlice rest_, now_;
     std::optional<double> rest_at_;  ///< position of the slice that rest_ was computed for
-    std::vector<OutlinePiece> outline_, rest_outline_;
+    std::vector<OutlinePiece> outline_, rest_outline_, regions_;
     vtkNew<vtkImageData> pixels_;
     vtkNew<vtkImageSliceMapper> mapper_;
     vtkNew<vtkImageSlice> slice_;

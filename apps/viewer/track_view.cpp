@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "tracking/poses.hpp"
@@ -49,6 +50,7 @@ void TrackView::on_frame(const Frame& frame, const TrackedBody& tracked, const S
     seen.displacement = frame.displacement;
     seen.tools = tracked.tools();
     seen.driven = tracked.driven();
+    seen.targets = tracked.target_names();
     frames_.post();
 }
 
@@ -100,6 +102,7 @@ bool TrackView::advance(ViewWindow& window) {
         std::string shown;
         for (const ShownSensor& s : moment.sensors) shown += s.now ? s.name + '\n' : "";
         for (const ShownTool& t : moment.tools) shown += t.name + '\n';
+        for (const ShownTarget& t : moment.targets) shown += t.name + '\n';
         moment.keeps_numbers = shown == labels_ && start_s < renewed_s_ + shortest_text_s;
         if (!moment.keeps_numbers) renewed_s_ = start_s, labels_ = std::move(shown);
         window.show(std::move(moment));
@@ -146,6 +149,10 @@ ShownMoment TrackView::moment_of(const Seen& seen) const {
         1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
                seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
         seen.frame.step.iterations);
+    moment.targets = shown_targets(seen.frame.statement, seen.targets);
+    if (const std::string error = statement_text(seen.frame.statement, seen.targets);
+        !error.empty())
+        moment.text += "; " + error;
     return moment;
 }
 

@@ -45,6 +45,7 @@ class TrackView : public FrameObserver {
         std::vector<Vector3> displacement;
         std::vector<TrackedBody::ShownTool> tools;
         std::vector<std::int32_t> driven;
+        std::vector<std::string> targets;
     };
     void run();
     void lead(ViewWindow& window);

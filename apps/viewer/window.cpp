@@ -48,6 +48,7 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
     organ_renderer_->AddLight(light);
     organ_ = std::make_unique<OrganView>(body, organ_renderer_);
     marks_ = std::make_unique<MarksView>(body, organ_renderer_);
+    regions_ = std::make_unique<RegionsView>(window_, organ_renderer_);
     if (has_slices) {
         for (const auto& renderer : slice_renderers_) window_->AddRenderer(renderer);
         slices_ = std::make_unique<SliceViews>(
@@ -211,13 +212,14 @@ bool ViewWindow::draw() {
     if (stale_) {
         organ_->show(moment_);
         marks_->show(moment_);
+        regions_->show(moment_);
         for (int i = 0; slices_ && i < 3; ++i)
             if (is_drawn(i)) slices_->show(i, moment_);
         if (volume_) volume_->show(moment_);
         if (!moment_.keeps_numbers) text_->SetInput(moment_.text.c_str());
     }
     stale_ = changed_ = false;
-    organ_renderer_->ResetCameraClippingRange();
+    regions_->fit_clipping_range();
     for (int i = 0; i < 3; ++i)
         slice_renderers_[i]->SetDraw(is_drawn(i));  // otherwise the old picture stays
     window_->Render();

@@ -14,6 +14,7 @@
 
 #include "apps/viewer/marks.hpp"
 #include "apps/viewer/organ.hpp"
+#include "apps/viewer/regions.hpp"
 #include "apps/viewer/slices.hpp"
 #include "apps/viewer/volume.hpp"
 
@@ -68,7 +69,7 @@ class ViewWindow {
     void release();
 
     /// The shown state as JSON: time, largest displacement, cross-hair (mm), window and level,
-    /// marker.
+    /// marker, sensors, targets.
     std::string state() const;
     /// Draws if something has changed. Returns whether it did.
     bool draw();
@@ -103,6 +104,7 @@ class ViewWindow {
     vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
     std::unique_ptr<OrganView> organ_;
     std::unique_ptr<MarksView> marks_;
+    std::unique_ptr<RegionsView> regions_;
     std::unique_ptr<SliceViews> slices_;
     std::unique_ptr<VolumeView> volume_;
     vtkNew<vtkPolyData> time_line_;

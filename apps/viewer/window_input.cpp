@@ -116,6 +116,8 @@ std::string ViewWindow::state() const {
         if (s.base && s.now)
             state["sensors"][s.name] = {
                 {"base_mm", mm(*s.base)}, {"now_mm", mm(*s.now)}, {"patch", s.patch.size()}};
+    for (const ShownTarget& t : moment_.targets)
+        state["targets"][t.name] = {{"at_mm", mm(t.position)}, {"radius_95_mm", 1e3 * t.radius_95}};
     return state.dump();
 }
 

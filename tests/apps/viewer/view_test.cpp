@@ -45,6 +45,20 @@ struct Picture {
     const unsigned char* at(int x, int y) const {
         return &rgb[3 * (x + static_cast<std::size_t>(width) * y)];
     }
+    /// The number of pixels in these columns, from the first to before the second, whose colours
+    /// are within these limits.
+    std::size_t count(std::array<int, 2> columns, std::array<int, 3> low,
+                      std::array<int, 3> high) const {
+        std::size_t found = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = columns[0]; x < std::min(columns[1], width); ++x) {
+                bool within = true;
+                for (int c = 0; c < 3; ++c)
+                    within = within && at(x, y)[c] >= low[c] && at(x, y)[c] <= high[c];
+                found += within;
+            }
+        return found;
+    }
     /// The share of the pixels whose colours differ by more than this in some channel.
     /// `rows_left_out`: at the bottom.
     double share_differing(const Picture& other, int by, int rows_left_out = 0) const {
@@ -90,9 +104,12 @@ GreyImage striped_image() {
 struct Viewed : Tracked {
     Viewed() {
         write_image(folder / "block.nii.gz", striped_image());
-        std::ofstream(folder / "scene.yaml", std::ios::app) << "image: block.nii.gz\n";
+        name_image();
         tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
         record();
+    }
+    void name_image() const {
+        std::ofstream(folder / "scene.yaml", std::ios::app) << "image: block.nii.gz\n";
     }
     test::Outcome script(const std::string& text, const std::string& options = "",
                          const std::string& input = "result.h5") const {
@@ -165,6 +182,65 @@ TEST(View, PlayMouseAndKeysInAWindow) {
     EXPECT_GT(told[5].at("time_s"), told[1].at("time_s"));  // the middle of the time line
     EXPECT_GT(told[6].at("time_s"), told[5].at("time_s"));
     EXPECT_GT(Picture(viewed.folder / "turned.png").width, 600);
+}
+
+/// Pixels of the target's ellipsoid over the pale green organ, of which it lets 45 % through. The
+/// target's colour is (255, 102, 0).
+std::size_t ellipsoid_pixels(const Picture& picture, int organ_end) {
+    return picture.count({0, organ_end}, {195, 110, 50}, {230, 160, 100});
+}
+
+/// A press whose registration is uncertain by 4, 2 and 5 mm along the axes, and a target.
+struct ViewedTarget : Viewed {
+    ViewedTarget() {
+        FiducialRegistration registration = read_registration(folder / "registration.json");
+        const Vector3 deviations(0.004, 0.002, 0.005);
+        registration.expected_error.emplace().covariance.diagonal().head<3>() =
+            deviations.cwiseAbs2();
+        write_registration(folder / "registration.json", registration);
+        set_track("targets: [{name: Tumour, point_mm: [100, 50, 60]}]");
+        name_image();
+    }
+};
+
+TEST(View, TargetsHaveTheirEllipsoids) {
+    ViewedTarget viewed;
+    (void)viewed.run();
+    const auto outcome = viewed.script(
+        "frame 1\ntell\ncross 100 50 60\nscreenshot through.png\nslices rest\nscreenshot "
+        "rest.png\nslices deformed\ncross 150 20 20\nscreenshot beside.png\n",
+        "--off-screen");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json tumour = Viewed::told(outcome).at(0).at("targets").at("Tumour");
+    EXPECT_EQ(tumour.at("at_mm"), json({100.0, 50.0, 60.0}));
+    // 95 % of the largest deviation alone is 9.8 mm, the largest semi-axis 14 mm.
+    EXPECT_GT(tumour.at("radius_95_mm"), 9.8);
+    EXPECT_LT(tumour.at("radius_95_mm"), 14);
+
+    constexpr int organ_end = 422;
+    const Picture through(viewed.folder / "through.png"), rest(viewed.folder / "rest.png"),
+        beside(viewed.folder / "beside.png");
+    const auto contour = [&](const Picture& picture) {
+        return picture.count({organ_end, 640}, {250, 97, 0}, {255, 107, 5});
+    };
+    EXPECT_GT(contour(through), 60u);  // three ellipses with semi-axes of 4 to 10 pixels
+    EXPECT_EQ(contour(rest), 0u) << "places are those in the deformed organ";
+    EXPECT_EQ(contour(beside), 0u) << "the slices pass the target";
+    for (const Picture* picture : {&through, &rest, &beside}) {
+        EXPECT_GT(ellipsoid_pixels(*picture, organ_end), 700u);  // semi-axes of 15 and 20 pixels
+        EXPECT_LT(ellipsoid_pixels(*picture, organ_end), 1400u);
+    }
+}
+
+TEST(View, ALiveRunShowsTargetsToo) {
+    ViewedTarget viewed;
+    write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
+    test::write_text(viewed.folder / "look.txt", "play 1\ntell\nscreenshot live.png\n");
+    const auto outcome =
+        livetet(viewed.folder, "view scene.yaml --script look.txt --size 640 400", with_display);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(Viewed::told(outcome).at(0).at("targets").contains("Tumour")) << outcome.out;
+    EXPECT_GT(ellipsoid_pixels(Picture(viewed.folder / "live.png"), 422), 700u);
 }
 
 TEST(View, AScreenshotNeedsNoDisplayAndAWindowSaysThatItDoes) {
