@@ -85,6 +85,7 @@ Report make_report(const RunResult& result, const Truth* truth) {
     if (const auto& at_end = result.frames.back().sensors)
         report.unplaced = static_cast<std::size_t>((*at_end)[0]);
     if (truth) report.truth = compare_with_truth(result, *truth);
+    report.stated = summarise_statements(result, report.truth ? &*report.truth : nullptr);
     return report;
 }
 

@@ -9,6 +9,7 @@
 #include "apps/live/run_result.hpp"
 #include "apps/phantom/truth_file.hpp"
 #include "apps/report/report_parts.hpp"
+#include "apps/report/stated_error.hpp"
 #include "apps/report/target_error.hpp"
 #include "apps/scene/explanation.hpp"
 #include "base/distribution.hpp"
@@ -51,9 +52,10 @@ struct Report {
     RunInfo run;
     FrameStatistics frames;
     double first_s = 0, last_s = 0;
-    double largest_press_mm = 0;        ///< as measured by the deformation sensor
-    std::size_t deepest_frame = 0;      ///< kept frame with the largest press
-    std::optional<TargetErrors> truth;  ///< if the truth is known
+    double largest_press_mm = 0;         ///< as measured by the deformation sensor
+    std::size_t deepest_frame = 0;       ///< kept frame with the largest press
+    std::optional<TargetErrors> truth;   ///< if the truth is known
+    std::optional<StatedErrors> stated;  ///< if the run has targets
 };
 
 /// Makes a report. Throws Error if the result has no frames, and where `compare_with_truth` does.

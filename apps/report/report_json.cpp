@@ -102,6 +102,36 @@ ordered_json truth_json(const TargetErrors& t) {
             {"series", series}};
 }
 
+ordered_json stated_json(const StatedErrors& stated) {
+    ordered_json missing = ordered_json::object(), targets = ordered_json::array();
+    for (std::size_t q = 0; q < error_source_count; ++q)
+        if (stated.missing[q] > 0)
+            missing[name_of(static_cast<ErrorSource>(q))] = stated.missing[q];
+    for (const StatedTarget& t : stated.targets) {
+        ordered_json sources = ordered_json::object();
+        for (std::size_t q = 0; q < error_source_count; ++q)
+            if (t.rms_by_source_mm[q])
+                sources[name_of(static_cast<ErrorSource>(q))] = *t.rms_by_source_mm[q];
+        ordered_json target = {{"name", t.name},
+                               {"radius_95_mm", to_json(t.radius_95_mm)},
+                               {"rms_by_source_mm", sources}};
+        if (t.truth) {
+            target["truth"] = {{"frames", t.truth->frames},
+                               {"within", t.truth->within},
+                               {"coverage", t.truth->coverage()},
+                               {"median_radius_mm", t.truth->median_radius_mm},
+                               {"median_error_mm", t.truth->median_error_mm}};
+            if (const auto ratio = t.truth->radius_per_error())
+                target["truth"]["radius_per_error"] = *ratio;
+        }
+        targets.push_back(std::move(target));
+    }
+    return {{"frames", stated.frames},
+            {"incomplete_frames", stated.incomplete},
+            {"missing_frames", missing},
+            {"targets", targets}};
+}
+
 }  // namespace
 
 std::string report_json(const Report& r) {
@@ -120,6 +150,7 @@ std::string report_json(const Report& r) {
         {"sensors", sensors_json(r)},
         {"parts", parts_json(r.parts)}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
+    if (r.stated) out["stated_error"] = stated_json(*r.stated);
     return json_text(out);
 }
 

@@ -89,9 +89,13 @@ HtmlSection::HtmlSection(std::string_view title)
     : html_(fmt::format("<section><h2>{}</h2>\n<table>\n", escaped(title))) {}
 
 void HtmlSection::heads(std::initializer_list<std::string_view> names) {
+    heads(std::vector<std::string>(names.begin(), names.end()));
+}
+
+void HtmlSection::heads(std::span<const std::string> names) {
     html_ += "<tr>";
-    for (const auto name : names)
-        html_ += fmt::format("<th class=\"{}\">{}</th>", name == *names.begin() ? "" : "n",
+    for (const auto& name : names)
+        html_ += fmt::format("<th class=\"{}\">{}</th>", &name == names.data() ? "" : "n",
                              escaped(name));
     html_ += "</tr>\n";
 }
@@ -109,9 +113,13 @@ void HtmlSection::numbers(std::string_view name, std::initializer_list<double> v
 }
 
 void HtmlSection::row(std::initializer_list<std::string> cells) {
+    row(std::span(cells.begin(), cells.size()));
+}
+
+void HtmlSection::row(std::span<const std::string> cells) {
     html_ += "<tr>";
     for (const auto& cell : cells)
-        html_ += fmt::format("<td{}>{}</td>", &cell == cells.begin() ? "" : " class=\"n\"",
+        html_ += fmt::format("<td{}>{}</td>", &cell == cells.data() ? "" : " class=\"n\"",
                              escaped(cell));
     html_ += "</tr>\n";
 }

@@ -33,10 +33,12 @@ class HtmlSection {
     explicit HtmlSection(std::string_view title);
 
     void heads(std::initializer_list<std::string_view> names);
+    void heads(std::span<const std::string> names);
     void texts(std::initializer_list<std::string> cells);
     void numbers(std::string_view name, std::initializer_list<double> values, int digits);
     /// Adds a row: a cell of text, then numbers.
     void row(std::initializer_list<std::string> cells);
+    void row(std::span<const std::string> cells);
     std::string end(std::string_view note = "");
 
   private:

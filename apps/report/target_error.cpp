@@ -177,6 +177,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     std::vector<std::size_t> moving;
     for (std::size_t i = 0; i < states.size(); ++i) {
         states[i].x = truth.targets[i].position;
+        errors.series.push_back({truth.targets[i].name, {}});
         const double motion = displacement_of(truth, truth.targets[i], deepest).norm();
         errors.largest_motion_mm = std::max(errors.largest_motion_mm, 1e3 * motion);
         if (motion > moving_m) moving.push_back(i);
@@ -197,7 +198,10 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         for (std::size_t i = 0; i < states.size(); ++i) {
             states[i].u_est = u[i];
             states[i].u_true = displacement_of(truth, truth.targets[i], sample.depth);
+            errors.series[i].error_mm.push_back(
+                error_mm(est, sample.tracker_from_image, states[i], states[i].u_est));
         }
+        errors.frames.push_back(m.frame);
         errors.samples.push_back(sample_errors(result.frames[m.frame].time_s, sample.depth, est,
                                                sample.tracker_from_image, states, moving));
         if (sample.depth <= at_rest_m) {

@@ -17,6 +17,12 @@ struct TargetErrorSample {
     double rigid_mm = 0, deforming_mm = 0;
 };
 
+/// A target's errors with deformation (see TargetErrors) in all frames of TargetErrors::frames, mm.
+struct TargetErrorSeries {
+    std::string name;
+    std::vector<double> error_mm;
+};
+
 /// Effect of rigid motion of the organ on the targets while nothing presses on it: there should be
 /// none.
 struct RestErrors {
@@ -52,6 +58,8 @@ struct TargetErrors {
     Distribution rigid_mm, deforming_mm, registration_mm, deformation_mm;
     RestErrors rest;
     std::vector<TargetErrorSample> samples;
+    std::vector<std::size_t> frames;        ///< those of the result that were compared
+    std::vector<TargetErrorSeries> series;  ///< of each target, moving or not
 
     /// Ratio of the RMS errors without and with deformation.
     double gain() const { return deforming_mm.rms > 0 ? rigid_mm.rms / deforming_mm.rms : 0; }

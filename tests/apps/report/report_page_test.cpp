@@ -101,6 +101,26 @@ TEST(ReportPage, HoldsTheFiguresOfTheJson) {
     EXPECT_NE(page.find("a &lt;b&gt; &amp; &quot;c&quot;.h5"), std::string::npos);
 }
 
+TEST(ReportPage, HoldsTheStatedErrors) {
+    EXPECT_EQ(report_page(make_report(made_run()), {}).find("Stated error"), std::string::npos);
+    RunResult run = made_run();
+    run.targets = {"T<1>"};
+    for (std::size_t k = 0; k < run.frames.size(); ++k) {
+        FrameStatement& statement = run.frames[k].statement;
+        statement.targets.resize(1);
+        statement.targets[0].radius_95 = 1e-3 * static_cast<double>(k + 1);
+        statement.targets[0].by_source.fill(0.0625e-6);
+        statement.missing.add(ErrorSource::law);
+        if (k == 0) statement.missing.add(ErrorSource::elements);
+    }
+    const std::string page = report_page(make_report(run), {});
+    EXPECT_TRUE(has_row(page, "95 % radius|median|largest")) << page;
+    EXPECT_TRUE(has_row(page, "T&lt;1&gt;|3.00|5.00"));
+    EXPECT_TRUE(has_row(page, "T&lt;1&gt;|0.25|0.25|0.25|0.25|0.25|0.25|-|0.25"));
+    EXPECT_NE(page.find("missing in 100.0 % of the frames: elements in 1, law in 5"),
+              std::string::npos);
+}
+
 TEST(ReportPage, NeedsNoOtherFileAndShowsNoNameAsMarkup) {
     const std::vector<PagePicture> pictures{{"An <organ>", "iVBORw0KGgo="}};
     const std::string page = report_page(make_report(made_run()), pictures);

@@ -208,6 +208,109 @@ TEST(Report, JsonHoldsTheSameFigures) {
     EXPECT_EQ(out["frames"]["samples"], 41);
 }
 
+/// Targets "T-3" and "Lesion" with radii of 3.3 mm and of 1 to 5 mm; in the first five frames the
+/// elements are missing, and stated with 0.
+RunResult with_targets(RunResult result) {
+    result.targets = {"T-3", "Lesion"};
+    for (std::size_t k = 0; k < result.frames.size(); ++k) {
+        FrameStatement& statement = result.frames[k].statement;
+        statement.targets.resize(2);
+        statement.targets[0].radius_95 = 3.3e-3;
+        statement.targets[1].radius_95 = 1e-3 + 1e-4 * static_cast<double>(k);
+        for (TargetStatement& t : statement.targets) {
+            const bool is_late = k >= 20;  // 21 of 41 frames
+            t.by_source[static_cast<std::size_t>(ErrorSource::reference)] = is_late ? 4e-6 : 1e-6;
+            t.by_source[static_cast<std::size_t>(ErrorSource::elements)] = k < 5 ? 0 : 0.25e-6;
+        }
+        if (k < 5) statement.missing.add(ErrorSource::elements);
+    }
+    return result;
+}
+
+TEST(Report, StatedErrorsAreSummedUp) {
+    const Report report = make_report(with_targets(make_result(make_truth(), 1)));
+    ASSERT_TRUE(report.stated);
+    EXPECT_EQ(report.stated->incomplete, 5U);
+    EXPECT_EQ(missing_text(*report.stated), "elements in 5");
+    ASSERT_EQ(report.stated->targets.size(), 2U);
+    const StatedTarget& lesion = report.stated->targets[1];
+    EXPECT_EQ(lesion.name, "Lesion");
+    EXPECT_NEAR(lesion.radius_95_mm.median, 3, 1e-9);
+    EXPECT_NEAR(lesion.radius_95_mm.worst, 5, 1e-9);
+    const auto rms = [&](ErrorSource source) {
+        return lesion.rms_by_source_mm[static_cast<std::size_t>(source)];
+    };
+    EXPECT_NEAR(*rms(ErrorSource::reference), std::sqrt((20 * 1 + 21 * 4) / 41.0), 1e-9);
+    EXPECT_NEAR(*rms(ErrorSource::elements), 0.5, 1e-9) << "of the frames that have it";
+    EXPECT_EQ(*rms(ErrorSource::law), 0);
+    EXPECT_FALSE(lesion.truth);
+    EXPECT_FALSE(make_report(make_result(make_truth(), 1)).stated) << "no targets";
+}
+
+TEST(Report, ASourceThatIsAlwaysMissingHasNoFigure) {
+    RunResult result = with_targets(make_result(make_truth(), 1));
+    for (RunFrame& frame : result.frames) {
+        frame.statement.missing.add(ErrorSource::elements);
+        frame.statement.missing.add(ErrorSource::law);
+    }
+    const Report report = make_report(result);
+    EXPECT_EQ(report.stated->incomplete, 41U);
+    EXPECT_EQ(missing_text(*report.stated), "elements in 41, law in 41");
+    const auto& sources = report.stated->targets[0].rms_by_source_mm;
+    EXPECT_FALSE(sources[static_cast<std::size_t>(ErrorSource::law)]);
+    EXPECT_TRUE(sources[static_cast<std::size_t>(ErrorSource::solver)]);
+    const json out = json::parse(report_json(report))["stated_error"]["targets"][0];
+    EXPECT_FALSE(out["rms_by_source_mm"].contains("law"));
+}
+
+TEST(Report, StatedRadiiAreComparedWithTheTruthByName) {
+    const Truth truth = make_truth();
+    RunResult result = with_targets(make_result(truth, 1));
+    // T-3 errs by 3 mm sideways and, in the 11 frames of the press, by 2 mm downwards.
+    const Report report = make_report(result, &truth);
+    const auto& compared = report.stated->targets[0].truth;
+    ASSERT_TRUE(compared);
+    EXPECT_EQ(compared->frames, 41U);
+    EXPECT_EQ(compared->within, 30U);
+    EXPECT_NEAR(compared->median_error_mm, 3, 1e-9);
+    EXPECT_NEAR(*compared->radius_per_error(), 1.1, 1e-9);
+    EXPECT_FALSE(report.stated->targets[1].truth) << "the truth has no Lesion";
+
+    // A frame without a registration is not compared: the radii stay with their frames.
+    result.frames[0].tracker_from_image.translation.x() = std::nan("");
+    result.frames[0].statement.targets[0].radius_95 = 1;
+    result.frames[20].statement.targets[0].radius_95 = 4e-3;
+    const auto& fewer = make_report(result, &truth).stated->targets[0].truth;
+    EXPECT_EQ(fewer->frames, 40U);
+    EXPECT_EQ(fewer->within, 30U);
+}
+
+TEST(Report, TextAndJsonHoldTheStatedErrors) {
+    const Truth truth = make_truth();
+    const Report report = make_report(with_targets(make_result(truth, 1)), &truth);
+    const json stated = json::parse(report_json(report))["stated_error"];
+    EXPECT_EQ(stated["incomplete_frames"], 5);
+    EXPECT_EQ(stated["missing_frames"], json({{"elements", 5}}));
+    EXPECT_NEAR(stated["targets"][1]["radius_95_mm"]["median"], 3, 1e-9);
+    EXPECT_NEAR(stated["targets"][0]["rms_by_source_mm"]["elements"], 0.5, 1e-9);
+    EXPECT_NEAR(stated["targets"][0]["truth"]["coverage"], 30.0 / 41, 1e-9);
+    EXPECT_NEAR(stated["targets"][0]["truth"]["radius_per_error"], 1.1, 1e-9);
+    EXPECT_FALSE(stated["targets"][1].contains("truth"));
+
+    std::istringstream text(report_text(report));
+    std::vector<std::string> rows;
+    for (std::string line; std::getline(text, line);) {
+        EXPECT_LE(line.size(), 100U) << line;
+        if (line.starts_with("  T-3 ")) rows.push_back(line);
+    }
+    ASSERT_EQ(rows.size(), 2U);
+    for (const char* figure : {"3.30", "73.2 %", "1.10"})
+        EXPECT_NE(rows[0].find(figure), std::string::npos) << figure << " in " << rows[0];
+    EXPECT_NE(rows[1].find("1.59"), std::string::npos) << rows[1];  // the reference
+    EXPECT_NE(rows[1].find("0.50"), std::string::npos) << rows[1];
+    EXPECT_EQ(report_text(make_report(make_result(truth, 1))).find("STATED"), std::string::npos);
+}
+
 TEST(Report, ALongNameIsApartFromItsValue) {
     EXPECT_EQ(report_line("patch", "15 mm"), "  patch                 15 mm\n");
     EXPECT_EQ(report_line("SensorOnTheLeftLobeOfTheLiver", "15 mm"),
