@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <concepts>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,7 +21,11 @@ struct Uncertain {
 
     double lowest() const { return value - spread; }
     double highest() const { return value + spread; }
-    bool operator==(const Uncertain&) const = default;
+    /// Compares two of them with their spreads; a number is compared with the value.
+    template <std::same_as<Uncertain> A, std::same_as<Uncertain> B>
+    friend bool operator==(const A& a, const B& b) {
+        return a.value == b.value && a.spread == b.spread;
+    }
 };
 
 /// "0.45" or "0.45 +- 0.03", in the shortest form that reads back to the same numbers.

@@ -63,7 +63,7 @@ TEST(Yaml, SaysValueLimitAndPlace) {
               "time.scheme = newton must be one of static, euler, newmark, generalized_alpha "
               "(liver.yaml:1)");
     EXPECT_EQ(refusal("others:\n - {young_Pa: soft}"),
-              "others[0].young_Pa = soft must be a number (liver.yaml:2)");
+              "others[0].young_Pa = soft must be a number, or NUMBER +- SPREAD (liver.yaml:2)");
     EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"),
               "material.young_Pa is given twice (liver.yaml:1)");
     EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");
