@@ -13,7 +13,11 @@
 namespace livetet {
 namespace {
 
-using namespace test;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using test::Points;
+using test::Random;
+using test::WhitenedErrors;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double fle = 1e-4;
