@@ -19,6 +19,7 @@ constexpr const char* contents = R"(What it makes in DIR:
   fiducials.igs.mha          Stylus touching the five fiducials in order; Reference
   press.igs.mha              Reference, and Sensor pressed in 15 mm three times while all moves
                              and turns
+  targets.csv                eight places in the organ, whose error `livetet track` states
   scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
   truth/truth.json           what a report measures errors against; nothing else reads it)";
 

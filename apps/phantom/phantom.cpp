@@ -16,6 +16,7 @@
 #include "base/temporary_files.hpp"
 #include "io/fiducial_file.hpp"
 #include "io/image_file.hpp"
+#include "io/points_csv.hpp"
 #include "io/sequence_file.hpp"
 
 namespace livetet {
@@ -161,6 +162,19 @@ Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press
     return truth;
 }
 
+namespace {
+
+/// Some of the hidden targets, as a surgeon would mark them in the image before the operation.
+std::vector<NamedPoint> marked_targets() {
+    constexpr std::size_t step = 4;
+    const std::vector<NamedPoint> all = phantom::targets();
+    std::vector<NamedPoint> some;
+    for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+    return some;
+}
+
+}  // namespace
+
 std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions& options,
                                     const ProgressCallback& progress) {
     check_options(options);
@@ -184,6 +198,7 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
                                part_of(progress, 0.06, 0.4, "mesh of the truth")),
                 phantom::targets(), truth, part_of(progress, 0.4, 0.99, "truth"));
     write_truth(pending.add("truth/truth.json"), truth);
+    write_points_csv(pending.add("targets.csv"), marked_targets());
     write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));
     write_text_file(pending.add("solve.yaml"), phantom_solve_scene(truth));
     const auto names = pending.commit();

@@ -42,6 +42,8 @@ track:
   sensors:
     - tool: Sensor           # rests on the organ, then is pressed in
       patch_radius_mm: {:<6.4g}# the surface this near to the sensor moves with it
+  targets:
+    - points: targets.csv    # places in the organ: each frame says how far off they may be
   base_window_s: 1           # the sensor's place at rest is the mean over this first time
   budget: 30 ms              # what a frame may take: on a busy machine accuracy gives way, and the report says how often
 
