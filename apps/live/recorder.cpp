@@ -193,6 +193,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     result.append_values("solves", solves);
     value("checksum", checksum(f.displacement));
     append_statement(result, f.statement);
+    if (!f.statement.targets.empty()) value("statement_ms", 1e3 * f.statement_s);
     const HandPull pull = f.pull.value_or(HandPull{});  // number 0: none
     result.append_values(pull_values,
                          {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),

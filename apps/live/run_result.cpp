@@ -36,6 +36,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     frame.sensor_ms = value_if_any("sensor_ms");
     frame.finish_ms = value_if_any("finish_ms");
     frame.output_ms = value_if_any("output_ms");
+    frame.statement_ms = value_if_any("statement_ms");
     frame.iterations = static_cast<int>(value("iterations"));
     frame.residual = value("residual");
     frame.error_estimate_mm = value_if_any("error_estimate_mm");

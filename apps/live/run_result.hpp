@@ -26,7 +26,8 @@ struct RunFrame {
         tracker_from_image;  ///< not finite before the first registration
     double frame_ms = 0, operator_ms = 0, forces_ms = 0, solve_ms = 0;
     std::optional<double> sensor_ms, finish_ms,
-        output_ms;  ///< further stages; missing in the oldest files
+        output_ms;                       ///< further stages; missing in the oldest files
+    std::optional<double> statement_ms;  ///< none without targets
     int iterations = 0;
     double residual = 0;
     std::optional<double>

@@ -38,6 +38,8 @@ FrameStatistics frame_statistics(const RunResult& result) {
     s.solve_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.solve_ms; });
     s.finish_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.finish_ms; });
     s.output_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.output_ms; });
+    s.statement_ms =
+        distribution_of(result, [](const RunFrame& f) -> Value { return f.statement_ms; });
     s.iterations = distribution_of(result, [](const RunFrame& f) -> Value { return f.iterations; });
     s.error_estimate_mm =
         distribution_of(result, [](const RunFrame& f) -> Value { return f.error_estimate_mm; });

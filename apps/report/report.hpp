@@ -23,7 +23,7 @@ struct FrameStatistics {
     std::size_t kept = 0, over_budget = 0, cut_short = 0, not_converged = 0, registration_held = 0,
                 registration_lost = 0;
     Distribution frame_ms, sensor_ms, forces_ms, operator_ms, solve_ms, finish_ms, output_ms,
-        iterations;
+        statement_ms, iterations;
     Distribution error_estimate_mm;  ///< of each frame's estimate of its own remaining error, RMS
                                      ///< over the nodes
 };

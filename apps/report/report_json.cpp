@@ -41,6 +41,7 @@ ordered_json frames_json(const Report& r) {
     add("sensor_ms", f.sensor_ms);
     add("finish_ms", f.finish_ms);
     add("output_ms", f.output_ms);
+    add("statement_ms", f.statement_ms);
     add("error_estimate_mm", f.error_estimate_mm);
     return out;
 }
