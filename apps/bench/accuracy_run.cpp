@@ -39,7 +39,7 @@ std::uint64_t seed_of(const AccuracyCase& c, int tool) {
 
 struct Registered {
     RigidTransform<ImageFrame, Reference> image_from_reference;
-    Eigen::Matrix<double, 6, 6> covariance;
+    ExpectedRegistrationError error;
 };
 
 /// Registration from fiducials touched in turn, averaged in the reference sensor's frame (Umeyama).
@@ -65,7 +65,8 @@ Registered registered(const AccuracyCase& c) {
     errors.in_to.assign(in_image.size(), fle * fle / 3 * Eigen::Matrix3d::Identity());
     const auto image_from_reference = rigid_part(fit.to_from_from);
     return {image_from_reference,
-            registration_covariance(in_reference, image_from_reference.rotation, errors)};
+            {registration_covariance(in_reference, image_from_reference.rotation, errors),
+             true}};  // the tip is known exactly
 }
 
 std::string name_of_sensor(int k) { return fmt::format("Sensor{}", k + 1); }
@@ -202,7 +203,7 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     const Registered registration = registered(c);
     TrackedBody model(scene, body_, tool_finder(tools), registration.image_from_reference);
     model.state_errors(std::make_unique<ErrorStatement>(scene, hierarchy_, body_.mesh()),
-                       registration.covariance);
+                       registration.error);
 
     // 2. press, frame by frame
     const Truth& truth = organ_.truth;

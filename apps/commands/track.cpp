@@ -103,11 +103,6 @@ struct TrackInputs {
     std::optional<double> budget_s;
     FiducialRegistration registration;
     RigidTransform<ImageFrame, Reference> image_from_reference;
-    /// Of image_from_reference; none if the registration does not state it.
-    std::optional<Eigen::Matrix<double, 6, 6>> registration_covariance() const {
-        if (!registration.expected_error) return {};
-        return registration.expected_error->covariance;
-    }
     ArrivalLog arrivals;
     OpenSource open;
 };
@@ -169,11 +164,11 @@ json describe_replay(const TrackInputs& inputs, const SceneBody& body, const Fra
                   {"tools", inputs.open.source->tools()},
                   {"image_from_reference", pose},
                   {"events", events}};
-    if (const auto covariance = inputs.registration_covariance()) {
+    if (const auto& error = inputs.registration.expected_error) {
         std::vector<double> numbers;  // to the bit
-        for (const auto row : covariance->rowwise())
+        for (const auto row : error->covariance.rowwise())
             numbers.insert(numbers.end(), row.begin(), row.end());
-        about["registration_covariance"] = numbers;
+        about["registration_error"] = {{"covariance", numbers}, {"holds_tip", error->holds_tip}};
     }
     return about;
 }
@@ -249,18 +244,19 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     if (session.ranks() > 1)
         fail("track runs on one rank, found {}: start it without mpirun", session.ranks());
     session.add_options(scene.solver.petsc_options);
-    const MeshHierarchy hierarchy = [&] {
+    MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
     if (const auto note = locking_note(scene, Use::track)) log_warning(*note);
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, hierarchy, Use::track);
+    MeshHierarchy for_targets = hierarchy_for_targets(scene, hierarchy);
+    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
     TrackFiles files(inputs, body);
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
-    state_errors_if_wanted(tracked, scene, hierarchy, body.mesh(),
-                           inputs.registration_covariance());
+    state_errors_if_wanted(tracked, scene, std::move(for_targets), body.mesh(),
+                           inputs.registration.expected_error);
     if (files.result && !tracked.target_names().empty())
         files.result->write_text("targets", text_of_targets(tracked.target_names()));
 

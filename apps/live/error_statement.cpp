@@ -46,7 +46,8 @@ Matrix36d by_reference(const PoseErrors& poses, const Vector3& at) {
 
 Matrix3d by_registration(const PoseErrors& poses, const Vector3& at) {
     if (!poses.registration) return Matrix3d::Zero();
-    return point_covariance(*poses.registration, at - poses.image_from_reference.translation);
+    return point_covariance(poses.registration->covariance,
+                            at - poses.image_from_reference.translation);
 }
 
 /// Sum of independent errors by their sources.
@@ -103,13 +104,14 @@ ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, cons
     statement_.targets.resize(targets_.size());
 }
 
-void ErrorStatement::start(std::span<const SensorPatch* const> patches) {
+void ErrorStatement::start(std::span<const SensorPatch* const> patches,
+                           const std::vector<FixOptions>& fix) {
     std::vector<ResponsePatch> all;
     for (const SensorPatch* p : patches)
         all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->drive().base()->translation,
                        p->options().stiffness, p->options().drive.motion == DriveMotion::rigid});
     terms_.assign(patches.size(), {});
-    responses_.start(std::move(all));
+    responses_.start(std::move(all), fix);
 }
 
 void ErrorStatement::find_terms(const PoseErrors& poses,
@@ -117,7 +119,8 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
     for (std::size_t s = 0; s < patches.size(); ++s) {
         const SensorPatch& patch = *patches[s];
         PatchTerms& t = terms_[s];
-        t.d = patch.centre_displacement();
+        t.motion = patch.motion();
+        t.d = t.motion.head<3>();
         t.error = patch.error();
         t.radius_spread = patch.options().radius_spread;
         const Vector3& at = patch.drive().base()->translation;
@@ -129,6 +132,9 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
         const Matrix36d J = by_reference(poses, at);
         const double whole = (J * poses.reference->covariance * J.transpose()).trace();
         if (whole > 0) t.by_reference = std::min(1.0, std::sqrt(t.error->by_reference / whole)) * J;
+        // what the sensor's filter passes of the reference's noise, and the reference's does not
+        const double excess = std::max(0.0, t.error->by_reference - whole);
+        t.error->own.topLeftCorner<3, 3>() += excess / 3 * Matrix3d::Identity();
     }
 }
 
@@ -136,9 +142,10 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
     ErrorSources& missing = statement_.missing;
     missing = {};
     if (!poses.reference) missing.add(ErrorSource::reference);
-    if (!poses.registration) missing.add(ErrorSource::fiducials);
-    for (const PatchTerms& t : terms_)
-        if (!t.error) missing.add(ErrorSource::sensors);
+    if (!poses.registration || !poses.registration->holds_tip) missing.add(ErrorSource::fiducials);
+    const bool all_follow =
+        std::ranges::all_of(terms_, [](const PatchTerms& t) { return t.error.has_value(); });
+    if (!all_follow || poses.is_unknown_elsewhere) missing.add(ErrorSource::sensors);
     if (!responses_.are_known())
         for (const ErrorSource source :
              {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials,
@@ -182,7 +189,7 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
             add_patch(sum, r, t.d, t.error ? &*t.error : nullptr, t.place, t.radius_spread);
             of_reference -= r.motion.leftCols<3>() * t.by_reference;
             by_elements += r.elements * t.d;
-            by_large_strain -= r.motion.leftCols<3>() * t.d;
+            by_large_strain -= r.motion * t.motion;
         }
         sum.add(ErrorSource::elements, outer(by_elements));
         sum.add(ErrorSource::law, outer(law_share * by_large_strain));

@@ -9,6 +9,7 @@
 
 #include "apps/live/target_responses.hpp"
 #include "apps/scene/targets.hpp"
+#include "io/registration_file.hpp"
 #include "solvers/nonlinear/step_report.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/sensor_patch.hpp"
@@ -22,7 +23,8 @@ namespace livetet {
 /// - `patches`: radius and place of the patches.
 /// - `materials`: the stated spreads of material values.
 /// - `elements`: four-node elements against ten-node ones.
-/// - `law`: the constitutive model at large strain, and the organ's shape meanwhile.
+/// - `law`: what large strain, and inertia, change of the linear response: another constitutive
+///   model would change a part of it.
 /// - `solver`: the frame's linear solve.
 enum class ErrorSource { reference, fiducials, sensors, patches, materials, elements, law, solver };
 inline constexpr std::size_t error_source_count = 8;
@@ -55,16 +57,19 @@ struct TargetStatement {
 /// The targets of a frame.
 struct FrameStatement {
     std::vector<TargetStatement> targets;  ///< in the order of the scene; empty: nothing to state
-    ErrorSources missing;  ///< sources that are not in the numbers, as they could not be estimated
-    double computed = 1;   ///< share of the model's responses that are known
+    /// Sources that are not, or not wholly, in the numbers, as they could not be estimated.
+    ErrorSources missing;
+    double computed = 1;  ///< share of the model's responses that are known
 };
 
 /// What an ErrorStatement needs to know of the poses in a frame.
 struct PoseErrors {
     const PoseEstimate* reference = nullptr;  ///< tracker_from_reference; null: not known
     RigidTransform<ImageFrame, Reference> image_from_reference;
-    /// Of the error of image_from_reference, as registration_covariance has it; null: not known.
-    const Eigen::Matrix<double, 6, 6>* registration = nullptr;
+    const ExpectedRegistrationError* registration = nullptr;  ///< null: not known
+    /// A sensor is not placed yet, or a patch is being released for good: what the organ does there
+    /// is not known.
+    bool is_unknown_elsewhere = false;
 };
 
 /// States the errors at targets, frame by frame. With e the error of a target at rest at x whose
@@ -80,13 +85,14 @@ struct PoseErrors {
 /// with G_s the response of the target to the motion d_s of patch s (TargetResponses) and J(x) the
 /// Jacobian of a point of the reference sensor's pose. A sensor's motion is taken relative to the
 /// reference: the error of the reference's pose acts on both, and cancels where G_s is 1. k_s is
-/// the part of it that the sensor's own filter passes.
+/// the part of it that the sensor's own filter passes. Moving the patch by c_s is taken to be
+/// moving the target by -c_s. The sources are taken to be independent.
 class ErrorStatement {
   public:
     ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh);
 
-    /// The patches have changed: responses are computed anew.
-    void start(std::span<const SensorPatch* const> patches);
+    /// The patches or the fixed nodes have changed: responses are computed anew.
+    void start(std::span<const SensorPatch* const> patches, const std::vector<FixOptions>& fix);
     /// One unit of the responses' work; see TargetResponses::work.
     bool work() { return responses_.work(); }
 
@@ -101,7 +107,8 @@ class ErrorStatement {
   private:
     /// What a patch does in a frame; the same for all places.
     struct PatchTerms {
-        Vector3 d = Vector3::Zero();      ///< displacement of its centre, m
+        Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
+        Vector3 d = Vector3::Zero();      ///< translation of `motion`, m
         std::optional<PatchError> error;  ///< none: not known
         /// R J(x_s), times k_s: the error of d by that of the reference's pose.
         Eigen::Matrix<double, 3, 6> by_reference = Eigen::Matrix<double, 3, 6>::Zero();

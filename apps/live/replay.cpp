@@ -29,19 +29,21 @@ struct Origin {
     int threads = 0;
     std::vector<std::string> tools;
     RigidTransform<ImageFrame, Reference> image_from_reference;
-    std::optional<Eigen::Matrix<double, 6, 6>> registration_covariance;
+    std::optional<ExpectedRegistrationError> registration_error;
     std::vector<SceneEvent> events;
 };
 
-/// 36 numbers by rows, m and rad.
-Eigen::Matrix<double, 6, 6> read_covariance(const json& rows, const std::string& source) {
-    const auto numbers = rows.get<std::vector<double>>();
+/// 36 numbers of the covariance by rows, m and rad.
+ExpectedRegistrationError read_registration_error(const json& about, const std::string& source) {
+    const auto numbers = about.at("covariance").get<std::vector<double>>();
     if (numbers.size() != 36)
-        fail("{}: registration_covariance has {} numbers, expected 36", source, numbers.size());
-    const Eigen::Matrix<double, 6, 6> covariance =
-        Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(numbers.data());
-    check_covariance(covariance, source);
-    return covariance;
+        fail("{}: the registration's covariance has {} numbers, expected 36", source,
+             numbers.size());
+    const ExpectedRegistrationError error{
+        Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(numbers.data()),
+        about.at("holds_tip").get<bool>()};
+    check_covariance(error.covariance, source);
+    return error;
 }
 
 Origin read_origin(const ResultReader& reader, const std::string& source) {
@@ -61,9 +63,9 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
             fail("{}: image_from_reference has {} numbers, expected 12", source, pose.size());
         origin.image_from_reference =
             transform_of_rows<ImageFrame, Reference>(std::span(pose).first<12>());
-        if (about.contains("registration_covariance"))
-            origin.registration_covariance =
-                read_covariance(about["registration_covariance"], source);
+        if (about.contains("registration_error"))
+            origin.registration_error =
+                read_registration_error(about["registration_error"], source);
         for (const json& event : about.at("events"))
             origin.events.push_back(
                 {event.at("frame").get<std::size_t>(), event.at("scene").get<std::string>()});
@@ -92,15 +94,16 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
              origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
-    const MeshHierarchy hierarchy = load_mesh(origin.scene.mesh, progress);
-    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene, hierarchy, Use::track);
+    MeshHierarchy hierarchy = load_mesh(origin.scene.mesh, progress);
+    MeshHierarchy for_targets = hierarchy_for_targets(origin.scene, hierarchy);
+    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene, std::move(hierarchy), Use::track);
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
     TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
                         MisplacedSensor::wait);
-    state_errors_if_wanted(tracked, origin.scene, hierarchy, body.mesh(),
-                           origin.registration_covariance);
+    state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body.mesh(),
+                           origin.registration_error);
 
     ReplayReport report;
     auto event = origin.events.begin();

@@ -138,7 +138,9 @@ json json_of(const FrameStatement& statement, const std::vector<std::string>& na
              {"covariance_mm2", upper_triangle_mm2(t.covariance)},
              {"rms_by_source_mm", sources}});
     }
-    return {{"targets", targets}, {"missing", names_of(statement.missing)}};
+    return {{"targets", targets},
+            {"missing", names_of(statement.missing)},
+            {"computed", statement.computed}};
 }
 
 std::string statement_text(const FrameStatement& statement, const std::vector<std::string>& names) {
@@ -148,6 +150,8 @@ std::string statement_text(const FrameStatement& statement, const std::vector<st
                                    names[worst - statement.targets.begin()]);
     if (!statement.missing.empty())
         text += fmt::format(", without {}", fmt::join(names_of(statement.missing), ", "));
+    if (statement.computed < 1)
+        text += fmt::format(" ({:.0f} % computed)", 100 * statement.computed);
     return text;
 }
 

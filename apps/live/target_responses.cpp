@@ -16,7 +16,7 @@ struct Holding {
 
 namespace {
 
-/// Each place, and a place before and behind it along each axis.
+/// See with_neighbours.
 constexpr std::size_t samples_of_place = 7;
 
 /// On a larger mesh, the effect of ten-node elements is found on the next coarser level, where it
@@ -79,6 +79,26 @@ Holding on_all_nodes(const TetMesh& mesh, Holding held) {
                 held.constraints.components[mesh.tets[t][tet_edges[e][0]]] &
                 held.constraints.components[mesh.tets[t][tet_edges[e][1]]];
     return held;
+}
+
+/// Each node held as one of another mesh; -1: free. Springs are left out.
+Holding on_other_nodes(const Holding& held, std::span<const std::int32_t> others) {
+    Holding other{Constraints(others.size()), {}};
+    for (std::size_t n = 0; n < others.size(); ++n)
+        if (others[n] >= 0)
+            other.constraints.components[n] = held.constraints.components[others[n]];
+    return other;
+}
+
+/// Each place, then the places `step` before and behind it along each axis.
+std::vector<Vector3> with_neighbours(std::span<const Vector3> places, double step) {
+    std::vector<Vector3> all;
+    for (const Vector3& place : places) {
+        all.push_back(place);
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double way : {step, -step}) all.push_back(place + way * Vector3::Unit(axis));
+    }
+    return all;
 }
 
 /// For each node of a coarse mesh's surface, the nearest node of the fine one's; -1 inside.
@@ -156,9 +176,7 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
                                  std::vector<Vector3> places)
     : scene_(linear_static(scene)), hierarchy_(std::move(hierarchy)), places_(std::move(places)) {
     const TetMesh& mesh = hierarchy_.levels.front();
-    const bool on_springs = std::ranges::any_of(
-        scene_.fix, [](const FixOptions& fix) { return fix.stiffness_N_per_m.has_value(); });
-    if (mesh.tets.size() > most_tets_of_ten_nodes && hierarchy_.levels.size() > 1 && !on_springs) {
+    if (mesh.tets.size() > most_tets_of_ten_nodes && hierarchy_.levels.size() > 1) {
         coarse_ = hierarchy_;
         coarse_.levels.erase(coarse_.levels.begin());
         coarse_.transfers.erase(coarse_.transfers.begin());
@@ -174,6 +192,14 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
 
 TargetResponses::~TargetResponses() = default;
 
+bool TargetResponses::knows_elements() const {
+    if (scene_.elements != Elements::p1) return false;
+    if (hierarchy_.levels.front().tets.size() <= most_tets_of_ten_nodes) return true;
+    return !coarse_.levels.empty() && std::ranges::none_of(scene_.fix, [](const FixOptions& fix) {
+        return fix.stiffness_N_per_m.has_value();
+    });
+}
+
 void TargetResponses::add_units(Variation variation, std::size_t material) {
     units_.push_back({variation, material});
     for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -183,8 +209,10 @@ void TargetResponses::add_units(Variation variation, std::size_t material) {
     }
 }
 
-void TargetResponses::start(std::vector<ResponsePatch> patches) {
+void TargetResponses::start(std::vector<ResponsePatch> patches,
+                            const std::vector<FixOptions>& fix) {
     patches_ = std::move(patches);
+    scene_.fix = fix;
     units_.clear();
     next_ = 0;
     failure_.clear();
@@ -229,14 +257,17 @@ bool TargetResponses::work() {
     return !is_done();
 }
 
+bool TargetResponses::is_on_coarse(Variation variation) const {
+    return !coarse_.levels.empty() &&
+           (variation == Variation::coarse || variation == Variation::elements);
+}
+
 void TargetResponses::set_up(const Unit& unit) {
     if (unit.variation == Variation::wider) return;  // the same body
     body_.reset();
     Scene scene = scene_;
-    const bool on_coarse = !coarse_.levels.empty() && (unit.variation == Variation::coarse ||
-                                                       unit.variation == Variation::elements);
-    if (unit.variation == Variation::coarse) find_coarse_patches();
     Use use = Use::track;
+    if (unit.variation == Variation::coarse) find_coarse_patches();
     if (unit.variation == Variation::elements) {
         scene.elements = Elements::p2;
         scene.solver.kind = SolverKind::automatic;
@@ -247,24 +278,11 @@ void TargetResponses::set_up(const Unit& unit) {
         Uncertain& value = scene.materials[u.material].*u.value;
         value = value.highest();
     }
-    std::vector<Vector3> samples;
-    for (const Vector3& place : places_) {
-        samples.push_back(place);
-        for (int axis = 0; axis < 3; ++axis)
-            for (const double sign : {1.0, -1.0})
-                samples.push_back(place + sign * offset_ / 2 * Vector3::Unit(axis));
-    }
-    const TetMesh& fine = hierarchy_.levels.front();
-    Holding held = scene_holding(scene_, fine);
-    if (on_coarse) {
-        const TetMesh& mesh = coarse_.levels.front();
-        Constraints constraints(mesh.nodes.size());
-        for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-            if (on_fine_[n] >= 0)
-                constraints.components[n] = held.constraints.components[on_fine_[n]];
-        held = {std::move(constraints), {}};
-    }
-    body_ = std::make_unique<Body>(scene, on_coarse ? coarse_ : hierarchy_, use, held, samples);
+    Holding held = scene_holding(scene_, hierarchy_.levels.front());
+    const bool on_coarse = is_on_coarse(unit.variation);
+    if (on_coarse) held = on_other_nodes(held, on_fine_);
+    body_ = std::make_unique<Body>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
+                                   with_neighbours(places_, offset_ / 2));
 }
 
 /// The patches on the next coarser level: its surface nodes that lie at one of theirs.
@@ -287,8 +305,7 @@ void TargetResponses::find_coarse_patches() {
 }
 
 void TargetResponses::solve(const Unit& unit) {
-    const bool on_coarse = !coarse_.levels.empty() && (unit.variation == Variation::coarse ||
-                                                       unit.variation == Variation::elements);
+    const bool on_coarse = is_on_coarse(unit.variation);
     auto& fields = on_coarse ? coarse_fields_ : fields_;
     std::vector<Vector3>& first = fields[6 * unit.patch + unit.motion];
     std::vector<Vector3> field =

@@ -14,7 +14,8 @@ namespace livetet {
 
 /// How a place of the body at rest answers to the motion of one patch, to first order.
 struct PatchResponse {
-    /// Displacement for a translation of the patch, m/m, and its turn about `Patch::centre`, m/rad.
+    /// Displacement for a translation of the patch, m/m, and its turn about
+    /// `ResponsePatch::centre`, m/rad.
     Eigen::Matrix<double, 3, 6> motion = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
     std::array<Eigen::Matrix3d, 3> gradient{};
@@ -46,7 +47,8 @@ class TargetResponses {
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
     ~TargetResponses();
 
-    void start(std::vector<ResponsePatch> patches);
+    /// `fix`: what holds the body now.
+    void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
     /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. A
     /// failure ends the work; `failure` tells it.
     bool work();
@@ -57,8 +59,9 @@ class TargetResponses {
     /// Why the responses could not be computed; empty if they could.
     const std::string& failure() const { return failure_; }
 
-    /// Whether the effect of the elements is known: not where the scene's have ten nodes.
-    bool knows_elements() const { return scene_.elements == Elements::p1; }
+    /// Whether the effect of the elements is known: not where the scene's have ten nodes, nor on a
+    /// large mesh without a coarser level or on springs, where its solves would take too long.
+    bool knows_elements() const;
     /// Valid once they are_known().
     const PatchResponse& at(std::size_t place, std::size_t patch) const {
         return responses_[place * patches_.size() + patch];
@@ -82,6 +85,7 @@ class TargetResponses {
     };
     class Body;
 
+    bool is_on_coarse(Variation variation) const;
     void add_units(Variation variation, std::size_t material = 0);
     void set_up(const Unit& unit);
     void find_coarse_patches();

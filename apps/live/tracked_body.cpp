@@ -155,7 +155,7 @@ void TrackedBody::change(SceneChange&& change) {
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
     sensors_ = std::move(leaving);
-    stating_.patches.clear();  // a new patch may lie where an old one was
+    stating_.is_outdated = true;
     find_shown(std::move(change.tips));
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
@@ -353,21 +353,28 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     const auto stepped = Clock::now();
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);
-    tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s);
+    const auto read = Clock::now();
     state_errors_of_frame();
+    frame_.statement_s = seconds_since(read);
+    tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s + frame_.statement_s);
     return frame_;
 }
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
-                               const std::optional<Eigen::Matrix<double, 6, 6>>& registration) {
-    stating_ = {std::move(statement), registration, {}};
+                               const std::optional<ExpectedRegistrationError>& registration) {
+    stating_ = {std::move(statement), registration, {}, true};
 }
 
-void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene,
-                            const MeshHierarchy& hierarchy, const TetMesh& mesh,
-                            const std::optional<Eigen::Matrix<double, 6, 6>>& registration) {
+MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded) {
+    return scene.track->targets.empty() ? MeshHierarchy{} : loaded;
+}
+
+void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene, MeshHierarchy hierarchy,
+                            const TetMesh& mesh,
+                            const std::optional<ExpectedRegistrationError>& registration) {
     if (scene.track->targets.empty()) return;
-    tracked.state_errors(std::make_unique<ErrorStatement>(scene, hierarchy, mesh), registration);
+    tracked.state_errors(std::make_unique<ErrorStatement>(scene, std::move(hierarchy), mesh),
+                         registration);
 }
 
 std::vector<std::string> TrackedBody::target_names() const {
@@ -379,23 +386,27 @@ std::vector<std::string> TrackedBody::target_names() const {
 
 void TrackedBody::state_errors_of_frame() {
     if (!stating_.statement) return;
-    auto& [statement, registration, patches] = stating_;
+    std::vector<const SensorPatch*>& patches = stating_.patches;
     const auto is_stated = [](const Sensor& s) { return !s.leaving && !s.patch.nodes().empty(); };
     auto known = patches.begin();
-    bool same = true;
     for (const Sensor& s : sensors_)
-        if (is_stated(s)) same = same && known != patches.end() && *known++ == &s.patch;
-    if (!same || known != patches.end()) {
+        if (is_stated(s) && (known == patches.end() || *known++ != &s.patch))
+            stating_.is_outdated = true;
+    if (stating_.is_outdated || known != patches.end()) {
         patches.clear();
         for (const Sensor& s : sensors_)
             if (is_stated(s)) patches.push_back(&s.patch);
-        statement->start(patches);
+        stating_.statement->start(patches, scene_.fix);
+        stating_.is_outdated = false;
     }
     const auto& reference = reference_follower_.used();
     const bool is_valid = frame_.registration == RegistrationStatus::valid;
-    frame_.statement = statement->update(
-        {reference && is_valid ? &*reference : nullptr, registration_.image_from_reference(),
-         registration ? &*registration : nullptr},
+    frame_.statement = stating_.statement->update(
+        {.reference = reference && is_valid ? &*reference : nullptr,
+         .image_from_reference = registration_.image_from_reference(),
+         .registration = stating_.registration ? &*stating_.registration : nullptr,
+         .is_unknown_elsewhere =
+             !std::ranges::all_of(sensors_, is_stated) || settling_.has_value()},
         patches, frame_.displacement, frame_.step);
 }
 

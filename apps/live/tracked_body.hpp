@@ -44,8 +44,9 @@ struct FrameState {
     std::optional<HandPull> pull{};
     FrameStatement statement;
     StepReport step;
-    double sensor_s = 0,
-           output_s = 0;  ///< time from sample to constraints, and time to read the displacement
+    double sensor_s = 0;     ///< time from sample to constraints
+    double output_s = 0;     ///< time to read the displacement
+    double statement_s = 0;  ///< time to state the errors
 };
 struct Frame : FrameState {
     std::vector<Vector3> displacement;  ///< of each node of the finest mesh, m
@@ -116,9 +117,9 @@ class TrackedBody {
     void pull(const std::optional<HandPull>& pull);
 
     /// From the next frame on, frames state the errors at the scene's targets. `registration`: the
-    /// covariance of image_from_reference, as registration_covariance has it; none: not known.
+    /// error of image_from_reference; none: not known.
     void state_errors(std::unique_ptr<ErrorStatement> statement,
-                      const std::optional<Eigen::Matrix<double, 6, 6>>& registration);
+                      const std::optional<ExpectedRegistrationError>& registration);
     /// The targets of `Frame::statement`; none if errors are not stated.
     std::vector<std::string> target_names() const;
     /// Call it after each frame, once that was passed on: after patches were placed, it makes a
@@ -162,8 +163,9 @@ class TrackedBody {
     };
     struct Stating {
         std::unique_ptr<ErrorStatement> statement;  ///< none: no targets
-        std::optional<Eigen::Matrix<double, 6, 6>> registration;
+        std::optional<ExpectedRegistrationError> registration;
         std::vector<const SensorPatch*> patches;  ///< that the statement knows
+        bool is_outdated = true;                  ///< patches or fixed nodes have changed
     };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);
@@ -204,11 +206,13 @@ class TrackedBody {
     Frame frame_;
 };
 
-/// Frames of `tracked` state errors if the scene has targets. `hierarchy`: as the scene's mesh was
-/// loaded; `mesh`: the body's finest.
-void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene,
-                            const MeshHierarchy& hierarchy, const TetMesh& mesh,
-                            const std::optional<Eigen::Matrix<double, 6, 6>>& registration);
+/// The hierarchy as it was loaded, if the scene has targets; else an empty one.
+MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded);
+/// Frames of `tracked` state errors if the scene has targets. `hierarchy`: that for targets;
+/// `mesh`: the body's finest.
+void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene, MeshHierarchy hierarchy,
+                            const TetMesh& mesh,
+                            const std::optional<ExpectedRegistrationError>& registration);
 
 /// Those of a frame: of the reference and of the sensors.
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,

@@ -58,6 +58,12 @@ class SensorDrive {
     /// image frame).
     Eigen::Vector3d displacement(const Eigen::Vector3d& rest_position) const;
 
+    /// Motion since the base: translation (m) and rotation vector (rad) about the base's position.
+    Eigen::Matrix<double, 6, 1> motion() const {
+        Eigen::Matrix<double, 6, 1> motion;
+        motion << motion_.translation, motion_.turn;
+        return motion;
+    }
     /// How firmly the patch is constrained: 1 prescribes `displacement`, 0 leaves the patch free.
     double grip() const { return grip_; }
 

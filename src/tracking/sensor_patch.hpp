@@ -89,13 +89,15 @@ class SensorPatch {
     Eigen::Vector3d target(std::size_t k) const {
         return placed_[k].offset + drive_.displacement(placed_[k].place);
     }
-    /// Displacement of the patch's centre since the sensor was placed, m; zero if the patch is
-    /// free.
-    Eigen::Vector3d centre_displacement() const {
-        if (nodes_.empty() || drive_.grip() == 0) return Eigen::Vector3d::Zero();
-        return drive_.displacement(centre_);
+    /// Displacement of the patch's centre since the sensor was placed, m; 0 if the patch is free.
+    double press() const {
+        return nodes_.empty() || drive_.grip() == 0 ? 0 : drive_.displacement(centre_).norm();
     }
-    double press() const { return centre_displacement().norm(); }
+    /// The patch's motion since then, as SensorDrive::motion; zero if it is free.
+    Eigen::Matrix<double, 6, 1> motion() const {
+        if (nodes_.empty() || drive_.grip() == 0) return Eigen::Matrix<double, 6, 1>::Zero();
+        return drive_.motion();
+    }
 
     bool is_hard() const { return !nodes_.empty() && !options_.stiffness && drive_.grip() == 1; }
     /// Total spring stiffness of the patch, N/m; 0 if the patch is prescribed or free. During a

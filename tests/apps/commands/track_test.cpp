@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "apps/commands/tracked_block.hpp"
+#include "apps/live/statement_record.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
@@ -455,6 +456,86 @@ TEST(Track, WithoutARecorderNoFileIsWritten) {
               std::string::npos)
         << outcome.out;
     EXPECT_EQ(count(), before);
+}
+
+/// Two targets in the block, followed by the pose estimator.
+const char* const stated_targets =
+    "position_noise_mm: 1.4, targets: [{name: Under, point_mm: [100, 50, 80]}, "
+    "{name: Corner, sphere_mm: [20, 20, 20, 25]}]";
+
+TEST(Track, StatesHowFarOffItsTargetsMayBe) {
+    Tracked t;
+    t.set_track(stated_targets);
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const auto outcome = livetet(t.folder, "track scene.yaml --every-sample");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("error within"), std::string::npos) << outcome.err;
+
+    const ResultReader result(t.folder / "result.h5");
+    const StatementReader statements(result, "result.h5");
+    EXPECT_EQ(statements.names(), (std::vector<std::string>{"Under", "Corner"}));
+    double at_rest = 0, deepest = 0, deepest_press = 0;
+    std::size_t known = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
+        const FrameStatement s = statements.read(k);
+        const double press = result.values("press_mm", k, 1)[0];
+        EXPECT_GT(s.targets[0].radius_95, 1e-4);
+        EXPECT_TRUE(s.computed == 1 || s.missing.has(ErrorSource::patches));
+        if (!s.missing.empty()) continue;
+        ++known;
+        EXPECT_LT(s.targets[1].radius_95, 0.02);
+        if (press < 1) at_rest = s.targets[0].radius_95;
+        if (press > deepest_press) {
+            deepest_press = press;
+            deepest = s.targets[0].radius_95;
+        }
+    }
+    EXPECT_GT(known, result.frame_count() / 2);
+    EXPECT_GT(deepest_press, 14);
+    EXPECT_GT(deepest, 1.2 * at_rest) << "a press leaves more open";
+
+    const auto replay = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(replay.status, 0) << replay.out;
+    EXPECT_NE(replay.out.find("frames are the same to the bit"), std::string::npos) << replay.out;
+}
+
+/// What the filter in use or the registration does not tell is missing, and the radius smaller.
+TEST(Track, NamesTheErrorsThatItCannotState) {
+    Tracked t;
+    t.set_track("smoothing_Hz: 1, ahead_ms: 0, targets: [{name: Under, point_mm: [100, 50, 80]}]");
+    t.record();
+    FiducialRegistration registration = read_registration(t.folder / "registration.json");
+    registration.expected_error.reset();
+    write_registration(t.folder / "registration.json", registration);
+    const ResultReader result = t.run();
+    const FrameStatement last = StatementReader(result, "result.h5").read(result.frame_count() - 1);
+    for (const ErrorSource source :
+         {ErrorSource::reference, ErrorSource::fiducials, ErrorSource::sensors})
+        EXPECT_TRUE(last.missing.has(source)) << name_of(source);
+    EXPECT_FALSE(last.missing.has(ErrorSource::patches));
+}
+
+TEST(Track, RefusesTargetsThatAreNone) {
+    Tracked t;
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    struct Case {
+        const char *target, *says, *also;
+    };
+    for (const auto& [target, says, also] :
+         {Case{"{name: Far, point_mm: [300, 50, 80]}", "track.targets: Far", "outside the mesh"},
+          {"{point_mm: [100, 50, 80]}", "track.targets[0].name is missing", "scene.yaml"},
+          {"{name: A, point_mm: [9, 9, 9], group: x}", "track.targets[0]", "expected one"},
+          {"{name: A}", "track.targets[0]", "names 0 of point_mm, points and a selection"},
+          {"{name: A, sphere_mm: [1, 2]}", "track.targets[0].sphere_mm", "has 2 numbers"},
+          {"{name: A, points: none.csv}", "track.targets[0].name = A", "expected no name"},
+          {"{points: none.csv}", "none.csv", "no such file"},
+          {"{name: A, point_mm: [9, 9, 9]}, {name: A, point_mm: [8, 8, 8]}",
+           "track.targets[1].name = A", "another target"}}) {
+        t.set_track(fmt::format("targets: [{}]", target));
+        test::expect_refused(livetet(t.folder, "track scene.yaml"), {says, also});
+    }
 }
 
 }  // namespace

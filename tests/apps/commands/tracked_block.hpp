@@ -39,6 +39,8 @@ struct Tracked {
         const auto& image_from_reference = tracker.image_from_reference;
         registration.image_from_base = {1, image_from_reference.rotation,
                                         image_from_reference.translation};
+        registration.expected_error.emplace().holds_tip = true;
+        registration.expected_error->covariance.diagonal() << 1e-8, 1e-8, 1e-8, 1e-6, 1e-6, 1e-6;
         write_registration(folder / "registration.json", registration);
         write_scene();
     }
@@ -65,11 +67,12 @@ struct Tracked {
     Recording recording;
 
   private:
-    /// What is expected of sudden motions is of a filter without extrapolation, which overshoots.
+    /// What is expected of sudden motions is of a filter without extrapolation, which overshoots,
+    /// unless `track_` names a filter or the noise that the pose estimator begins with.
     void write_scene() {
-        const std::string filter = track_.find("smoothing_Hz") == std::string::npos
-                                       ? ", smoothing_Hz: 1, ahead_ms: 0"
-                                       : "";
+        const bool has_own = track_.find("smoothing_Hz") != std::string::npos ||
+                             track_.find("position_noise_mm") != std::string::npos;
+        const std::string filter = has_own ? "" : ", smoothing_Hz: 1, ahead_ms: 0";
         write_text(folder / "scene.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
                    "time: {scheme: newmark, rayleigh_alpha: 10, rayleigh_beta: 0.01}\n"

@@ -53,7 +53,7 @@ class Followed {
         patch->follow(time_s_, of_sensor_(pose_in_tracker(sensor)),
                       tracker_from<Reference>(measured), image_from_reference);
     }
-    PoseErrors poses(const Matrix6d* registration) const {
+    PoseErrors poses(const ExpectedRegistrationError* registration) const {
         return {reference.used() ? &*reference.used() : nullptr, image_from_reference,
                 registration};
     }
@@ -77,17 +77,19 @@ struct Stated {
 
     void start(const SensorPatch& patch) {
         const SensorPatch* patches[] = {&patch};
-        statement.start(patches);
+        statement.start(patches, block.scene.fix);
         while (statement.work()) {
         }
         responses.start({{.nodes = patch.nodes(),
                           .wider_nodes = patch.wider_nodes(),
                           .wider_by = patch.wider_by(),
-                          .centre = patch.drive().base()->translation}});
+                          .centre = patch.drive().base()->translation}},
+                        block.scene.fix);
         while (responses.work()) {
         }
     }
-    const FrameStatement& update(const Followed& f, const Matrix6d* registration = nullptr) {
+    const FrameStatement& update(const Followed& f,
+                                 const ExpectedRegistrationError* registration = nullptr) {
         const SensorPatch* patches[] = {f.patch.get()};
         return statement.update(f.poses(registration), patches, still, {});
     }
@@ -110,7 +112,7 @@ TEST(ErrorStatement, PosesErrAsStated) {
         for (std::size_t i = 0; i < 2; ++i) {
             const Vector3& x = s.block.places[i];
             const Vector3 u =
-                s.responses.at(i, 0).motion.leftCols<3>() * f.patch->centre_displacement();
+                s.responses.at(i, 0).motion.leftCols<3>() * f.patch->motion().head<3>();
             const TargetStatement& t = frame.targets[i];
             stated[i] += by(t, ErrorSource::reference) + by(t, ErrorSource::sensors);
             found[i] += (estimated * Vector3(x + u) - f.tracker_from_image * x).squaredNorm();
@@ -126,24 +128,40 @@ TEST(ErrorStatement, PosesErrAsStated) {
     EXPECT_LT(found[0], 0.9 * apart[0]) << "the reference's error cancels near the sensor";
 }
 
+/// A tracker three times as noisy as it is said to be is found out, and the radius grows.
+TEST(ErrorStatement, MoreNoiseThanStatedMakesTheRadiusLarger) {
+    Stated s;
+    std::array<double, 2> by_noise{};
+    for (const int times : {1, 3}) {
+        Followed f(s.block, times * 1.4e-3, times * 0.5 * radians_per_degree, 5);
+        s.start(*f.patch);
+        for (int k = 0; k < 80; ++k) f.step(Vector3::Zero());
+        const TargetStatement& t = s.update(f).targets[0];
+        by_noise[times == 3] = by(t, ErrorSource::reference) + by(t, ErrorSource::sensors);
+    }
+    EXPECT_GT(std::sqrt(by_noise[1]), 1.8 * std::sqrt(by_noise[0]));
+}
+
 /// Registration: the covariance at the target, and none without it.
 TEST(ErrorStatement, TheRegistrationsErrorIsThatAtTheTarget) {
     Stated s;
     Followed f(s.block, 0, 0, 1);
     s.start(*f.patch);
-    Matrix6d covariance = Matrix6d::Zero();
-    covariance.diagonal() << 1e-7, 2e-7, 3e-7, 1e-5, 2e-5, 3e-5;
-    const FrameStatement with = s.update(f, &covariance);
+    ExpectedRegistrationError error{Matrix6d::Zero(), true};
+    error.covariance.diagonal() << 1e-7, 2e-7, 3e-7, 1e-5, 2e-5, 3e-5;
+    const FrameStatement with = s.update(f, &error);
     EXPECT_FALSE(with.missing.has(ErrorSource::fiducials));
     for (std::size_t i = 0; i < 2; ++i) {
         const Vector3 arm = s.block.places[i] - f.image_from_reference.translation;
         EXPECT_NEAR(by(with.targets[i], ErrorSource::fiducials),
-                    point_covariance(covariance, arm).trace(), 1e-12);
+                    point_covariance(error.covariance, arm).trace(), 1e-12);
     }
     const FrameStatement without = s.update(f);
     EXPECT_TRUE(without.missing.has(ErrorSource::fiducials));
     EXPECT_EQ(by(without.targets[0], ErrorSource::fiducials), 0);
     EXPECT_LT(without.targets[0].radius_95, with.targets[0].radius_95);
+    error.holds_tip = false;
+    EXPECT_TRUE(s.update(f, &error).missing.has(ErrorSource::fiducials)) << "not wholly known";
 }
 
 /// What a press leaves open: elements, material, radius and the effect of large strain, each by its
@@ -153,7 +171,7 @@ TEST(ErrorStatement, AModelsErrorsGrowWithThePress) {
     Followed f(s.block, 0, 0, 1);
     s.start(*f.patch);
     for (int k = 0; k < 60; ++k) f.step({0, 0, -0.01 * std::min(1.0, k / 20.0)});
-    const Vector3 d = f.patch->centre_displacement();
+    const Vector3 d = f.patch->motion().head<3>();
     ASSERT_NEAR(d.z(), -0.01, 1e-4);
     const FrameStatement& frame = s.update(f);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -179,7 +197,7 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     Stated s;
     Followed f(s.block, 1e-3, 0, 1);
     const SensorPatch* patches[] = {f.patch.get()};
-    s.statement.start(patches);
+    s.statement.start(patches, s.block.scene.fix);
     const FrameStatement at_first = s.update(f);
     EXPECT_EQ(at_first.computed, 0);
     for (const ErrorSource source :
@@ -209,7 +227,7 @@ TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {
     block.scene.elements = Elements::p2;
     const TetMesh quadratic = quadratic_mesh(block.mesh());
     ErrorStatement statement(block.scene, block.hierarchy, quadratic);
-    statement.start({});
+    statement.start({}, block.scene.fix);
     const std::vector<Vector3> still(quadratic.nodes.size(), Vector3::Zero());
     const FrameStatement& frame = statement.update({}, {}, still, {});
     EXPECT_TRUE(frame.missing.has(ErrorSource::elements));

@@ -45,7 +45,7 @@ TEST(TargetResponses, AreThoseOfBodiesThatDiffer) {
     const StatedBlock block;
     const ResponsePatch patch = patch_of(block);
     TargetResponses responses(block.scene, block.hierarchy, block.places);
-    responses.start({patch});
+    responses.start({patch}, block.scene.fix);
     EXPECT_FALSE(responses.are_known());
     while (responses.work()) {
     }
@@ -92,7 +92,7 @@ TEST(TargetResponses, KnowTurnsAndGradients) {
     places.push_back(places[0] - Vector3(step, 0, 0));
     places.push_back(patch.centre + Vector3(0.01, 0, 0));  // a node of the patch
     TargetResponses responses(block.scene, block.hierarchy, places);
-    responses.start({patch});
+    responses.start({patch}, block.scene.fix);
     while (responses.work()) {
     }
     ASSERT_TRUE(responses.are_known()) << responses.failure();
@@ -110,13 +110,17 @@ TEST(TargetResponses, SayWhyTheyCannotBeKnown) {
     ResponsePatch patch = patch_of(block);
     patch.stiffness = 100;
     TargetResponses responses(block.scene, block.hierarchy, block.places);
-    responses.start({patch});
+    responses.start({patch}, block.scene.fix);
     while (responses.work()) {
     }
     EXPECT_FALSE(responses.are_known());
     EXPECT_NE(responses.failure().find("not held"), std::string::npos) << responses.failure();
-    responses.start({});
+    responses.start({}, {});
     EXPECT_TRUE(responses.are_known()) << "no patch, nothing to respond to";
+    responses.start({patch}, StatedBlock().scene.fix);
+    while (responses.work()) {
+    }
+    EXPECT_TRUE(responses.are_known()) << "the table holds it now: " << responses.failure();
 }
 
 }  // namespace
