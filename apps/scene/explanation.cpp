@@ -41,9 +41,7 @@ void explain_tracking(Explanation& e, const Scene& scene) {
         e.leaves_out("error statement", "track.targets is empty");
     else
         e.uses("error statement",
-               fmt::format("{} entries of track.targets: after a sensor is placed, some frames "
-                           "take a static solve each",
-                           scene.track->targets.size()));
+               "track.targets: after a sensor is placed, some frames make a static solve each");
     if (scene.track->publish)
         e.uses("OpenIGTLink server",
                fmt::format("track.publish: port {}", scene.track->publish->port));
