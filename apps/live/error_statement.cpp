@@ -158,15 +158,16 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
 const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
                                              std::span<const SensorPatch* const> patches,
                                              std::span<const Vector3> displacement,
-                                             const StepReport& step) {
+                                             std::optional<double> solver_error) {
     find_terms(poses, patches);
     find_missing(poses);
+    if (!solver_error) statement_.missing.add(ErrorSource::solver);
     std::size_t place = 0;
     for (std::size_t t = 0; t < targets_.size(); ++t) {
         TargetStatement& worst = statement_.targets[t];
         for (std::size_t k = 0; k < targets_[t].places.size(); ++k, ++place) {
             const TargetStatement here =
-                state(place, poses, sampler_.sample(place, displacement), step.linear_error);
+                state(place, poses, sampler_.sample(place, displacement), solver_error.value_or(0));
             if (k == 0 || here.radius_95 > worst.radius_95) worst = here;
         }
     }

@@ -10,7 +10,6 @@
 #include "apps/live/target_responses.hpp"
 #include "apps/scene/targets.hpp"
 #include "io/registration_file.hpp"
-#include "solvers/nonlinear/step_report.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/sensor_patch.hpp"
 
@@ -97,10 +96,12 @@ class ErrorStatement {
     bool work() { return responses_.work(); }
 
     /// States the errors of a frame. `patches`: those of the last `start`, in the same order.
+    /// `solver_error`: of the frame's linear solve, m, RMS over the nodes; none: not known.
     /// Allocates nothing.
     const FrameStatement& update(const PoseErrors& poses,
                                  std::span<const SensorPatch* const> patches,
-                                 std::span<const Vector3> displacement, const StepReport& step);
+                                 std::span<const Vector3> displacement,
+                                 std::optional<double> solver_error);
 
     const std::vector<Target>& targets() const { return targets_; }
 

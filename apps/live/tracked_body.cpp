@@ -401,13 +401,16 @@ void TrackedBody::state_errors_of_frame() {
     }
     const auto& reference = reference_follower_.used();
     const bool is_valid = frame_.registration == RegistrationStatus::valid;
+    std::optional<double> solver_error;
+    if (body_.body->linear_solver().kind() == SolverKind::live && frame_.step.converged)
+        solver_error = frame_.step.linear_error;
     frame_.statement = stating_.statement->update(
         {.reference = reference && is_valid ? &*reference : nullptr,
          .image_from_reference = registration_.image_from_reference(),
          .registration = stating_.registration ? &*stating_.registration : nullptr,
          .is_unknown_elsewhere =
              !std::ranges::all_of(sensors_, is_stated) || settling_.has_value()},
-        patches, frame_.displacement, frame_.step);
+        patches, frame_.displacement, solver_error);
 }
 
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,

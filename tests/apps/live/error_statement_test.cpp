@@ -89,9 +89,10 @@ struct Stated {
         }
     }
     const FrameStatement& update(const Followed& f,
-                                 const ExpectedRegistrationError* registration = nullptr) {
+                                 const ExpectedRegistrationError* registration = nullptr,
+                                 std::optional<double> solver_error = 1e-5) {
         const SensorPatch* patches[] = {f.patch.get()};
-        return statement.update(f.poses(registration), patches, still, {});
+        return statement.update(f.poses(registration), patches, still, solver_error);
     }
 };
 
@@ -211,6 +212,9 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     EXPECT_EQ(known.computed, 1);
     EXPECT_FALSE(known.missing.has(ErrorSource::sensors));
     EXPECT_FALSE(known.missing.has(ErrorSource::elements));
+    EXPECT_FALSE(known.missing.has(ErrorSource::solver));
+    EXPECT_NEAR(by(known.targets[0], ErrorSource::solver), 1e-10, 1e-16);
+    EXPECT_TRUE(s.update(f, nullptr, std::nullopt).missing.has(ErrorSource::solver));
     // the sensor is lost: where it is now is a guess
     for (int k = 0; k < 10; ++k)
         f.patch->follow(100 + 0.025 * k, {}, RigidTransform<Tracker, Reference>{},
@@ -219,7 +223,7 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     EXPECT_TRUE(lost.missing.has(ErrorSource::sensors));
     const PoseErrors no_reference{nullptr, f.image_from_reference};
     EXPECT_TRUE(
-        s.statement.update(no_reference, patches, s.still, {}).missing.has(ErrorSource::reference));
+        s.statement.update(no_reference, patches, s.still, 0).missing.has(ErrorSource::reference));
 }
 
 TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {
