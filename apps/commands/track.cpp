@@ -255,7 +255,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     TrackedBody tracked(
         scene, body, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
-    state_errors_if_wanted(tracked, scene, std::move(for_targets), body.mesh(),
+    state_errors_if_wanted(tracked, scene, std::move(for_targets), body,
                            inputs.registration.expected_error);
     if (files.result && !tracked.target_names().empty())
         files.result->write_text("targets", text_of_targets(tracked.target_names()));

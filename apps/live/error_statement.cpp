@@ -68,13 +68,13 @@ class ErrorSum {
 };
 
 /// What one patch adds to the error of a place, but for the elements and materials.
-void add_patch(ErrorSum& sum, const PatchResponse& r, const Vector3& d, const PatchError* error,
-               const Matrix3d& of_place, double radius_spread) {
+void add_patch(ErrorSum& sum, const PatchResponse& r, const Eigen::Matrix<double, 6, 1>& motion,
+               const PatchError* error, const Matrix3d& of_place, double radius_spread) {
     if (error) sum.add(ErrorSource::sensors, r.motion * error->own * r.motion.transpose());
     Matrix3d moved;
-    for (int axis = 0; axis < 3; ++axis) moved.col(axis) = r.gradient[axis] * d;
+    for (int axis = 0; axis < 3; ++axis) moved.col(axis) = r.gradient[axis] * motion.head<3>();
     sum.add(ErrorSource::patches, moved * of_place * moved.transpose());
-    sum.add(ErrorSource::patches, outer(radius_spread * r.wider * d));
+    sum.add(ErrorSource::patches, outer(radius_spread * r.wider * motion));
 }
 
 std::vector<Vector3> all_places(const std::vector<Target>& targets) {
@@ -100,7 +100,9 @@ ErrorSources ErrorSources::of_bits(std::uint32_t bits) {
 ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh)
     : targets_(read_targets(scene, mesh)),
       responses_(scene, std::move(hierarchy), all_places(targets_)),
-      sampler_(mesh, responses_.places()) {
+      sampler_(mesh, responses_.places()),
+      has_forces_(scene.gravity_m_per_s2 != Vector3::Zero() || !scene.loads.empty() ||
+                  !scene.drive.empty()) {
     statement_.targets.resize(targets_.size());
 }
 
@@ -120,9 +122,9 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
         const SensorPatch& patch = *patches[s];
         PatchTerms& t = terms_[s];
         t.motion = patch.motion();
-        t.d = t.motion.head<3>();
         t.error = patch.error();
         t.radius_spread = patch.options().radius_spread;
+        t.is_firm = patch.drive().grip() == 1;
         const Vector3& at = patch.drive().base()->translation;
         t.place = outer(patch.off_centre()) + by_registration(poses, at);
         t.by_reference.setZero();
@@ -139,19 +141,23 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
 }
 
 void ErrorStatement::find_missing(const PoseErrors& poses) {
+    using enum ErrorSource;
     ErrorSources& missing = statement_.missing;
     missing = {};
-    if (!poses.reference) missing.add(ErrorSource::reference);
-    if (!poses.registration || !poses.registration->holds_tip) missing.add(ErrorSource::fiducials);
-    const bool all_follow =
-        std::ranges::all_of(terms_, [](const PatchTerms& t) { return t.error.has_value(); });
-    if (!all_follow || poses.is_unknown_elsewhere) missing.add(ErrorSource::sensors);
-    if (!responses_.are_known())
-        for (const ErrorSource source :
-             {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials,
-              ErrorSource::elements, ErrorSource::law})
-            missing.add(source);
-    if (!responses_.knows_elements()) missing.add(ErrorSource::elements);
+    const auto add = [&](std::initializer_list<ErrorSource> sources) {
+        for (const ErrorSource source : sources) missing.add(source);
+    };
+    if (!poses.reference) add({reference});
+    if (!poses.registration || !poses.registration->holds_tip) add({fiducials});
+    if (!poses.registration && !terms_.empty()) add({patches});  // where they are
+    if (poses.is_unknown_elsewhere) add({sensors});
+    for (const PatchTerms& t : terms_) {
+        if (!t.error) add({sensors, patches});
+        if (!t.is_firm) add({patches, materials, elements, law});  // the responses' patches are
+    }
+    if (!responses_.are_known()) add({sensors, patches, materials, elements, law});
+    if (!responses_.knows_elements()) add({elements});
+    if (has_forces_) add({materials, elements, law});
     statement_.computed = responses_.share_done();
 }
 
@@ -187,9 +193,9 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
         for (std::size_t s = 0; s < terms_.size(); ++s) {
             const PatchTerms& t = terms_[s];
             const PatchResponse& r = responses_.at(place, s);
-            add_patch(sum, r, t.d, t.error ? &*t.error : nullptr, t.place, t.radius_spread);
+            add_patch(sum, r, t.motion, t.error ? &*t.error : nullptr, t.place, t.radius_spread);
             of_reference -= r.motion.leftCols<3>() * t.by_reference;
-            by_elements += r.elements * t.d;
+            by_elements += r.elements * t.motion;
             by_large_strain -= r.motion * t.motion;
         }
         sum.add(ErrorSource::elements, outer(by_elements));
@@ -197,7 +203,7 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
         for (std::size_t m = 0; m < responses_.uncertain_count(); ++m) {
             Vector3 change = Vector3::Zero();
             for (std::size_t s = 0; s < terms_.size(); ++s)
-                change += responses_.at(place, s).materials[m] * terms_[s].d;
+                change += responses_.at(place, s).materials[m] * terms_[s].motion;
             sum.add(ErrorSource::materials, outer(change));
         }
     }

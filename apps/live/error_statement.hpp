@@ -22,8 +22,8 @@ namespace livetet {
 /// - `patches`: radius and place of the patches.
 /// - `materials`: the stated spreads of material values.
 /// - `elements`: four-node elements against ten-node ones.
-/// - `law`: what large strain, and inertia, change of the linear response: another constitutive
-///   model would change a part of it.
+/// - `law`: a share of the displacement that linear responses do not explain: by large strain,
+///   which another constitutive model would change, and by inertia.
 /// - `solver`: the frame's linear solve.
 enum class ErrorSource { reference, fiducials, sensors, patches, materials, elements, law, solver };
 inline constexpr std::size_t error_source_count = 8;
@@ -66,8 +66,8 @@ struct PoseErrors {
     const PoseEstimate* reference = nullptr;  ///< tracker_from_reference; null: not known
     RigidTransform<ImageFrame, Reference> image_from_reference;
     const ExpectedRegistrationError* registration = nullptr;  ///< null: not known
-    /// A sensor is not placed yet, or a patch is being released for good: what the organ does there
-    /// is not known.
+    /// There is no sensor, one is not placed yet, or a patch is being released for good: what the
+    /// organ does there is not known.
     bool is_unknown_elsewhere = false;
 };
 
@@ -108,13 +108,13 @@ class ErrorStatement {
   private:
     /// What a patch does in a frame; the same for all places.
     struct PatchTerms {
-        Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
-        Vector3 d = Vector3::Zero();      ///< translation of `motion`, m
+        Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();  ///< d_s, m, rad
         std::optional<PatchError> error;  ///< none: not known
-        /// R J(x_s), times k_s: the error of d by that of the reference's pose.
+        /// R J(x_s), times k_s: the error of the motion by that of the reference's pose.
         Eigen::Matrix<double, 3, 6> by_reference = Eigen::Matrix<double, 3, 6>::Zero();
         Eigen::Matrix3d place = Eigen::Matrix3d::Zero();  ///< covariance of its place, m^2
         double radius_spread = 0;                         ///< m
+        bool is_firm = true;                              ///< not held by springs meanwhile
     };
     void find_terms(const PoseErrors& poses, std::span<const SensorPatch* const> patches);
     void find_missing(const PoseErrors& poses);
@@ -125,6 +125,7 @@ class ErrorStatement {
     TargetResponses responses_;
     PointSampler sampler_;  ///< of the places in the body's mesh
     std::vector<PatchTerms> terms_;
+    bool has_forces_;  ///< gravity, loads or driven nodes, which the responses do not know
     FrameStatement statement_;
 };
 

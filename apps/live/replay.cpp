@@ -102,7 +102,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
              origin.scene.mesh.file.string());
     TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
                         MisplacedSensor::wait);
-    state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body.mesh(),
+    state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body,
                            origin.registration_error);
 
     ReplayReport report;

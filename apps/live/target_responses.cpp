@@ -32,6 +32,7 @@ Scene linear_static(Scene scene) {
     scene.strain = "linear";
     for (Material& m : scene.materials) m.model = {};
     scene.time.scheme = TimeScheme::static_equilibrium;
+    scene.solver.max_iterations = SolverOptions{}.max_iterations;  // not a frame's
     return scene;
 }
 
@@ -122,21 +123,24 @@ class TargetResponses::Body {
          std::span<const Vector3> samples)
         : body_(make_body(PETSC_COMM_SELF, scene, hierarchy, use)),
           held_(on_all_nodes(body_.mesh(), held)),
-          sampler_(body_.mesh(), samples) {}
+          sampler_(body_.mesh(), samples, Outside::extrapolated) {}
 
     /// Displacements of the nodes for a unit motion of one patch while the others rest. `start`:
     /// those of the model at the corners, or none.
     std::vector<Vector3> solve(std::span<const ResponsePatch> patches, std::size_t moved,
                                int motion, bool wider, const std::vector<Vector3>& start) {
         auto [constraints, springs] = held_;
+        const std::vector<int> shared = patches_at_nodes(patches, wider);
         for (std::size_t p = 0; p < patches.size(); ++p)
-            hold(patches[p], wider, p == moved ? motion : -1, constraints, springs);
+            hold(patches[p], wider, p == moved ? motion : -1, shared, constraints, springs);
         body_.body->set_constraints(constraints);
         body_.body->set_springs(springs);
         body_.body->set_displacement(on_all_nodes(body_.mesh(), start));
         const StepReport report = body_.body->solve(
             0, {.max_newton = 8, .tolerance = tolerance, .linear_tolerance = 1e-2});
-        if (report.kept_old) fail("{}", report.reason);
+        if (!report.converged)
+            fail("a static solve ended with {:.2g} of the forces out of balance, expected {:.2g}",
+                 report.imbalance, report.allowed_imbalance);
         return body_.body->displacement();
     }
     std::vector<Vector3> sample(const std::vector<Vector3>& field) const {
@@ -144,11 +148,23 @@ class TargetResponses::Body {
     }
 
   private:
-    /// Adds a patch to what holds the body. `motion`: of the patch; -1: it rests.
-    void hold(const ResponsePatch& patch, bool wider, int motion, Constraints& constraints,
-              Springs& springs) const {
+    std::vector<std::int32_t> nodes_of(const ResponsePatch& patch, bool wider) const {
+        return with_edge_nodes_between(body_.mesh(), wider ? patch.wider_nodes : patch.nodes);
+    }
+    /// Number of prescribed patches that each node is in: it follows their mean.
+    std::vector<int> patches_at_nodes(std::span<const ResponsePatch> patches, bool wider) const {
+        std::vector<int> count(body_.mesh().nodes.size(), 0);
+        for (const ResponsePatch& patch : patches)
+            if (!patch.stiffness)
+                for (const std::int32_t n : nodes_of(patch, wider)) ++count[n];
+        return count;
+    }
+    /// Adds a patch to what holds the body. `motion`: of the patch; -1: it rests. `shared`: see
+    /// patches_at_nodes.
+    void hold(const ResponsePatch& patch, bool wider, int motion, std::span<const int> shared,
+              Constraints& constraints, Springs& springs) const {
         const TetMesh& mesh = body_.mesh();
-        const auto nodes = with_edge_nodes_between(mesh, wider ? patch.wider_nodes : patch.nodes);
+        const std::vector<std::int32_t> nodes = nodes_of(patch, wider);
         if (patch.stiffness) {
             springs.stiffness.resize(mesh.nodes.size(), 0);
             springs.target.resize(mesh.nodes.size(), Vector3::Zero());
@@ -160,9 +176,9 @@ class TargetResponses::Body {
                 const double each = *patch.stiffness / static_cast<double>(nodes.size());
                 springs.stiffness[n] += each;
                 springs.target[n] += each / springs.stiffness[n] * (value - springs.target[n]);
-            } else if (held_.constraints.components[n] == 0 &&
-                       (constraints.components[n] == 0 || motion >= 0)) {
-                constraints.prescribe(std::span(&n, 1), value);
+            } else if (held_.constraints.components[n] == 0) {
+                constraints.components[n] = 7;
+                constraints.values[n] += value / shared[n];
             }
         }
     }
@@ -203,8 +219,7 @@ bool TargetResponses::knows_elements() const {
 void TargetResponses::add_units(Variation variation, std::size_t material) {
     units_.push_back({variation, material});
     for (std::size_t p = 0; p < patches_.size(); ++p) {
-        const bool whole = variation == Variation::none && patches_[p].turns;
-        for (int motion = 0; motion < (whole ? 6 : 3); ++motion)
+        for (int motion = 0; motion < (patches_[p].turns ? 6 : 3); ++motion)
             units_.push_back({variation, material, p, motion});
     }
 }
@@ -219,7 +234,7 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     body_.reset();
     responses_.assign(places_.size() * patches_.size(), {});
     for (PatchResponse& r : responses_)
-        r.materials.assign(uncertain_.size(), Eigen::Matrix3d::Zero());
+        r.materials.assign(uncertain_.size(), Eigen::Matrix<double, 3, 6>::Zero());
     fields_.assign(6 * patches_.size(), {});
     coarse_fields_.assign(6 * patches_.size(), {});
     if (patches_.empty()) return;
@@ -246,7 +261,8 @@ bool TargetResponses::work() {
             solve(unit);
     } catch (const Error& error) {
         failure_ = error.what();
-        log_warning("the targets' errors do not hold the model's: " + failure_);
+        log_warning("error statement lacks sensors, patches, materials, elements, law: " +
+                    failure_);
         next_ = units_.size();
     }
     if (is_done()) {

@@ -19,10 +19,11 @@ struct PatchResponse {
     Eigen::Matrix<double, 3, 6> motion = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
     std::array<Eigen::Matrix3d, 3> gradient{};
-    Eigen::Matrix3d wider = Eigen::Matrix3d::Zero();     ///< change by one metre more of radius
-    Eigen::Matrix3d elements = Eigen::Matrix3d::Zero();  ///< change by ten-node elements
+    /// Change of `motion` by one metre more of the patches' radii, and by ten-node elements.
+    Eigen::Matrix<double, 3, 6> wider = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, 6> elements = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change by one standard deviation of each uncertain material value.
-    std::vector<Eigen::Matrix3d> materials;
+    std::vector<Eigen::Matrix<double, 3, 6>> materials;
 };
 
 /// A patch as the responses take it.

@@ -155,8 +155,8 @@ void TrackedBody::change(SceneChange&& change) {
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
     sensors_ = std::move(leaving);
-    stating_.is_outdated = true;
     find_shown(std::move(change.tips));
+    stating_.is_outdated = stating_.is_outdated || fix_changed;
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
         if (settling_)
@@ -362,26 +362,22 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
                                const std::optional<ExpectedRegistrationError>& registration) {
-    stating_ = {std::move(statement), registration, {}, true};
+    stating_ = {std::move(statement), {}, registration, {}, true};
+    for (const Target& target : stating_.statement->targets())
+        stating_.names.push_back(target.name);
 }
 
 MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded) {
     return scene.track->targets.empty() ? MeshHierarchy{} : loaded;
 }
 
-void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene, MeshHierarchy hierarchy,
-                            const TetMesh& mesh,
+void state_errors_if_wanted(TrackedBody& tracked, Scene scene, MeshHierarchy hierarchy,
+                            const SceneBody& body,
                             const std::optional<ExpectedRegistrationError>& registration) {
     if (scene.track->targets.empty()) return;
-    tracked.state_errors(std::make_unique<ErrorStatement>(scene, std::move(hierarchy), mesh),
+    scene.solver.threads = body.body->threads();  // a replay's are the same
+    tracked.state_errors(std::make_unique<ErrorStatement>(scene, std::move(hierarchy), body.mesh()),
                          registration);
-}
-
-std::vector<std::string> TrackedBody::target_names() const {
-    std::vector<std::string> names;
-    if (stating_.statement)
-        for (const Target& target : stating_.statement->targets()) names.push_back(target.name);
-    return names;
 }
 
 void TrackedBody::state_errors_of_frame() {
@@ -408,8 +404,8 @@ void TrackedBody::state_errors_of_frame() {
         {.reference = reference && is_valid ? &*reference : nullptr,
          .image_from_reference = registration_.image_from_reference(),
          .registration = stating_.registration ? &*stating_.registration : nullptr,
-         .is_unknown_elsewhere =
-             !std::ranges::all_of(sensors_, is_stated) || settling_.has_value()},
+         .is_unknown_elsewhere = sensors_.empty() || settling_.has_value() ||
+                                 !std::ranges::all_of(sensors_, is_stated)},
         patches, frame_.displacement, solver_error);
 }
 

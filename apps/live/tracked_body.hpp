@@ -121,7 +121,7 @@ class TrackedBody {
     void state_errors(std::unique_ptr<ErrorStatement> statement,
                       const std::optional<ExpectedRegistrationError>& registration);
     /// The targets of `Frame::statement`; none if errors are not stated.
-    std::vector<std::string> target_names() const;
+    const std::vector<std::string>& target_names() const { return stating_.names; }
     /// Call it after each frame, once that was passed on: after patches were placed, it makes a
     /// part of the solves that the statement needs. As a rule it does nothing.
     /// Returns false if nothing is left to do.
@@ -163,6 +163,7 @@ class TrackedBody {
     };
     struct Stating {
         std::unique_ptr<ErrorStatement> statement;  ///< none: no targets
+        std::vector<std::string> names;             ///< of the targets
         std::optional<ExpectedRegistrationError> registration;
         std::vector<const SensorPatch*> patches;  ///< that the statement knows
         bool is_outdated = true;                  ///< patches or fixed nodes have changed
@@ -209,9 +210,9 @@ class TrackedBody {
 /// The hierarchy as it was loaded, if the scene has targets; else an empty one.
 MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded);
 /// Frames of `tracked` state errors if the scene has targets. `hierarchy`: that for targets;
-/// `mesh`: the body's finest.
-void state_errors_if_wanted(TrackedBody& tracked, const Scene& scene, MeshHierarchy hierarchy,
-                            const TetMesh& mesh,
+/// `body`: the one that is tracked.
+void state_errors_if_wanted(TrackedBody& tracked, Scene scene, MeshHierarchy hierarchy,
+                            const SceneBody& body,
                             const std::optional<ExpectedRegistrationError>& registration);
 
 /// Those of a frame: of the reference and of the sensors.

@@ -59,7 +59,7 @@ std::string frames_html(const Report& r) {
     row("solve [ms]", f.solve_ms);
     row("finish [ms]", f.finish_ms);
     row("output [ms]", f.output_ms);
-    row("error statement [ms]", f.statement_ms);
+    row("statement [ms]", f.statement_ms);
     row("iterations", f.iterations);
     row("error estimate [mm]", f.error_estimate_mm, 4);
     return s.end(fmt::format(

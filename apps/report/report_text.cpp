@@ -107,7 +107,7 @@ std::string frames_text(const Report& r) {
     out += row("whole frame [ms]", f.frame_ms) + row("  sensor [ms]", f.sensor_ms) +
            row("  forces [ms]", f.forces_ms) + row("  operator [ms]", f.operator_ms) +
            row("  solve [ms]", f.solve_ms) + row("  finish [ms]", f.finish_ms) +
-           row("  output [ms]", f.output_ms) + row("  error statement", f.statement_ms) +
+           row("  output [ms]", f.output_ms) + row("  statement [ms]", f.statement_ms) +
            row("iterations", f.iterations) + row("error estimate [mm]", f.error_estimate_mm, 4);
     if (f.error_estimate_mm.count > 0)
         out +=

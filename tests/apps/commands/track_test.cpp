@@ -510,10 +510,10 @@ TEST(Track, NamesTheErrorsThatItCannotState) {
     write_registration(t.folder / "registration.json", registration);
     const ResultReader result = t.run();
     const FrameStatement last = StatementReader(result, "result.h5").read(result.frame_count() - 1);
-    for (const ErrorSource source :
-         {ErrorSource::reference, ErrorSource::fiducials, ErrorSource::sensors})
+    for (const ErrorSource source : {ErrorSource::reference, ErrorSource::fiducials,
+                                     ErrorSource::sensors, ErrorSource::patches})
         EXPECT_TRUE(last.missing.has(source)) << name_of(source);
-    EXPECT_FALSE(last.missing.has(ErrorSource::patches));
+    EXPECT_FALSE(last.missing.has(ErrorSource::elements));
 }
 
 TEST(Track, RefusesTargetsThatAreNone) {

@@ -104,6 +104,23 @@ TEST(TargetResponses, KnowTurnsAndGradients) {
     EXPECT_LT((turn.col(4) - Vector3(0, 0, -0.01)).norm(), 1e-5) << "about y";
 }
 
+/// Frames take the mean of patches that overlap.
+TEST(TargetResponses, OfEqualPatchesAreThoseOfOneTogether) {
+    const StatedBlock block;
+    const ResponsePatch patch = patch_of(block);
+    TargetResponses one(block.scene, block.hierarchy, block.places);
+    TargetResponses two(block.scene, block.hierarchy, block.places);
+    one.start({patch}, block.scene.fix);
+    two.start({patch, patch}, block.scene.fix);
+    while (one.work()) {
+    }
+    while (two.work()) {
+    }
+    ASSERT_TRUE(two.are_known()) << two.failure();
+    for (std::size_t i = 0; i < block.places.size(); ++i)
+        EXPECT_LT((two.at(i, 0).motion + two.at(i, 1).motion - one.at(i, 0).motion).norm(), 3e-3);
+}
+
 TEST(TargetResponses, SayWhyTheyCannotBeKnown) {
     StatedBlock block;
     block.scene.fix.clear();
