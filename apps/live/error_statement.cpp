@@ -19,20 +19,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// What another constitutive law would change, as a share of what large strain changes.
 constexpr double law_share = 0.3;
 
-Matrix3d cross_matrix(const Vector3& v) {
-    Matrix3d m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-}
-
 Matrix3d outer(const Vector3& v) { return v * v.transpose(); }
-
-/// d + a x arm of (d, a).
-Matrix36d point_jacobian(const Vector3& arm) {
-    Matrix36d jacobian;
-    jacobian << Matrix3d::Identity(), -cross_matrix(arm);
-    return jacobian;
-}
 
 /// R J(at): how a place of the organ errs with the reference sensor's pose, along the axes of the
 /// image.

@@ -85,9 +85,14 @@ Matrix6d registration_covariance(std::span<const Vector3d> from, const Matrix3d&
     return covariance + of_tip * errors.tip * of_tip.transpose();
 }
 
-Matrix3d point_covariance(const Matrix6d& covariance, const Vector3d& arm) {
+Eigen::Matrix<double, 3, 6> point_jacobian(const Vector3d& arm) {
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << Matrix3d::Identity(), -cross_matrix(arm);
+    return jacobian;
+}
+
+Matrix3d point_covariance(const Matrix6d& covariance, const Vector3d& arm) {
+    const Eigen::Matrix<double, 3, 6> jacobian = point_jacobian(arm);
     const Matrix3d of_point = jacobian * covariance * jacobian.transpose();
     return 0.5 * (of_point + of_point.transpose());  // rounding grows with the arm
 }

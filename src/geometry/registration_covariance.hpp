@@ -41,6 +41,9 @@ Eigen::Matrix<double, 6, 6> registration_covariance(std::span<const Eigen::Vecto
                                                     const FiducialErrors& errors,
                                                     std::span<const double> weights = {});
 
+/// Derivative of d + a x `arm` by (d, a).
+Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& arm);
+
 /// Covariance of d + a x `arm`, from that of (d, a). `arm` is R p for a point p that the pose maps.
 Eigen::Matrix3d point_covariance(const Eigen::Matrix<double, 6, 6>& covariance,
                                  const Eigen::Vector3d& arm);
