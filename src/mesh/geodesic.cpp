@@ -29,8 +29,9 @@ class PointGraph {
         }
     }
 
-    /// Dijkstra's distances of the corners up to `radius`.
-    std::map<std::int32_t, double> distances(std::int32_t source, double radius) const {
+    /// Dijkstra's distances of the corners up to `radius`, from a place in a triangle.
+    std::map<std::int32_t, double> distances(std::size_t triangle, const Vector3& place,
+                                             double radius) const {
         std::vector<double> reached(places_.size(), std::numeric_limits<double>::infinity());
         using Entry = std::pair<double, std::int32_t>;
         std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
@@ -39,7 +40,7 @@ class PointGraph {
             reached[point] = distance;
             front.push({distance, point});
         };
-        if (const auto at = corners_.find(source); at != corners_.end()) reach(at->second, 0);
+        for (const std::int32_t p : points_of_[triangle]) reach(p, (places_[p] - place).norm());
         while (!front.empty()) {
             const auto [distance, point] = front.top();
             front.pop();
@@ -48,7 +49,7 @@ class PointGraph {
                 for (const std::int32_t next : points_of_[t])
                     reach(next, distance + (places_[next] - places_[point]).norm());
         }
-        std::map<std::int32_t, double> found{{source, 0}};
+        std::map<std::int32_t, double> found;
         for (const auto& [node, point] : corners_)
             if (reached[point] <= radius) found[node] = reached[point];
         return found;
@@ -89,15 +90,15 @@ class PointGraph {
 
 std::map<std::int32_t, double> distances_on_surface(std::span<const Vector3> nodes,
                                                     std::span<const Triangle> triangles,
-                                                    std::int32_t source, double radius) {
+                                                    const SurfacePoint& from, double radius) {
     // A path along the surface is no shorter than the straight line.
-    std::vector<Triangle> near;
+    std::vector<Triangle> near{triangles[from.triangle]};
     for (const Triangle& t : triangles) {
         const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
         const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-        if ((a - nodes[source]).norm() <= radius + longest) near.push_back(t);
+        if ((a - from.place).norm() <= radius + longest) near.push_back(t);
     }
-    return PointGraph(nodes, near).distances(source, radius);
+    return PointGraph(nodes, near).distances(0, from.place, radius);
 }
 
 }  // namespace livetet

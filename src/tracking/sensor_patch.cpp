@@ -99,7 +99,7 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     nodes_ = with_edge_nodes_between(now, patch.nodes);
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
     centre_ = now.nodes[patch.centre];
-    off_centre_ = centre_ - place;
+    off_centre_ = patch.off_centre;
     find_wider(now, place);
     return patch.distance;
 }

@@ -107,7 +107,7 @@ class SensorPatch {
     /// The error of the patch's motion by the noise of sensor and reference; empty while the patch
     /// does not follow the sensor, or if its pose is filtered.
     std::optional<PatchError> error() const;
-    /// From the sensor's base to the patch's centre, a node, m.
+    /// From the sensor's base to the centroid of the patch, along the surface, m.
     const Eigen::Vector3d& off_centre() const { return off_centre_; }
     /// The nodes of a patch whose radius is greater by wider_by(), m: by the radius' spread, or by
     /// as much as makes a difference on this mesh.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -21,6 +22,13 @@ void expect_distances(const std::map<std::int32_t, double>& found, double from,
     }
 }
 
+SurfacePoint at_node(std::span<const Vector3> nodes, std::span<const Triangle> triangles,
+                     std::int32_t node) {
+    const auto at = std::ranges::find_if(
+        triangles, [&](const Triangle& t) { return std::ranges::count(t, node) > 0; });
+    return {static_cast<std::size_t>(at - triangles.begin()), nodes[node]};
+}
+
 /// Along edges the distance across the squares' other diagonal is 41 % too long.
 TEST(Geodesic, is_the_straight_line_on_a_plane_whatever_its_triangles) {
     const TetMesh mesh = shapes::box({0.1, 0.1, 0.01}, {10, 10, 1});
@@ -31,8 +39,9 @@ TEST(Geodesic, is_the_straight_line_on_a_plane_whatever_its_triangles) {
         if (shaken)
             for (Vector3& x : nodes) x.head<2>() += Eigen::Vector2d(push(random), push(random));
         const std::int32_t centre = 11 * 11 + 5 * 11 + 5;
+        const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
         const auto found =
-            distances_on_surface(nodes, boundary_triangles(mesh.tets), centre, 0.045);
+            distances_on_surface(nodes, surface, at_node(nodes, surface, centre), 0.045);
         std::size_t within = 0;
         for (const Vector3& x : nodes)
             within += x.z() > 0.005 && (x - nodes[centre]).norm() <= 0.045 / 1.02;
@@ -42,9 +51,28 @@ TEST(Geodesic, is_the_straight_line_on_a_plane_whatever_its_triangles) {
     }
 }
 
+TEST(Geodesic, begins_anywhere_in_a_triangle) {
+    const TetMesh mesh = shapes::box({0.1, 0.1, 0.01}, {10, 10, 1});
+    const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
+    const auto upper = std::ranges::find_if(surface, [&](const Triangle& t) {
+        return std::ranges::all_of(t, [&](std::int32_t n) {
+            const Vector3& x = mesh.nodes[n];
+            return x.z() > 0.005 && (x.head<2>().array() - 0.05).abs().maxCoeff() < 0.02;
+        });
+    });
+    ASSERT_NE(upper, surface.end());
+    const Vector3 from = 0.5 * mesh.nodes[(*upper)[0]] + 0.3 * mesh.nodes[(*upper)[1]] +
+                         0.2 * mesh.nodes[(*upper)[2]];
+    const auto found = distances_on_surface(
+        mesh.nodes, surface, {static_cast<std::size_t>(upper - surface.begin()), from}, 0.03);
+    EXPECT_GT(found.size(), 20u);
+    expect_distances(found, 0, [&](std::int32_t n) { return (mesh.nodes[n] - from).norm(); });
+}
+
 TEST(Geodesic, is_the_arc_on_a_sphere) {
     const TriangleMesh sphere = shapes::sphere(0.05, 3);
-    const auto found = distances_on_surface(sphere.nodes, sphere.triangles, 0, 0.09);
+    const auto found = distances_on_surface(sphere.nodes, sphere.triangles,
+                                            at_node(sphere.nodes, sphere.triangles, 0), 0.09);
     EXPECT_GT(found.size(), sphere.nodes.size() / 2);
     const auto arc = [&](std::int32_t n) {
         return 0.05 * std::acos(std::clamp(sphere.nodes[0].dot(sphere.nodes[n]) / 0.0025, -1., 1.));

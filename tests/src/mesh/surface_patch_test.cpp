@@ -62,5 +62,39 @@ TEST(SurfacePatch, goes_round_a_rim_as_far_as_the_radius_goes) {
     EXPECT_LT(lower, std::ssize(patch.nodes) - lower);
 }
 
+/// A quarter of an edge beside a node, the patch moves with the place, not with the node.
+TEST(SurfacePatch, lies_about_the_place_and_not_about_a_node) {
+    constexpr int cells = 40;
+    const TetMesh mesh = shapes::box({0.2, 0.2, 0.01}, {cells, cells, 1});
+    const double cell = 0.2 / cells;
+    for (const double beside : {0., 0.25, 0.45}) {
+        const Vector3 place(0.1 + beside * cell, 0.1, 0.01);
+        const SurfacePatch patch = surface_patch(mesh, place, 0.0155);
+        for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+            const bool in = std::ranges::binary_search(patch.nodes, static_cast<std::int32_t>(n));
+            const double distance = (mesh.nodes[n] - place).norm();
+            const bool is_below = mesh.nodes[n].z() < 0.005;
+            if (is_below || distance > 0.0155) {
+                EXPECT_FALSE(in) << distance;
+            } else if (distance < 0.0152) {
+                EXPECT_TRUE(in) << distance;
+            }
+        }
+        Vector3 mean = Vector3::Zero();
+        for (const std::int32_t n : patch.nodes)
+            mean += (mesh.nodes[n] - place) / static_cast<double>(patch.nodes.size());
+        EXPECT_LT((patch.off_centre - mean).norm(), 1e-12) << "all nodes have the same area";
+        EXPECT_LT(patch.off_centre.norm(), 0.4 * cell);
+    }
+}
+
+TEST(SurfacePatch, is_a_single_node_where_the_radius_reaches_none) {
+    const TetMesh mesh = plate();
+    const Vector3 place(6.4 * edge, 6.3 * edge, thickness);
+    const SurfacePatch patch = surface_patch(mesh, place, 1e-4);
+    ASSERT_EQ(patch.nodes, std::vector{patch.centre});
+    EXPECT_LT((place + patch.off_centre - mesh.nodes[patch.centre]).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace livetet
