@@ -257,8 +257,10 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
     state_errors_if_wanted(tracked, scene, std::move(for_targets), body,
                            inputs.registration.expected_error);
-    if (files.result && !tracked.target_names().empty())
+    if (files.result && !tracked.target_names().empty()) {
         files.result->write_text("targets", text_of_targets(tracked.target_names()));
+        write_surface_places(*files.result, surface_places(body.mesh()));
+    }
 
     // 3. frames
     const StopSignals signals;  // until all is written

@@ -64,9 +64,13 @@ void add_patch(ErrorSum& sum, const PatchResponse& r, const Eigen::Matrix<double
     sum.add(ErrorSource::patches, outer(radius_spread * r.wider * motion));
 }
 
-std::vector<Vector3> all_places(const std::vector<Target>& targets) {
+/// Those of the targets; then, if there are any, those of the surface.
+std::vector<Vector3> all_places(const std::vector<Target>& targets, const TetMesh& mesh) {
     std::vector<Vector3> places;
     for (const Target& t : targets) places.insert(places.end(), t.places.begin(), t.places.end());
+    if (targets.empty()) return places;
+    const std::vector<Vector3> surface = surface_places(mesh);
+    places.insert(places.end(), surface.begin(), surface.end());
     return places;
 }
 
@@ -86,11 +90,15 @@ ErrorSources ErrorSources::of_bits(std::uint32_t bits) {
 
 ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh)
     : targets_(read_targets(scene, mesh)),
-      responses_(scene, std::move(hierarchy), all_places(targets_)),
+      responses_(scene, std::move(hierarchy), all_places(targets_, mesh)),
       sampler_(mesh, responses_.places()),
       has_forces_(scene.gravity_m_per_s2 != Vector3::Zero() || !scene.loads.empty() ||
                   !scene.drive.empty()) {
     statement_.targets.resize(targets_.size());
+    std::size_t of_targets = 0;
+    for (const Target& t : targets_) of_targets += t.places.size();
+    statement_.surface.radius_95.resize(responses_.places().size() - of_targets);
+    missing_of_turn_.fill(ErrorSources::all());
 }
 
 void ErrorStatement::start(std::span<const SensorPatch* const> patches,
@@ -164,7 +172,22 @@ const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
             if (k == 0 || here.radius_95 > worst.radius_95) worst = here;
         }
     }
+    renew_surface(poses, displacement, solver_error.value_or(0));
     return statement_;
+}
+
+void ErrorStatement::renew_surface(const PoseErrors& poses, std::span<const Vector3> displacement,
+                                   double solver_error) {
+    SurfaceStatement& surface = statement_.surface;
+    const std::size_t first = responses_.places().size() - surface.radius_95.size();
+    for (std::size_t i = turn_; i < surface.radius_95.size(); i += surface_turns) {
+        const Vector3 u = sampler_.sample(first + i, displacement);
+        surface.radius_95[i] = state(first + i, poses, u, solver_error).radius_95;
+    }
+    missing_of_turn_[turn_] = statement_.missing;
+    turn_ = (turn_ + 1) % surface_turns;
+    surface.missing = {};
+    for (const ErrorSources& missing : missing_of_turn_) surface.missing.add(missing);
 }
 
 TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses, const Vector3& u,

@@ -34,9 +34,11 @@ class ErrorSources {
   public:
     void add(ErrorSource source) { bits_ |= 1U << static_cast<unsigned>(source); }
     bool has(ErrorSource source) const { return bits_ >> static_cast<unsigned>(source) & 1; }
+    void add(ErrorSources others) { bits_ |= others.bits_; }
     bool empty() const { return bits_ == 0; }
     std::uint32_t bits() const { return bits_; }
     static ErrorSources of_bits(std::uint32_t bits);
+    static ErrorSources all() { return of_bits((1U << error_source_count) - 1); }
 
   private:
     std::uint32_t bits_ = 0;
@@ -53,12 +55,21 @@ struct TargetStatement {
     std::array<double, error_source_count> by_source{};
 };
 
+/// The error over the organ's surface, at the places of surface_places. A frame renews a share of
+/// them, in turns.
+struct SurfaceStatement {
+    std::vector<double> radius_95;  ///< at each place, m; 0 before the first renewal
+    /// Sources that some of the radii lack, as they could not be estimated when those were renewed.
+    ErrorSources missing;
+};
+
 /// The targets of a frame.
 struct FrameStatement {
     std::vector<TargetStatement> targets;  ///< in the order of the scene; empty: nothing to state
     /// Sources that are not, or not wholly, in the numbers, as they could not be estimated.
     ErrorSources missing;
     double computed = 1;  ///< share of the model's responses that are known
+    SurfaceStatement surface;
 };
 
 /// What an ErrorStatement needs to know of the poses in a frame.
@@ -71,8 +82,11 @@ struct PoseErrors {
     bool is_unknown_elsewhere = false;
 };
 
-/// States the errors at targets, frame by frame. With e the error of a target at rest at x whose
-/// displacement is u, along the axes of the image and to first order,
+/// So many frames renew all places of the surface: a place takes some microseconds.
+inline constexpr std::size_t surface_turns = 6;
+
+/// States the errors at targets and over the surface, frame by frame. With e the error of a target
+/// at rest at x whose displacement is u, along the axes of the image and to first order,
 ///
 ///     e = d_f + a_f x (x - t)                           fiducials
 ///       + R J(x) e_r - sum_s G_s k_s R J(x_s) e_r       reference sensor
@@ -95,9 +109,9 @@ class ErrorStatement {
     /// One unit of the responses' work; see TargetResponses::work.
     bool work() { return responses_.work(); }
 
-    /// States the errors of a frame. `patches`: those of the last `start`, in the same order.
-    /// `solver_error`: of the frame's linear solve, m, RMS over the nodes; none: not known.
-    /// Allocates nothing.
+    /// States the errors of a frame, and those of the surface's places whose turn it is.
+    /// `patches`: those of the last `start`, in the same order. `solver_error`: of the frame's
+    /// linear solve, m, RMS over the nodes; none: not known. Allocates nothing.
     const FrameStatement& update(const PoseErrors& poses,
                                  std::span<const SensorPatch* const> patches,
                                  std::span<const Vector3> displacement,
@@ -118,15 +132,21 @@ class ErrorStatement {
     };
     void find_terms(const PoseErrors& poses, std::span<const SensorPatch* const> patches);
     void find_missing(const PoseErrors& poses);
+    void renew_surface(const PoseErrors& poses, std::span<const Vector3> displacement,
+                       double solver_error);
+    /// `place`: index in the places of responses_.
     TargetStatement state(std::size_t place, const PoseErrors& poses, const Vector3& u,
                           double solver_error) const;
 
     std::vector<Target> targets_;
-    TargetResponses responses_;
-    PointSampler sampler_;  ///< of the places in the body's mesh
+    TargetResponses responses_;  ///< at the targets' places, then those of the surface
+    PointSampler sampler_;       ///< of the places in the body's mesh
     std::vector<PatchTerms> terms_;
     bool has_forces_;  ///< gravity, loads or driven nodes, which the responses do not know
     FrameStatement statement_;
+    std::size_t turn_ = 0;  ///< of the surface, in the next frame
+    /// What the radii lack that were renewed in each turn.
+    std::array<ErrorSources, surface_turns> missing_of_turn_;
 };
 
 }  // namespace livetet

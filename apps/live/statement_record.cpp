@@ -16,6 +16,9 @@ using nlohmann::json;
 namespace {
 
 constexpr const char* targets_text = "targets";
+constexpr const char* surface_rows = "surface_places_mm";
+constexpr const char* surface_radii = "surface_radius_95_mm";
+constexpr const char* surface_missing = "surface_missing";
 constexpr std::size_t covariance_numbers = 6;
 
 std::array<double, covariance_numbers> upper_triangle_mm2(const Eigen::Matrix3d& c) {
@@ -43,11 +46,17 @@ std::string text_of_targets(const std::vector<std::string>& names) {
     return json(names).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+void write_surface_places(ResultWriter& result, std::span<const Vector3> places) {
+    for (const Vector3& x : places)
+        result.append_row(surface_rows, {{1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z()}});
+}
+
 namespace {
 
-/// The values of a frame, by their names in the file.
-std::vector<std::pair<const char*, std::vector<double>>> values_of(
-    const FrameStatement& statement) {
+using NamedValues = std::vector<std::pair<const char*, std::vector<double>>>;
+
+/// The values of a frame about its targets, by their names in the file.
+NamedValues values_of(const FrameStatement& statement) {
     std::vector<double> positions, radii, covariances, sources;
     for (const TargetStatement& t : statement.targets) {
         for (int i = 0; i < 3; ++i) positions.push_back(1e3 * t.position[i]);
@@ -63,19 +72,33 @@ std::vector<std::pair<const char*, std::vector<double>>> values_of(
             {"statement", {static_cast<double>(statement.missing.bits()), statement.computed}}};
 }
 
+NamedValues values_of(const SurfaceStatement& surface) {
+    if (surface.radius_95.empty()) return {};
+    std::vector<double> radii;
+    for (const double radius : surface.radius_95) radii.push_back(1e3 * radius);
+    return {{surface_radii, radii},
+            {surface_missing, {static_cast<double>(surface.missing.bits())}}};
+}
+
+bool holds(const ResultReader& result, std::size_t k, const NamedValues& all) {
+    return std::ranges::all_of(all, [&](const auto& named) {
+        return result.values(named.first, k, named.second.size()) == named.second;
+    });
+}
+
 }  // namespace
 
 void append_statement(ResultWriter& result, const FrameStatement& statement) {
     if (statement.targets.empty()) return;
     for (const auto& [name, values] : values_of(statement)) result.append_values(name, values);
+    for (const auto& [name, values] : values_of(statement.surface))
+        result.append_values(name, values);
 }
 
 bool holds_statement(const ResultReader& result, std::size_t k, const FrameStatement& statement) {
     if (statement.targets.empty()) return !result.has_text(targets_text);
-    return result.has_text(targets_text) &&
-           std::ranges::all_of(values_of(statement), [&](const auto& named) {
-               return result.values(named.first, k, named.second.size()) == named.second;
-           });
+    return result.has_text(targets_text) && holds(result, k, values_of(statement)) &&
+           (!result.has_values(surface_radii) || holds(result, k, values_of(statement.surface)));
 }
 
 StatementReader::StatementReader(const ResultReader& reader, std::string source)
@@ -87,36 +110,62 @@ StatementReader::StatementReader(const ResultReader& reader, std::string source)
                            });
     if (!are_texts) fail("{}: its targets are not a list of names", source_);
     names_ = names.get<std::vector<std::string>>();
+    if (!reader.has_values(surface_radii)) return;
+    const std::vector<double> rows = reader.rows(surface_rows, 3);
+    for (std::size_t i = 0; i + 2 < rows.size(); i += 3) {
+        const Vector3 mm(rows[i], rows[i + 1], rows[i + 2]);
+        if (!mm.allFinite()) fail("{}: {} has a place that is not finite", source_, surface_rows);
+        surface_places_.push_back(mm / 1e3);
+    }
+}
+
+std::vector<double> StatementReader::values(const char* name, std::size_t k,
+                                            std::size_t count) const {
+    std::vector<double> found = reader_.values(name, k, count);
+    for (const double x : found)
+        if (!std::isfinite(x))
+            fail("{}: {} of frame {} has a value that is not finite", source_, name, k);
+    return found;
+}
+
+/// In m. Throws Error for a radius below 0.
+std::vector<double> StatementReader::radii(const char* name, std::size_t k,
+                                           std::size_t count) const {
+    std::vector<double> found = values(name, k, count);
+    for (double& radius : found) {
+        if (radius < 0)
+            fail("{}: {} of frame {} is {}, expected at least 0", source_, name, k, radius);
+        radius /= 1e3;
+    }
+    return found;
+}
+
+ErrorSources StatementReader::sources_of(double bits, std::size_t k) const {
+    if (!(bits >= 0 && bits < 1U << error_source_count && bits == std::floor(bits)))
+        fail("{}: frame {} lacks the error sources {}, expected a number below {}", source_, k,
+             bits, 1U << error_source_count);
+    return ErrorSources::of_bits(static_cast<std::uint32_t>(bits));
 }
 
 FrameStatement StatementReader::read(std::size_t k) const {
     FrameStatement statement;
     const std::size_t n = names_.size();
     if (n == 0) return statement;
-    const auto values = [&](const char* name, std::size_t count) {
-        std::vector<double> found = reader_.values(name, k, count);
-        for (const double x : found)
-            if (!std::isfinite(x))
-                fail("{}: {} of frame {} has a value that is not finite", source_, name, k);
-        return found;
-    };
-    const auto positions = values("target_position_mm", 3 * n);
-    const auto radii = values("target_radius_95_mm", n);
-    const auto covariances = values("target_covariance_mm2", covariance_numbers * n);
-    const auto sources = values("target_by_source_mm2", error_source_count * n);
-    const auto about = values("statement", 2);
-    if (!(about[0] >= 0 && about[0] < 1U << error_source_count && about[0] == std::floor(about[0])))
-        fail("{}: frame {} lacks the error sources {}, expected a number below {}", source_, k,
-             about[0], 1U << error_source_count);
-    statement.missing = ErrorSources::of_bits(static_cast<std::uint32_t>(about[0]));
+    const auto positions = values("target_position_mm", k, 3 * n);
+    const auto of_targets = radii("target_radius_95_mm", k, n);
+    const auto covariances = values("target_covariance_mm2", k, covariance_numbers * n);
+    const auto sources = values("target_by_source_mm2", k, error_source_count * n);
+    const auto about = values("statement", k, 2);
+    statement.missing = sources_of(about[0], k);
     statement.computed = about[1];
+    if (!surface_places_.empty()) {
+        statement.surface.radius_95 = radii(surface_radii, k, surface_places_.size());
+        statement.surface.missing = sources_of(values(surface_missing, k, 1)[0], k);
+    }
     for (std::size_t i = 0; i < n; ++i) {
         TargetStatement& t = statement.targets.emplace_back();
         t.position = Vector3(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]) / 1e3;
-        t.radius_95 = radii[i] / 1e3;
-        if (t.radius_95 < 0)
-            fail("{}: target_radius_95_mm of frame {} is {}, expected at least 0", source_, k,
-                 radii[i]);
+        t.radius_95 = of_targets[i];
         t.covariance = covariance_of(&covariances[covariance_numbers * i]);
         for (std::size_t q = 0; q < error_source_count; ++q)
             t.by_source[q] = sources[error_source_count * i + q] / 1e6;

@@ -7,14 +7,12 @@
 #include "base/error.hpp"
 #include "io/points_csv.hpp"
 #include "mesh/barycentric_map.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
-namespace {
-
-/// Some of the nodes: first the one nearest to their mean, then always the one farthest from those
-/// taken.
-std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::int32_t>& nodes) {
+std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::int32_t>& nodes,
+                                   std::size_t most) {
     Vector3 mean = Vector3::Zero();
     for (const std::int32_t n : nodes) mean += mesh.nodes[n] / static_cast<double>(nodes.size());
     std::vector<double> distance(nodes.size(), std::numeric_limits<double>::infinity());
@@ -23,7 +21,7 @@ std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::i
         if ((mesh.nodes[nodes[i]] - mean).norm() < (mesh.nodes[nodes[next]] - mean).norm())
             next = i;
     std::vector<Vector3> places;
-    while (places.size() < std::min(nodes.size(), max_places_of_region)) {
+    while (places.size() < std::min(nodes.size(), most)) {
         places.push_back(mesh.nodes[nodes[next]]);
         for (std::size_t i = 0; i < nodes.size(); ++i)
             distance[i] = std::min(distance[i], (mesh.nodes[nodes[i]] - places.back()).norm());
@@ -32,6 +30,12 @@ std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::i
     }
     return places;
 }
+
+std::vector<Vector3> surface_places(const TetMesh& mesh) {
+    return spread_places(mesh, surface_nodes(mesh), max_places_of_surface);
+}
+
+namespace {
 
 void check_inside(const std::vector<Target>& targets, const TetMesh& mesh) {
     constexpr double farthest = 1e-3;
@@ -64,7 +68,8 @@ std::vector<Target> read_targets(const Scene& scene, const TetMesh& mesh) {
             for (const NamedPoint& p : read_points_csv(t.points)) add(p.name, {p.position});
         else
             add(t.name,
-                spread_places(mesh, select_nodes(mesh, t, fmt::format("track.targets[{}]", i))));
+                spread_places(mesh, select_nodes(mesh, t, fmt::format("track.targets[{}]", i)),
+                              max_places_of_region));
     }
     if (!targets.empty()) check_inside(targets, mesh);
     return targets;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -476,7 +477,8 @@ TEST(Track, StatesHowFarOffItsTargetsMayBe) {
     const StatementReader statements(result, "result.h5");
     EXPECT_EQ(statements.names(), (std::vector<std::string>{"Under", "Corner"}));
     double at_rest = 0, deepest = 0, deepest_press = 0;
-    std::size_t known = 0;
+    std::size_t known = 0, known_surface = 0;
+    EXPECT_EQ(statements.surface_places().size(), max_places_of_surface);
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const FrameStatement s = statements.read(k);
         const double press = result.values("press_mm", k, 1)[0];
@@ -490,8 +492,14 @@ TEST(Track, StatesHowFarOffItsTargetsMayBe) {
             deepest_press = press;
             deepest = s.targets[0].radius_95;
         }
+        if (!s.surface.missing.empty()) continue;
+        ++known_surface;
+        const auto [least, most] = std::ranges::minmax(s.surface.radius_95);
+        EXPECT_GT(least, 1e-4);
+        EXPECT_LT(most, 0.05);
     }
     EXPECT_GT(known, result.frame_count() / 2);
+    EXPECT_GT(known_surface, result.frame_count() / 3);
     EXPECT_GT(deepest_press, 14);
     EXPECT_GT(deepest, 1.2 * at_rest) << "a press leaves more open";
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -224,6 +225,116 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     const PoseErrors no_reference{nullptr, f.image_from_reference};
     EXPECT_TRUE(
         s.statement.update(no_reference, patches, s.still, 0).missing.has(ErrorSource::reference));
+}
+
+/// A block with a target at each of its surface's places whose coordinates survive the change of
+/// units in a scene, and the statement of a press.
+struct StatedSurface {
+    StatedBlock block;
+    std::vector<Vector3> places = surface_places(block.mesh());
+    std::vector<std::size_t> with_target;
+    std::vector<Vector3> displacement;
+    ExpectedRegistrationError error{Matrix6d::Identity() * 1e-6, true};
+
+    StatedSurface() {
+        block.scene.track->targets.clear();
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const Vector3 mm = 1e3 * places[i];
+            if (mm / 1e3 != places[i]) continue;
+            TargetOptions& target = block.scene.track->targets.emplace_back();
+            target.name = fmt::format("{}", i);
+            target.point_mm = mm;
+            with_target.push_back(i);
+        }
+        for (const Vector3& x : block.mesh().nodes)
+            displacement.emplace_back(0, 0.1 * x.x(), -0.1 * x.z());
+    }
+    ErrorStatement statement() const { return {block.scene, block.hierarchy, block.mesh()}; }
+    const FrameStatement& update(ErrorStatement& statement, const Followed& f) const {
+        const SensorPatch* patches[] = {f.patch.get()};
+        return statement.update(f.poses(&error), patches, displacement, 1e-5);
+    }
+    void start(ErrorStatement& statement, const Followed& f) const {
+        const SensorPatch* patches[] = {f.patch.get()};
+        statement.start(patches, block.scene.fix);
+    }
+    /// Number of the surface's radii that are those of the targets at the same places.
+    std::size_t as_targets(const FrameStatement& frame) const {
+        std::size_t same = 0;
+        for (std::size_t k = 0; k < with_target.size(); ++k)
+            same += frame.surface.radius_95[with_target[k]] == frame.targets[k].radius_95;
+        return same;
+    }
+};
+
+TEST(ErrorStatement, TheSurfaceIsRenewedInTurnsAndStatesWhatTargetsAtItsPlacesDo) {
+    const StatedSurface s;
+    ASSERT_EQ(s.places.size(), max_places_of_surface);
+    ASSERT_GT(s.with_target.size(), 3 * max_places_of_surface / 4);
+    ErrorStatement statement = s.statement();
+    Followed f(s.block, 1e-3, 0.5 * radians_per_degree, 3);
+    s.start(statement, f);
+    while (statement.work()) {
+    }
+    for (int press = 0; press < 2; ++press) {
+        for (int k = 0; k < 40; ++k) f.step({0, 0, -0.01 * press});
+        for (std::size_t turn = 1; turn <= surface_turns; ++turn) {
+            const FrameStatement& frame = s.update(statement, f);
+            const std::size_t same = s.as_targets(frame);
+            EXPECT_TRUE(same == s.with_target.size() || turn < surface_turns);
+            EXPECT_LE(same, turn * max_places_of_surface / surface_turns) << "no frame does more";
+        }
+    }
+    const auto [least, most] = std::ranges::minmax(s.update(statement, f).surface.radius_95);
+    EXPECT_GT(least, 1e-4);
+    EXPECT_GT(most, 1.2 * least) << "the error is not the same everywhere";
+}
+
+TEST(ErrorStatement, TheSurfaceNamesWhatAnyOfItsRadiiLacks) {
+    const StatedSurface s;
+    ErrorStatement statement = s.statement();
+    Followed f(s.block, 1e-3, 0.5 * radians_per_degree, 3);
+    for (int k = 0; k < 40; ++k) f.step(Vector3::Zero());
+    s.start(statement, f);
+    for (std::size_t turn = 0; turn < 2 * surface_turns; ++turn)
+        EXPECT_TRUE(s.update(statement, f).surface.missing.has(ErrorSource::elements));
+    while (statement.work()) {
+    }
+    for (std::size_t turn = 1; turn <= surface_turns; ++turn) {
+        const FrameStatement& frame = s.update(statement, f);
+        EXPECT_TRUE(frame.missing.empty());
+        EXPECT_EQ(frame.surface.missing.empty(), turn == surface_turns)
+            << "the radii of frames before do not know the responses";
+    }
+}
+
+TEST(ErrorStatement, AnotherRunStatesTheSameSurfaceToTheBit) {
+    const StatedSurface s;
+    std::vector<std::vector<double>> first;
+    for (int run = 0; run < 2; ++run) {
+        ErrorStatement statement = s.statement();
+        Followed f(s.block, 1e-3, 0.5 * radians_per_degree, 3);
+        s.start(statement, f);
+        for (std::size_t k = 0; k < 20; ++k) {
+            f.step({0, 0, -1e-3 * static_cast<double>(k)});
+            const std::vector<double>& radii = s.update(statement, f).surface.radius_95;
+            if (run == 0)
+                first.push_back(radii);
+            else
+                EXPECT_EQ(radii, first[k]) << "frame " << k;
+            (void)statement.work();
+        }
+    }
+    EXPECT_NE(first[18], first[19]);
+}
+
+TEST(ErrorStatement, WithoutTargetsNothingIsStatedOfTheSurface) {
+    StatedBlock block;
+    block.scene.track->targets.clear();
+    ErrorStatement statement(block.scene, block.hierarchy, block.mesh());
+    statement.start({}, block.scene.fix);
+    const std::vector<Vector3> still(block.mesh().nodes.size(), Vector3::Zero());
+    EXPECT_TRUE(statement.update({}, {}, still, {}).surface.radius_95.empty());
 }
 
 TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {

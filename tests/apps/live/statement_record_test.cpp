@@ -23,8 +23,14 @@ FrameStatement two_targets() {
     }
     statement.missing.add(ErrorSource::elements);
     statement.computed = 0.5;
+    statement.surface.radius_95 = {4e-3, 5e-3, 7e-3};
+    statement.surface.missing.add(ErrorSource::elements);
+    statement.surface.missing.add(ErrorSource::law);
     return statement;
 }
+
+/// Three corners of the cube.
+const std::vector<Vector3> cube_places{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0.1}};
 
 /// A result of one frame with this statement. `targets`: the text about them.
 std::filesystem::path written(const FrameStatement& statement,
@@ -32,6 +38,7 @@ std::filesystem::path written(const FrameStatement& statement,
     const auto path = fresh_folder() / "r.h5";
     ResultWriter writer(path, testing_meshes::cube(), "");
     if (!targets.empty()) writer.write_text("targets", targets);
+    if (!statement.surface.radius_95.empty()) write_surface_places(writer, cube_places);
     writer.append(0, std::vector<Vector3>(8, Vector3::Zero()));
     append_statement(writer, statement);
     writer.close();
@@ -55,6 +62,24 @@ TEST(StatementRecord, AStatementComesBackAsItWas) {
     }
     EXPECT_EQ(again.missing.bits(), statement.missing.bits());
     EXPECT_EQ(again.computed, 0.5);
+    ASSERT_EQ(reader.surface_places().size(), 3u);
+    ASSERT_EQ(again.surface.radius_95.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_LT((reader.surface_places()[i] - cube_places[i]).norm(), 1e-15);
+        EXPECT_NEAR(again.surface.radius_95[i], statement.surface.radius_95[i], 1e-15);
+    }
+    EXPECT_EQ(again.surface.missing.bits(), statement.surface.missing.bits());
+}
+
+TEST(StatementRecord, AResultWithoutTheSurfaceIsRead) {
+    FrameStatement old = two_targets();
+    old.surface = {};
+    const ResultReader result(written(old));
+    const StatementReader reader(result, "r.h5");
+    EXPECT_TRUE(reader.surface_places().empty());
+    EXPECT_EQ(reader.read(0).targets.size(), 2u);
+    EXPECT_TRUE(reader.read(0).surface.radius_95.empty());
+    EXPECT_TRUE(holds_statement(result, 0, two_targets())) << "a replay computes the surface, too";
 }
 
 TEST(StatementRecord, AnyOtherBitIsAnotherStatement) {
@@ -65,6 +90,12 @@ TEST(StatementRecord, AnyOtherBitIsAnotherStatement) {
     EXPECT_FALSE(holds_statement(result, 0, other));
     other = two_targets();
     other.missing.add(ErrorSource::law);
+    EXPECT_FALSE(holds_statement(result, 0, other));
+    other = two_targets();
+    other.surface.radius_95[2] = std::nextafter(other.surface.radius_95[2], 1);
+    EXPECT_FALSE(holds_statement(result, 0, other));
+    other = two_targets();
+    other.surface.missing = {};
     EXPECT_FALSE(holds_statement(result, 0, other));
     EXPECT_FALSE(holds_statement(result, 0, {})) << "the result has targets";
     const ResultReader without(written({}, ""));
@@ -89,6 +120,15 @@ TEST(StatementRecord, NumbersThatCannotBeAreRefused) {
     wrong = two_targets();
     wrong.missing = ErrorSources::of_bits(256);
     EXPECT_TRUE(says(refusal(wrong), {"256", "below 256"}));
+    wrong = two_targets();
+    wrong.surface.radius_95[1] = -1e-3;
+    EXPECT_TRUE(says(refusal(wrong), {"r.h5", "surface_radius_95_mm", "-1", "at least 0"}));
+    wrong = two_targets();
+    wrong.surface.missing = ErrorSources::of_bits(300);
+    EXPECT_TRUE(says(refusal(wrong), {"300", "below 256"}));
+    wrong = two_targets();
+    wrong.surface.radius_95.pop_back();
+    EXPECT_NE(refusal(wrong), "") << "fewer radii than places";
     EXPECT_TRUE(says(refusal(two_targets(), "{\"a\": 1}"), {"not a list of names"}));
     EXPECT_NE(refusal(two_targets(), text_of_targets({"Near"})), "") << "fewer names than numbers";
 }

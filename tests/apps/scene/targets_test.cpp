@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "base/error.hpp"
+#include "mesh/quadratic.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
 
@@ -56,6 +58,25 @@ TEST(Targets, APointIsOnePlaceAndARegionSomeSpreadOverIt) {
             EXPECT_GT((targets[1].places[i] - targets[1].places[j]).norm(), 0.01) << "spread";
     }
     EXPECT_GT(farthest, 0.025) << "up to its rim";
+}
+
+TEST(Targets, ASurfaceHasPlacesAllOverIt) {
+    const TetMesh& mesh = block_with_tumour();
+    const std::vector<Vector3> places = surface_places(mesh);
+    ASSERT_EQ(places.size(), max_places_of_surface);
+    const auto nearest = [&](const Vector3& x) {
+        double distance = 1;
+        for (const Vector3& place : places) distance = std::min(distance, (place - x).norm());
+        return distance;
+    };
+    const std::vector<std::int32_t> surface = surface_nodes(mesh);
+    // 96 discs of the surface's area, 0.1 m^2, have a radius of 18 mm; the places are nodes.
+    for (const std::int32_t n : surface) EXPECT_LT(nearest(mesh.nodes[n]), 0.026);
+    for (const Vector3& place : places)
+        EXPECT_TRUE(
+            std::ranges::any_of(surface, [&](std::int32_t n) { return mesh.nodes[n] == place; }));
+    const TetMesh small = test::block({1, 1, 1}, {0.1, 0.1, 0.1});
+    EXPECT_EQ(surface_places(small).size(), 8u) << "all there are";
 }
 
 TEST(Targets, PointsOfAFileHaveTheirNames) {
