@@ -7,6 +7,7 @@
 #include "apps/commands/track_run.hpp"
 #include "apps/plots/virtual_display.hpp"
 #include "apps/scene/outputs.hpp"
+#include "apps/scene/targets.hpp"
 #include "apps/viewer/player.hpp"
 #include "apps/viewer/track_view.hpp"
 #include "base/error.hpp"
@@ -59,6 +60,8 @@ int view_scene(const ViewArguments& arguments, const std::vector<std::string>& p
                      [&](const Scene& scene, const TetMesh& mesh, const StopSource& stop) {
                          ShownBody body =
                              make_shown_body(mesh, scene, arguments.input, arguments.files);
+                         if (!scene.track->targets.empty())
+                             body.stated_places = surface_places(mesh);
                          tell_left_out(body);
                          return std::make_unique<TrackView>(
                              std::move(body), stop,
@@ -82,6 +85,11 @@ int view_recording(const ViewArguments& arguments) {
             "--colour stress: {} holds no von_mises, expected a solve with output: {{fields: "
             "[von_mises]}}",
             arguments.input.string());
+    if (arguments.colour == "error" && !recording.states_errors())
+        fail(
+            "--colour error: {} holds no errors over the surface, expected the result of a scene "
+            "with track.targets",
+            arguments.input.string());
     tell_left_out(recording.body());
 
     // 2. window
@@ -96,6 +104,7 @@ int view_recording(const ViewArguments& arguments) {
     const auto& sensors = window.shown().sensors;
     if (!sensors.empty() && sensors.front().base) window.set_cross(*sensors.front().base);
     if (arguments.colour == "stress") window.set_colour(ColourBy::von_mises);
+    if (arguments.colour == "error") window.set_colour(ColourBy::stated_error);
 
     // 3. outputs
     if (script) script->run(window, player.stage());
@@ -142,7 +151,7 @@ void add_view_command(CLI::App& app, ExitStatus& status) {
                         "the mesh; default: the mesh's own, subdivided");
     command->add_option("--frame", arguments->frame, "first frame to show, counted from 1");
     command->add_option("--colour", arguments->colour, "quantity that colours the surface")
-        ->check(CLI::IsMember({"displacement", "stress"}))
+        ->check(CLI::IsMember({"displacement", "stress", "error"}))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "size of the window, pixels")
         ->expected(2)

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "apps/live/statement_record.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/error.hpp"
@@ -95,15 +96,16 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     return surface;
 }
 
-std::vector<ShownTarget> shown_targets(const FrameStatement& statement,
-                                       const std::vector<std::string>& names) {
-    std::vector<ShownTarget> shown;
+void add_statement(ShownMoment& moment, const FrameStatement& statement,
+                   const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < statement.targets.size() && i < names.size(); ++i) {
         const TargetStatement& t = statement.targets[i];
-        shown.push_back({names[i], t.position, t.radius_95, !statement.missing.empty(),
-                         ellipsoid_surface(t.position, error_ellipsoid(t.covariance))});
+        moment.targets.push_back({names[i], t.position, t.radius_95, !statement.missing.empty(),
+                                  ellipsoid_surface(t.position, error_ellipsoid(t.covariance))});
     }
-    return shown;
+    moment.stated = statement.surface;
+    if (const std::string error = statement_text(statement, names); !error.empty())
+        moment.text += "; " + error;
 }
 
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& named_in,

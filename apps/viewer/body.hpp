@@ -26,7 +26,8 @@ struct ShownBody {
     std::vector<std::int32_t> fixed;  ///< fixed nodes on the surface of the mesh
     std::optional<GreyImage> image;
     std::vector<ShownFiducial> fiducials;
-    std::vector<std::string> left_out;  ///< what cannot be shown, and why; one line each
+    std::vector<Vector3> stated_places;  ///< of ShownMoment::stated, at rest; empty: nothing stated
+    std::vector<std::string> left_out;   ///< what cannot be shown, and why; one line each
 };
 
 struct ShownTool {
@@ -58,6 +59,7 @@ struct ShownMoment {
     std::vector<ShownTool> tools;
     std::vector<ShownSensor> sensors;
     std::vector<ShownTarget> targets;
+    SurfaceStatement stated;  ///< at ShownBody::stated_places; without radii: unknown
     std::optional<HandPull> pull;
     std::string text;            ///< a line of text on the frame
     bool keeps_numbers = false;  ///< texts are not redrawn: nobody reads 25 numbers a second
@@ -74,9 +76,9 @@ struct ViewFiles {
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
                           const std::filesystem::path& named_in, const ViewFiles& files);
 
-/// The targets of a statement as they are shown.
-std::vector<ShownTarget> shown_targets(const FrameStatement& statement,
-                                       const std::vector<std::string>& names);
+/// Adds a statement to a moment: targets, the error over the surface, and its text.
+void add_statement(ShownMoment& moment, const FrameStatement& statement,
+                   const std::vector<std::string>& names);
 
 /// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
 /// if it has fewer.

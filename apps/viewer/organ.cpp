@@ -16,6 +16,7 @@ constexpr double bar_width = 0.1;
 
 OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
     : body_(body), map_(map_into(body.mesh, body.surface.nodes)) {
+    if (!body.stated_places.empty()) stated_.emplace(body.stated_places, body.surface.nodes);
     const auto count = static_cast<vtkIdType>(body.surface.nodes.size());
     for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()}) {
         vectors->SetNumberOfComponents(3);
@@ -72,19 +73,64 @@ void OrganView::make_room(double width_pixels) {
 }
 
 void OrganView::update_bar() {
-    const bool is_stress = colour_ == ColourBy::von_mises;
-    const double largest =
-        is_stress ? std::max(largest_[1], 1e-3) : std::max(1e3 * largest_[0], 0.1);
+    double largest = range(colour_);
+    switch (colour_) {
+        case ColourBy::displacement:
+            bar_->SetTitle("displacement\n[mm]");
+            largest = std::max(1e3 * largest, 0.1);
+            break;
+        case ColourBy::von_mises:
+            bar_->SetTitle("von Mises\nstress [Pa]");
+            largest = std::max(largest, 1e-3);
+            break;
+        case ColourBy::stated_error:
+            bar_->SetTitle(lacks_sources_ ? "stated error*\n95 % radius\n[mm]"
+                                          : "stated error\n95 % radius\n[mm]");
+            largest = std::max(1e3 * largest, 0.1);
+            break;
+    }
     const auto map = organ_colours(largest);
     mapper_->SetLookupTable(map);
     bar_->SetLookupTable(map);
-    bar_->SetTitle(is_stress ? "von Mises\nstress [Pa]" : "displacement\n[mm]");
     bar_->SetLabelFormat(largest < 1 ? "%.2f" : largest < 100 ? "%.1f" : "%.0f");
+}
+
+bool OrganView::can_show(const ShownMoment& moment, ColourBy what) const {
+    switch (what) {
+        case ColourBy::displacement:
+            return true;
+        case ColourBy::von_mises:
+            return !moment.von_mises.empty();
+        case ColourBy::stated_error:
+            return stated_ && !moment.stated.radius_95.empty();
+    }
+    return false;
+}
+
+double OrganView::value_at(std::size_t point, const Vector3& u, const ShownMoment& moment,
+                           ColourBy what) const {
+    switch (what) {
+        case ColourBy::displacement:
+            return 1e3 * u.norm();
+        case ColourBy::von_mises: {
+            double stress = 0;
+            for (int k = 0; k < 4; ++k)
+                stress += map_.weights[point][k] * moment.von_mises[map_.nodes[point][k]];
+            return stress;
+        }
+        case ColourBy::stated_error:
+            return 1e3 * (*stated_)(point, moment.stated.radius_95);
+    }
+    return 0;
 }
 
 void OrganView::show(const ShownMoment& moment) {
     const std::vector<Vector3>& rest = body_.surface.nodes;
-    const bool is_stress = colour_ == ColourBy::von_mises && !moment.von_mises.empty();
+    const ColourBy what = can_show(moment, colour_) ? colour_ : ColourBy::displacement;
+    if (lacks_sources_ != !moment.stated.missing.empty()) {
+        lacks_sources_ = !lacks_sources_;
+        update_bar();
+    }
     Eigen::Map<Eigen::Matrix3Xf> places(places_->GetPointer(0), 3,
                                         static_cast<Eigen::Index>(rest.size()));
     Eigen::Map<Eigen::Matrix3Xf> normals(normals_->GetPointer(0), 3,
@@ -93,12 +139,7 @@ void OrganView::show(const ShownMoment& moment) {
     for (std::size_t i = 0; i < rest.size(); ++i) {
         const Vector3 u = interpolate(map_, i, moment.displacement);
         places.col(static_cast<Eigen::Index>(i)) = (1e3 * (rest[i] + u)).cast<float>();
-        values[i] = static_cast<float>(1e3 * u.norm());
-        if (!is_stress) continue;
-        values[i] = 0;
-        for (int k = 0; k < 4; ++k)
-            values[i] +=
-                static_cast<float>(map_.weights[i][k] * moment.von_mises[map_.nodes[i][k]]);
+        values[i] = static_cast<float>(value_at(i, u, moment, what));
     }
     normals.setZero();
     for (const auto& [a, b, c] : body_.surface.triangles) {  // weighted by area

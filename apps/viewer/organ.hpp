@@ -11,21 +11,27 @@
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
 
+#include <optional>
+
 #include "apps/viewer/body.hpp"
+#include "geometry/scattered_interpolation.hpp"
 #include "mesh/barycentric_map.hpp"
 
 namespace livetet {
 
-enum class ColourBy { displacement, von_mises };
+enum class ColourBy { displacement, von_mises, stated_error };
 
 /// Draws the organ's surface, which is finer than the mesh: each of its points moves with the tet
-/// that it lies in or is nearest to. Coloured by displacement (mm) or von Mises stress (Pa), with a
-/// colour bar.
+/// that it lies in or is nearest to. Coloured by displacement (mm), von Mises stress (Pa) or the
+/// 95 % radius of the stated error (mm), with a colour bar. A stated error is interpolated between
+/// its places; an asterisk in the bar's title says that it lacks sources.
 class OrganView {
   public:
     OrganView(const ShownBody& body, vtkRenderer* renderer);
 
     void show(const ShownMoment& moment);
+    /// Whether the moment has values for this colour. Without, displacements are shown.
+    bool can_show(const ShownMoment& moment, ColourBy what) const;
     /// Sets the upper end of the colour range, in m or Pa.
     void set_range(ColourBy what, double largest);
     double range(ColourBy what) const { return largest_[static_cast<int>(what)]; }
@@ -37,10 +43,15 @@ class OrganView {
 
   private:
     void update_bar();
+    /// In the unit of the bar.
+    double value_at(std::size_t point, const Vector3& u, const ShownMoment& moment,
+                    ColourBy what) const;
 
     const ShownBody& body_;
     BarycentricMap map_;
-    double largest_[2] = {0.001, 1};
+    std::optional<ScatteredInterpolation> stated_;  ///< from the places of stated errors
+    bool lacks_sources_ = false;                    ///< the stated error does
+    double largest_[3] = {0.001, 1, 0.001};
     ColourBy colour_ = ColourBy::displacement;
     vtkNew<vtkFloatArray> places_, normals_, values_;
     vtkNew<vtkPolyData> data_;

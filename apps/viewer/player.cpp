@@ -45,6 +45,8 @@ Player::Player(const ViewRecording& recording, ViewWindow& window)
     };
     window.set_range(ColourBy::displacement, recording.largest_displacement());
     if (recording.has_stress()) window.set_range(ColourBy::von_mises, recording.largest_stress());
+    if (recording.states_errors())
+        window.set_range(ColourBy::stated_error, recording.largest_stated_error());
     go_to_frame(0);
 }
 

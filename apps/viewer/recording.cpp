@@ -74,6 +74,7 @@ ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles&
     std::optional<Scene> scene;
     if (!reader_.scene_text().empty()) scene = read_yaml<Scene>(reader_.scene_text(), source);
     body_ = make_shown_body(reader_.mesh(), scene, path, files);
+    body_.stated_places = statements_.surface_places();
     has_stress_ = has(reader_.field_names(), "von_mises");
     has_press_ = has(reader_.value_names(), "press_mm");
     const bool tracked = has(reader_.value_names(), "tracker_from_image");
@@ -189,6 +190,9 @@ void ViewRecording::find_ranges() {
     for (const std::size_t k : looked_at) {
         for (const Vector3& u : reader_.displacement(k))
             largest_displacement_ = std::max(largest_displacement_, u.norm());
+        if (states_errors())
+            for (const double radius : statements_.read(k).surface.radius_95)
+                largest_stated_error_ = std::max(largest_stated_error_, radius);
         if (!has_stress_) continue;
         std::vector<double> stress = nodal_stress(k);
         const auto high = stress.begin() + static_cast<std::ptrdiff_t>(
@@ -234,10 +238,7 @@ ShownMoment ViewRecording::moment(std::size_t k) const {
     moment.text = fmt::format("{:.2f} s, frame {} of {}: {:.1f} mm at most",
                               moment.time_s - reader_.times_s().front(), k + 1,
                               reader_.frame_count(), 1e3 * largest);
-    const FrameStatement statement = statements_.read(k);
-    moment.targets = shown_targets(statement, statements_.names());
-    if (const std::string error = statement_text(statement, statements_.names()); !error.empty())
-        moment.text += "; " + error;
+    add_statement(moment, statements_.read(k), statements_.names());
     return moment;
 }
 

@@ -19,12 +19,15 @@ class ViewRecording {
     /// Reads frame k. Throws Error if it is damaged.
     ShownMoment moment(std::size_t k) const;
     bool has_stress() const { return has_stress_; }
-    /// Ranges of the colours: the largest displacement, m, and stress, Pa (ignoring the highest
-    /// hundredth of the nodes), of some frames. And the frame with the deepest press or, without
-    /// tracking, the last.
+    /// Whether errors over the surface are stated.
+    bool states_errors() const { return !body_.stated_places.empty(); }
+    /// Ranges of the colours: the largest displacement, m, stress, Pa (ignoring the highest
+    /// hundredth of the nodes), and stated error, m, of some frames. And the frame with the deepest
+    /// press or, without tracking, the last.
     std::size_t representative_frame() const { return representative_frame_; }
     double largest_displacement() const { return largest_displacement_; }
     double largest_stress() const { return largest_stress_; }
+    double largest_stated_error() const { return largest_stated_error_; }
 
   private:
     std::vector<double> nodal_stress(std::size_t k) const;
@@ -37,7 +40,7 @@ class ViewRecording {
     ShownBody body_;
     bool has_stress_ = false, has_press_ = false;
     std::vector<double> node_volume_;  ///< a quarter of the volume of its tets, m^3
-    double largest_displacement_ = 0, largest_stress_ = 0;
+    double largest_displacement_ = 0, largest_stress_ = 0, largest_stated_error_ = 0;
     std::size_t representative_frame_ = 0;
     /// Of a frame.
     struct Traced {

@@ -67,10 +67,11 @@ const Command commands[] = {
      }},
     {"play", "n", "S", "plays for S seconds",
      [](ViewWindow&, const Stage& stage, const Arguments& a) { (void)stage.play(a.number(0)); }},
-    {"colour", "w", "displacement|stress", "quantity that colours the surface",
+    {"colour", "w", "displacement|stress|error", "quantity that colours the surface",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
-         w.set_colour(a.one_of<ColourBy>(
-             0, {{"displacement", ColourBy::displacement}, {"stress", ColourBy::von_mises}}));
+         w.set_colour(a.one_of<ColourBy>(0, {{"displacement", ColourBy::displacement},
+                                             {"stress", ColourBy::von_mises},
+                                             {"error", ColourBy::stated_error}}));
      }},
     {"slices", "w", "deformed|rest", "which image the slices show",
      [](ViewWindow& w, const Stage&, const Arguments& a) {

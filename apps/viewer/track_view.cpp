@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "tracking/poses.hpp"
@@ -149,10 +148,7 @@ ShownMoment TrackView::moment_of(const Seen& seen) const {
         1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
                seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
         seen.frame.step.iterations);
-    moment.targets = shown_targets(seen.frame.statement, seen.targets);
-    if (const std::string error = statement_text(seen.frame.statement, seen.targets);
-        !error.empty())
-        moment.text += "; " + error;
+    add_statement(moment, seen.frame.statement, seen.targets);
     return moment;
 }
 

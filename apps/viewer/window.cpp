@@ -137,18 +137,28 @@ void ViewWindow::set_range(ColourBy what, double largest) {
 }
 
 void ViewWindow::grow_range() {
-    constexpr double step = 0.005;
+    const auto grow = [&](ColourBy what, double largest, double step) {
+        if (largest > organ_->range(what)) set_range(what, step * std::ceil(largest / step));
+    };
     double largest = 0;
     for (const Vector3& u : moment_.displacement) largest = std::max(largest, u.squaredNorm());
-    largest = std::sqrt(largest);
-    if (largest > organ_->range(ColourBy::displacement))
-        set_range(ColourBy::displacement, step * std::ceil(largest / step));
+    grow(ColourBy::displacement, std::sqrt(largest), 0.005);
+    if (!moment_.stated.radius_95.empty())
+        grow(ColourBy::stated_error, std::ranges::max(moment_.stated.radius_95), 0.001);
 }
 
 void ViewWindow::set_colour(ColourBy what) {
-    organ_->set_colour(
-        what == ColourBy::von_mises && moment_.von_mises.empty() ? ColourBy::displacement : what);
+    organ_->set_colour(organ_->can_show(moment_, what) ? what : ColourBy::displacement);
     renew();
+}
+
+void ViewWindow::change_colour() {
+    constexpr std::array order{ColourBy::displacement, ColourBy::von_mises, ColourBy::stated_error};
+    auto next = std::ranges::find(order, organ_->colour());
+    do {
+        if (++next == order.end()) next = order.begin();
+    } while (!organ_->can_show(moment_, *next));
+    set_colour(*next);
 }
 
 void ViewWindow::set_deformed(bool deformed) {

@@ -52,9 +52,12 @@ class ViewWindow {
     /// Position on the time line; none: hides the line.
     void set_time(std::optional<double> share);
     void set_range(ColourBy what, double largest);
-    /// Extends the range of displacements, in steps of 5 mm, to include this moment.
+    /// Extends the ranges of displacements, in steps of 5 mm, and of stated errors, in steps of
+    /// 1 mm, to include this moment.
     void grow_range();
     void set_colour(ColourBy what);
+    /// Colours by the next quantity that this moment has.
+    void change_colour();
     void set_deformed(bool deformed);
     void set_cross(const Vector3& cross);
     void set_window(double window, double level);
@@ -69,7 +72,7 @@ class ViewWindow {
     void release();
 
     /// The shown state as JSON: time, largest displacement, cross-hair (mm), window and level,
-    /// marker, sensors, targets.
+    /// marker, sensors, targets, stated error over the surface.
     std::string state() const;
     /// Draws if something has changed. Returns whether it did.
     bool draw();

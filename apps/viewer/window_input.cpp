@@ -118,6 +118,12 @@ std::string ViewWindow::state() const {
                 {"base_mm", mm(*s.base)}, {"now_mm", mm(*s.now)}, {"patch", s.patch.size()}};
     for (const ShownTarget& t : moment_.targets)
         state["targets"][t.name] = {{"at_mm", mm(t.position)}, {"radius_95_mm", 1e3 * t.radius_95}};
+    if (const std::vector<double>& radii = moment_.stated.radius_95; !radii.empty()) {
+        const auto [least, most] = std::ranges::minmax(radii);
+        state["stated_error"] = {{"least_mm", 1e3 * least},
+                                 {"most_mm", 1e3 * most},
+                                 {"lacks_sources", !moment_.stated.missing.empty()}};
+    }
     return state.dump();
 }
 
@@ -221,9 +227,7 @@ void ViewWindow::drag(MouseButton button, std::array<int, 2> from, std::array<in
 void ViewWindow::press_key(const std::string& key) {
     if (key == "space" && handlers.toggle_play) handlers.toggle_play();
     if ((key == "Left" || key == "Right") && handlers.step) handlers.step(key == "Left" ? -1 : 1);
-    if (key == "c")
-        set_colour(organ_->colour() == ColourBy::displacement ? ColourBy::von_mises
-                                                              : ColourBy::displacement);
+    if (key == "c") change_colour();
     if (key == "d") set_deformed(slices_ && !slices_->is_deformed());
     if (key == "v") set_volume(volume_ && !volume_->is_visible());
     if (key == "r") reset();

@@ -190,13 +190,14 @@ std::size_t ellipsoid_pixels(const Picture& picture, int organ_end) {
     return picture.count({0, organ_end}, {195, 110, 50}, {230, 160, 100});
 }
 
-/// A press whose registration is uncertain by 4, 2 and 5 mm along the axes, and a target.
+/// A press with a target, whose registration has these standard deviations along the axes (m) and
+/// about them (rad).
 struct ViewedTarget : Viewed {
-    ViewedTarget() {
+    explicit ViewedTarget(const Vector3& shift = {0.004, 0.002, 0.005},
+                          const Vector3& turn = Vector3::Zero()) {
         FiducialRegistration registration = read_registration(folder / "registration.json");
-        const Vector3 deviations(0.004, 0.002, 0.005);
-        registration.expected_error.emplace().covariance.diagonal().head<3>() =
-            deviations.cwiseAbs2();
+        registration.expected_error.emplace().covariance.diagonal() << shift.cwiseAbs2(),
+            turn.cwiseAbs2();
         write_registration(folder / "registration.json", registration);
         set_track("targets: [{name: Tumour, point_mm: [100, 50, 60]}]");
         name_image();
@@ -232,15 +233,61 @@ TEST(View, TargetsHaveTheirEllipsoids) {
     }
 }
 
+/// Pixels in these columns whose colour is of the upper half of the bar; fixed nodes are less dark.
+std::size_t blue_pixels(const Picture& picture, std::array<int, 2> columns) {
+    return picture.count(columns, {0, 0, 45}, {60, 200, 230});
+}
+
+TEST(View, TheOrganIsColouredByTheStatedError) {
+    // A registration that may turn about z: the error grows with the distance from (20, 100) mm.
+    ViewedTarget viewed({1e-6, 1e-6, 1e-6}, {0, 0, 0.05});
+    (void)viewed.run();
+    const auto outcome = viewed.script(
+        "frame 10\nlook front\ntell\nscreenshot displacement.png\ncolour error\nscreenshot "
+        "error.png\nkey c\nscreenshot back.png\nkey c\nscreenshot key.png\n",
+        "--off-screen");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    // No sensor is placed yet: all of the error is the registration's. It is farthest out at
+    // (200, 0) mm, along one line: 1.96 standard deviations hold 95 %.
+    const json stated = Viewed::told(outcome).at(0).at("stated_error");
+    EXPECT_NEAR(stated.at("most_mm"), 1.96 * 0.05 * std::hypot(180, 100), 0.1);
+    EXPECT_LT(stated.at("least_mm"), 5);
+    EXPECT_TRUE(stated.at("lacks_sources")) << "the one-euro filter states no error";
+
+    const Picture displacement(viewed.folder / "displacement.png"),
+        error(viewed.folder / "error.png");
+    // Seen from the front, x = 200 mm is on the left. The bar ends before column 90.
+    constexpr std::array far{90, 150}, near{270, 360};
+    EXPECT_LT(blue_pixels(displacement, far), 300u);
+    EXPECT_GT(blue_pixels(error, far), 5000u);
+    EXPECT_LT(blue_pixels(error, near), 1500u);
+    EXPECT_EQ(Picture(viewed.folder / "back.png").share_differing(displacement, 0), 0)
+        << "there is no stress";
+    EXPECT_EQ(Picture(viewed.folder / "key.png").share_differing(error, 0), 0);
+    EXPECT_EQ(livetet(viewed.folder,
+                      "view result.h5 --colour error --frame 10 --screenshot option.png --size 640 "
+                      "400",
+                      with_display)
+                  .status,
+              0);
+    EXPECT_GT(blue_pixels(Picture(viewed.folder / "option.png"), {90, 422}), 3000u);
+}
+
 TEST(View, ALiveRunShowsTargetsToo) {
     ViewedTarget viewed;
     write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
-    test::write_text(viewed.folder / "look.txt", "play 1\ntell\nscreenshot live.png\n");
+    test::write_text(viewed.folder / "look.txt",
+                     "play 1\ntell\nscreenshot live.png\ncolour error\nplay 0.5\nscreenshot "
+                     "error.png\n");
     const auto outcome =
         livetet(viewed.folder, "view scene.yaml --script look.txt --size 640 400", with_display);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_TRUE(Viewed::told(outcome).at(0).at("targets").contains("Tumour")) << outcome.out;
-    EXPECT_GT(ellipsoid_pixels(Picture(viewed.folder / "live.png"), 422), 700u);
+    const json told = Viewed::told(outcome).at(0);
+    EXPECT_TRUE(told.at("targets").contains("Tumour")) << outcome.out;
+    EXPECT_GT(told.at("stated_error").at("most_mm"), 9.8);
+    const Picture live(viewed.folder / "live.png"), error(viewed.folder / "error.png");
+    EXPECT_GT(ellipsoid_pixels(live, 422), 700u);
+    EXPECT_GT(blue_pixels(error, {90, 422}), blue_pixels(live, {90, 422}) + 5000);
 }
 
 TEST(View, AScreenshotNeedsNoDisplayAndAWindowSaysThatItDoes) {
@@ -375,6 +422,7 @@ TEST(View, WhatIsWrongIsOneLine) {
     refused("view result.h5 --off-screen", {"--off-screen", "--script"});
     refused("view result.h5 --frame 100000", {"--frame 100000", "result.h5", "expected 1 to"});
     refused("view result.h5 --colour stress --screenshot a.png", {"von_mises"});
+    refused("view result.h5 --colour error --screenshot a.png", {"result.h5", "track.targets"});
     refused("view result.h5 --screenshot nowhere/a.png", {"nowhere"});
     refused("view result.h5 --record a.avi", {".avi", ".ogv"});
     refused("view result.h5 --for 3", {"--for", "scene"});
@@ -388,7 +436,7 @@ TEST(View, WhatIsWrongIsOneLine) {
           {"screenshot result.h5\n", "expected a name that ends in .png"},
           {"\nframe\n", "script.txt:2"},
           {"frame 99999", "holds"},
-          {"colour red", "expected one of displacement, stress"},
+          {"colour red", "expected one of displacement, stress, error"},
           {"# nothing", "no command"}})
         test::expect_refused(viewed.script(text, "--off-screen"), {"script.txt", part});
     EXPECT_FALSE(std::filesystem::exists(viewed.folder / "a.png"));
