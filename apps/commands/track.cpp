@@ -278,7 +278,8 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         run_frames(scene, source, tracked, files.recorder ? &*files.recorder : nullptr, publisher,
                    watch ? &*watch : nullptr,
                    {inputs.budget_s, inputs.every_sample, arguments.length_s, signals.token(),
-                    streams ? SampleClock::arrival : SampleClock::own, observer.get()},
+                    streams ? SampleClock::arrival : SampleClock::own, observer.get(),
+                    streams ? 1 : scene.track->speed},
                    counts);
     } catch (const std::exception& error) {
         // Frames of a stream are kept: it does not come again.

@@ -8,6 +8,7 @@
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
+#include "tracking/latency_estimate.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -59,6 +60,16 @@ class SampleCount {
     bool came_ = false;
 };
 
+/// FrameLimits::ahead_s of the next frame: with `ahead_ms: auto` the time until it is shown, in
+/// the samples' time.
+std::optional<double> ahead_of_next(const TrackOptions& track, const FramePlan& plan,
+                                    const LatencyEstimate& latency) {
+    if (!track.ahead_ms || !track.ahead_ms->is_auto()) return {};
+    if (plan.every_sample) return 0;  // not in real time: nobody waits for the frame
+    return std::min(plan.speed * (latency.seconds() + track.display_ms / 1e3),
+                    LatencyEstimate::max_s);
+}
+
 }  // namespace
 
 void IntervalCount::add(std::uint64_t samples, double seconds) {
@@ -87,13 +98,15 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
                 FrameCounts& counts) {
     (void)source.take();  // discards a sample from before the run
     SampleCount count(plan.clock);
+    LatencyEstimate latency;
+    std::optional<double> last_s;  // time of the last frame
     while (!plan.stop.stop_requested()) {
         const StreamSample* sample = source.next();
         if (!sample) break;
         const auto start = Clock::now();
         if (SceneChange* change = watch ? watch->take() : nullptr)
             take_changes(*change, scene, tracked, counts);
-        FrameLimits limits;
+        FrameLimits limits{.ahead_s = ahead_of_next(*scene.track, plan, latency)};
         if (plan.budget_s)
             limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                           std::chrono::duration<double>(*plan.budget_s));
@@ -113,6 +126,9 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         ++counts.frames;
         if (plan.observer) plan.observer->on_frame(frame, tracked, *sample);
         publisher.publish(frame, tracked, scene, *sample, counts.frames, counts.missed);
+        if (frame.time_s != last_s)  // else it was not computed again
+            latency.add(steady_seconds() - sample->arrived_s);
+        last_s = frame.time_s;
         tracked.work_on_statement();
         if (plan.length_s && count.seconds() >= *plan.length_s) break;
     }

@@ -39,6 +39,7 @@ struct FramePlan {
     StopToken stop{};                  ///< stops the run
     SampleClock clock = SampleClock::own;
     FrameObserver* observer = nullptr;
+    double speed = 1;  ///< seconds of the samples' time that pass in a second
 };
 
 /// Times between samples. Allocates nothing after its construction.

@@ -150,6 +150,7 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                   {"frame", a.frames},
                   {"missed", a.missed},
                   {"latency_ms", 1e3 * (a.done_s - a.arrived_s)},
+                  {"ahead_ms", 1e3 * frame.ahead_s},
                   {"registration", text_of(frame.registration)},
                   {"reference", text_of(frame.reference)},
                   {"sensors", sensors},
@@ -180,6 +181,7 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     if (source.refused > 0)
         text += fmt::format(", {} messages refused ({})", source.refused, source.refusal);
     text += fmt::format(" | latency {:.1f} ms", 1e3 * (a.done_s - a.arrived_s));
+    if (a.frame.ahead_s > 0) text += fmt::format(", poses {:.1f} ms ahead", 1e3 * a.frame.ahead_s);
     std::vector<std::string> ages;
     for (const TrackedBody::ShownTool& tool : a.tools) {
         const bool came = tool.pose < a.times.size() && a.times[tool.pose].arrived_s > 0;

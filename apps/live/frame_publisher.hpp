@@ -43,9 +43,9 @@ class FrameMessages {
     std::vector<Triangle> triangles_;  ///< indices into nodes_
 };
 
-/// The status line: samples and frames a second, missed samples, latency, age and lag of each tool,
-/// Newton and linear iterations, estimated error, state of the sensors; and, if a requested tool
-/// never came, the names that do come.
+/// The status line: samples and frames a second, missed samples, latency, time by which poses are
+/// ahead, age and lag of each tool, Newton and linear iterations, estimated error, state of the
+/// sensors; and, if a requested tool never came, the names that do come.
 std::string status_text(const PublishedFrame& frame, const SourceStatus& source, double received_Hz,
                         double frames_Hz);
 

@@ -44,6 +44,18 @@ std::optional<HandPull> read_pull(const ResultReader& reader, std::size_t k,
     return HandPull{static_cast<int>(number), {v[1], v[2], v[3]}, {v[4], v[5], v[6]}};
 }
 
+/// A frame's FrameState::ahead_s: in seconds, so that a replay reads it to the bit.
+constexpr const char* ahead_value = "ahead_s";
+
+double read_ahead(const ResultReader& reader, std::size_t k, const std::string& source) {
+    constexpr double max_s = 0.5;  // that of a scene, and of the estimator
+    const double ahead_s = reader.values(ahead_value, k, 1)[0];
+    if (!(ahead_s >= 0 && ahead_s <= max_s))
+        fail("{}: frame {} has {} = {}, expected from 0 to {:g}", source, k, ahead_value, ahead_s,
+             max_s);
+    return ahead_s;
+}
+
 }  // namespace
 
 std::uint32_t checksum(std::span<const Vector3> displacement) {
@@ -163,6 +175,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     const auto value = [&](const char* name, double x) { result.append_values(name, {{x}}); };
     value("frame_ms", 1e3 * kept.seconds);
     value("latency_ms", 1e3 * (kept.done_s - kept.arrived_s));
+    value(ahead_value, f.ahead_s);
     value("sensor_ms", 1e3 * f.sensor_s);
     value("forces_ms", 1e3 * f.step.forces_s);
     value("operator_ms", 1e3 * f.step.operator_s);
@@ -225,7 +238,10 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
         poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
     const std::vector<std::string> names = reader.value_names();
-    const bool has_pulls = std::find(names.begin(), names.end(), pull_values) != names.end();
+    const auto has = [&](const char* name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    const bool has_pulls = has(pull_values), has_ahead = has(ahead_value);
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
         frame.sample =
@@ -233,6 +249,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
         frame.checksum = static_cast<std::uint32_t>(
             whole_number(reader.values("checksum", k, 1)[0], 0xffffffff, "checksum", source));
         if (has_pulls) frame.pull = read_pull(reader, k, source);
+        if (has_ahead) frame.ahead_s = read_ahead(reader, k, source);
         const std::vector<double> solves = reader.values("solves", k, 2 * max_recorded_solves);
         for (int i = 0; i < max_recorded_solves; ++i)
             frame.solves[i] = {

@@ -118,7 +118,8 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
             fail("{}: frame {} was made of sample {}, which was not kept", source, k,
                  recorded.sample);
         tracked.pull(recorded.pull);
-        const Frame& frame = tracked.advance(sample->sample, {.as_done = &recorded.solves});
+        const Frame& frame = tracked.advance(
+            sample->sample, {.as_done = &recorded.solves, .ahead_s = recorded.ahead_s});
         ++report.frames;
         if (checksum(frame.displacement) == recorded.checksum &&
             holds_statement(reader, k, frame.statement)) {

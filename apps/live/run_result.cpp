@@ -37,6 +37,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     frame.finish_ms = value_if_any("finish_ms");
     frame.output_ms = value_if_any("output_ms");
     frame.statement_ms = value_if_any("statement_ms");
+    if (const auto ahead_s = value_if_any("ahead_s")) frame.ahead_ms = 1e3 * *ahead_s;
     frame.iterations = static_cast<int>(value("iterations"));
     frame.residual = value("residual");
     frame.error_estimate_mm = value_if_any("error_estimate_mm");

@@ -28,6 +28,7 @@ struct RunFrame {
     std::optional<double> sensor_ms, finish_ms,
         output_ms;                       ///< further stages; missing in the oldest files
     std::optional<double> statement_ms;  ///< none without targets
+    std::optional<double> ahead_ms;      ///< by which poses were extrapolated; none in older files
     int iterations = 0;
     double residual = 0;
     std::optional<double>

@@ -71,18 +71,23 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
 }
 
+double fixed_ahead_s(const TrackOptions& track) {
+    if (track.ahead_ms) return track.ahead_ms->number.value_or(0) / 1e3;
+    return track.smoothing_Hz.value_or(0) > 0 ? 0.04 : 0;
+}
+
 PoseFollowerOptions pose_follower_options(const TrackOptions& track) {
     PoseFollowerOptions options;
     options.estimator.position_rms = track.position_noise_mm / 1e3;
     options.estimator.rotation_rms = track.rotation_noise_deg * radians_per_degree;
     if (!track.smoothing_Hz) {
-        options.ahead_s = track.ahead_ms.value_or(0) / 1e3;
+        options.ahead_s = fixed_ahead_s(track);
         return options;
     }
     PoseFilterOptions& filter = options.filter.emplace();
     filter.enabled = *track.smoothing_Hz > 0;
     if (filter.enabled) filter.min_cutoff_Hz = *track.smoothing_Hz;
-    filter.ahead_s = track.ahead_ms.value_or(filter.enabled ? 40 : 0) / 1e3;
+    filter.ahead_s = fixed_ahead_s(track);
     return options;
 }
 
@@ -185,7 +190,8 @@ void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
 
 void TrackedBody::follow(const TrackerSample& sample) {
     const TrackedPose& measured = pose_of(sample, reference_);
-    const PoseFollower::Result reference = reference_follower_.update(sample.time_s, measured);
+    const PoseFollower::Result reference =
+        reference_follower_.update(sample.time_s, measured, frame_.ahead_s);
     std::optional<RigidTransform<Tracker, Reference>> tracker_from_reference;
     if (is_usable(reference.unfiltered))
         tracker_from_reference = tracker_from<Reference>(reference.unfiltered);
@@ -203,7 +209,8 @@ void TrackedBody::follow(const TrackerSample& sample) {
             continue;
         }
         s.patch.follow(sample.time_s, s.leaving ? nowhere : pose_of(sample, s.pose),
-                       tracker_from_reference, registration_.image_from_reference());
+                       tracker_from_reference, registration_.image_from_reference(),
+                       frame_.ahead_s);
         if (!s.leaving) {
             frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(),
                                    s.off_organ, s.patch.drive().base()};
@@ -323,6 +330,7 @@ void TrackedBody::settle() {
 const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits) {
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
+    frame_.ahead_s = limits.ahead_s.value_or(fixed_ahead_s(*scene_.track));
     follow(sample);
     place_patches();
     std::erase_if(sensors_, [](const Sensor& s) {

@@ -33,7 +33,8 @@ struct HandPull {
 
 /// Result of a frame, without its displacement.
 struct FrameState {
-    double time_s = 0;  ///< the sample's own time stamp
+    double time_s = 0;   ///< the sample's own time stamp
+    double ahead_s = 0;  ///< time by which the poses of reference and sensors are extrapolated
     RigidTransform<Tracker, ImageFrame> tracker_from_image;
     RegistrationStatus registration = RegistrationStatus::lost;
     SensorTrouble reference = SensorTrouble::lost;
@@ -52,13 +53,15 @@ struct Frame : FrameState {
     std::vector<Vector3> displacement;  ///< of each node of the finest mesh, m
 };
 
-/// Limits of a frame, as FrameControls has them. `deadline`: when the frame must be done, with its
-/// displacement read.
+/// Limits of a frame, as FrameControls has them, and the time that it is for. `deadline`: when the
+/// frame must be done, with its displacement read. `ahead_s`: time by which the pose estimator
+/// predicts beyond the sample, s, from 0 to 0.5; none: as the scene says.
 struct FrameLimits {
     std::optional<Clock::time_point> deadline{};
     std::optional<int> max_iterations{};  ///< of each linear solve; none: as the scene says
     RenewalExtent renewal = RenewalExtent::whole;
     const SolveRecords* as_done = nullptr;
+    std::optional<double> ahead_s{};
 };
 
 /// What becomes of a sensor that is not on the organ when it is placed: `advance` throws Error; or
@@ -80,6 +83,9 @@ struct SceneChange {
 /// Reads the masks and tips of `scene`. Throws Error if one is invalid, or if nothing would fix the
 /// body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
+
+/// The time by which the scene extrapolates poses, s; 0 if it says `auto`.
+double fixed_ahead_s(const TrackOptions& track);
 
 /// How the scene filters the pose of one tool.
 PoseFollowerOptions pose_follower_options(const TrackOptions& track);

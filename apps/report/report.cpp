@@ -40,6 +40,8 @@ FrameStatistics frame_statistics(const RunResult& result) {
     s.output_ms = distribution_of(result, [](const RunFrame& f) -> Value { return f.output_ms; });
     s.statement_ms =
         distribution_of(result, [](const RunFrame& f) -> Value { return f.statement_ms; });
+    s.ahead_ms = distribution_of(
+        result, [](const RunFrame& f) { return f.ahead_ms > 0.0 ? f.ahead_ms : Value{}; });
     s.iterations = distribution_of(result, [](const RunFrame& f) -> Value { return f.iterations; });
     s.error_estimate_mm =
         distribution_of(result, [](const RunFrame& f) -> Value { return f.error_estimate_mm; });

@@ -42,6 +42,7 @@ ordered_json frames_json(const Report& r) {
     add("finish_ms", f.finish_ms);
     add("output_ms", f.output_ms);
     add("statement_ms", f.statement_ms);
+    add("ahead_ms", f.ahead_ms);
     add("error_estimate_mm", f.error_estimate_mm);
     return out;
 }

@@ -60,6 +60,7 @@ std::string frames_html(const Report& r) {
     row("finish [ms]", f.finish_ms);
     row("output [ms]", f.output_ms);
     row("statement [ms]", f.statement_ms);
+    row("poses ahead [ms]", f.ahead_ms);
     row("iterations", f.iterations);
     row("error estimate [mm]", f.error_estimate_mm, 4);
     return s.end(fmt::format(

@@ -108,7 +108,8 @@ std::string frames_text(const Report& r) {
            row("  forces [ms]", f.forces_ms) + row("  operator [ms]", f.operator_ms) +
            row("  solve [ms]", f.solve_ms) + row("  finish [ms]", f.finish_ms) +
            row("  output [ms]", f.output_ms) + row("  statement [ms]", f.statement_ms) +
-           row("iterations", f.iterations) + row("error estimate [mm]", f.error_estimate_mm, 4);
+           row("poses ahead [ms]", f.ahead_ms) + row("iterations", f.iterations) +
+           row("error estimate [mm]", f.error_estimate_mm, 4);
     if (f.error_estimate_mm.count > 0)
         out +=
             "  (error estimate, RMS over the nodes: the error of the frame's last linear solve;\n"

@@ -31,8 +31,11 @@ void explain_tracking(Explanation& e, const Scene& scene) {
                                   scene.track->sensors.size()));
     if (!scene.track->smoothing_Hz)
         e.uses("pose estimator",
-               fmt::format("for a tracker with errors of {} mm and {} degrees, RMS",
-                           scene.track->position_noise_mm, scene.track->rotation_noise_deg));
+               fmt::format("for a tracker with errors of {} mm and {} degrees, RMS{}",
+                           scene.track->position_noise_mm, scene.track->rotation_noise_deg,
+                           scene.track->ahead_ms && scene.track->ahead_ms->is_auto()
+                               ? "; predicts to the time at which the frame is shown"
+                               : ""));
     else if (*scene.track->smoothing_Hz > 0)
         e.uses("pose filter", fmt::format("one-euro, {} Hz at rest", *scene.track->smoothing_Hz));
     else

@@ -125,6 +125,26 @@ void check_targets(const TrackOptions& track, const std::string& file) {
     }
 }
 
+/// Whether the poses in use can be extrapolated as `ahead_ms` and `display_ms` say.
+void check_ahead(const TrackOptions& track, const std::string& file) {
+    const bool is_auto = track.ahead_ms && track.ahead_ms->is_auto();
+    if (is_auto && track.smoothing_Hz)
+        fail(
+            "track.ahead_ms = auto with track.smoothing_Hz = {}: only the pose estimator takes a "
+            "time that changes, expected no smoothing_Hz, or a number ({})",
+            *track.smoothing_Hz, file);
+    if (track.ahead_ms && track.ahead_ms->number.value_or(0) > 0 && track.smoothing_Hz == 0)
+        fail(
+            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses as measured are not "
+            "extrapolated, expected no smoothing_Hz, or ahead_ms: 0 ({})",
+            *track.ahead_ms->number, file);
+    if (track.display_ms > 0 && !is_auto)
+        fail(
+            "track.display_ms = {} without track.ahead_ms = auto: is not used, expected ahead_ms: "
+            "auto, or no display_ms ({})",
+            track.display_ms, file);
+}
+
 void check_track(const TrackOptions& track, const std::string& file) {
     if (track.source.empty())
         fail(
@@ -133,12 +153,7 @@ void check_track(const TrackOptions& track, const std::string& file) {
             file);
     if (track.registration.empty())
         fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
-    if (track.ahead_ms.value_or(0) > 0 && track.smoothing_Hz == 0)
-        fail(
-            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses as measured are not "
-            "extrapolated, "
-            "expected no smoothing_Hz, or ahead_ms: 0 ({})",
-            *track.ahead_ms, file);
+    check_ahead(track, file);
     std::vector<std::string> names{track.reference_tool};
     for (const SensorOptions& sensor : track.sensors) {
         if (std::find(names.begin(), names.end(), sensor.tool) != names.end())

@@ -138,8 +138,9 @@ struct TrackOptions {
     double max_displacement_mm = 100;
     double position_noise_mm = 1.4;
     double rotation_noise_deg = 0.5;
-    std::optional<double> smoothing_Hz{};  ///< of the one-euro filter; not given: the estimator
-    std::optional<double> ahead_ms{};      ///< not given: 40 with the one-euro filter, else 0
+    std::optional<double> smoothing_Hz{};    ///< of the one-euro filter; not given: the estimator
+    std::optional<NumberOrAuto> ahead_ms{};  ///< not given: 40 with the one-euro filter, else 0
+    double display_ms = 0;
     int newton_iterations = 1;
     std::string budget{};
     Pace pace = Pace::recorded;
@@ -414,8 +415,16 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             at_least<0>());
     v.field("ahead_ms", t.ahead_ms, "ms",
             "time by which poses are extrapolated, to make up for the time until the frame is "
-            "shown; default: 0, or 40 with a one-euro filter, for its lag",
-            Check<double>{"from 0 to 500", [](const double& x) { return x >= 0 && x <= 500; }});
+            "shown; auto: the measured time from a sample's arrival to its published frame, and "
+            "display_ms, at most 100 together; default: 0, or 40 with a one-euro filter, for its "
+            "lag",
+            Check<NumberOrAuto>{"from 0 to 500, or auto", [](const NumberOrAuto& x) {
+                                    return x.is_auto() || (*x.number >= 0 && *x.number <= 500);
+                                }});
+    v.field("display_ms", t.display_ms, "ms",
+            "with ahead_ms: auto, the part of the latency that cannot be measured here: from the "
+            "tracker's measurement to its arrival, and from the published frame to the screen",
+            Check<double>{"from 0 to 100", [](const double& x) { return x >= 0 && x <= 100; }});
     v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
             Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
     v.field("budget", t.budget, "",

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/number_or_auto.hpp"
 #include "config/uncertain.hpp"
 
 /// A field table declares the keys of an options struct. It is one function, found by
@@ -48,6 +49,8 @@ bool is_finite(const T& value) {
         return std::isfinite(value);
     else if constexpr (std::is_same_v<T, Uncertain>)
         return std::isfinite(value.value) && std::isfinite(value.spread);
+    else if constexpr (std::is_same_v<T, NumberOrAuto>)
+        return std::isfinite(value.number.value_or(0));
     else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
         return value.allFinite();
     else if constexpr (std::is_same_v<T, std::vector<double>>) {

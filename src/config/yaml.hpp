@@ -35,6 +35,9 @@ T yaml_value(const YAML::Node& node) {
         const auto value = parse_uncertain(text);
         if (!value) throw YAML::Exception(node.Mark(), "a number and its spread");
         return *value;
+    } else if constexpr (std::is_same_v<T, NumberOrAuto>) {
+        if (node.as<std::string>() == "auto") return {};
+        return {node.as<double>()};
     } else {
         return node.as<T>();
     }
@@ -51,6 +54,8 @@ std::string_view type_text() {
         return "a number";
     else if constexpr (std::is_same_v<T, Uncertain>)
         return "a number, or NUMBER +- SPREAD";
+    else if constexpr (std::is_same_v<T, NumberOrAuto>)
+        return "a number, or auto";
     else if constexpr (std::is_same_v<T, Eigen::Vector3d>)
         return "three numbers [x, y, z]";
     else if constexpr (std::is_same_v<T, std::vector<double>>)
@@ -284,6 +289,12 @@ class YamlWriter {
             out_ << x.value;
         else
             out_ << livetet::text_of(x);
+    }
+    void put(const NumberOrAuto& x) {
+        if (x.number)
+            out_ << *x.number;
+        else
+            out_ << "auto";
     }
     template <class T>
     void put(const std::vector<T>& v) {

@@ -43,8 +43,10 @@ class PoseFollower {
         TrackedPose unfiltered;
         PoseVerdict verdict = PoseVerdict::unusable;  ///< never `repeated`: that of the last one
     };
-    /// Processes a pose measured at `time_s`.
-    Result update(double time_s, const TrackedPose& measured);
+    /// Processes a pose measured at `time_s`. If `ahead_s` is given, it takes the place of the
+    /// option in this call; a filter has its own. Throws Error if it is not from 0 to the
+    /// estimator's `max_gap_s`.
+    Result update(double time_s, const TrackedPose& measured, std::optional<double> ahead_s = {});
 
     /// As PoseEstimator::set_noise.
     void set_noise(double position_rms, double rotation_rms) {
@@ -60,8 +62,9 @@ class PoseFollower {
     }
 
   private:
-    Result again(double time_s);
-    TrackedPose used_at(double time_s);
+    void check_ahead(double ahead_s) const;
+    Result again(double time_s, double ahead_s);
+    TrackedPose used_at(double time_s, double ahead_s);
     std::optional<PoseEstimate> estimated(double time_s, double ahead_s) const;
 
     PoseSmoother smoother_;

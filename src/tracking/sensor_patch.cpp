@@ -56,7 +56,8 @@ SensorTrouble trouble_of(const TrackedPose& pose, PoseVerdict verdict) {
 void SensorPatch::follow(
     double time_s, const TrackedPose& sensor,
     const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference,
-    const RigidTransform<ImageFrame, Reference>& image_from_reference) {
+    const RigidTransform<ImageFrame, Reference>& image_from_reference,
+    std::optional<double> ahead_s) {
     std::optional<RigidTransform<ImageFrame, Sensor>> image_from_sensor;
     PoseVerdict verdict = PoseVerdict::unusable;
     if (tracker_from_reference && is_usable(sensor)) {
@@ -66,8 +67,8 @@ void SensorPatch::follow(
         if (!follower_) follower_.emplace(options);
         const auto measured =
             image_from_reference * tracker_from_reference->inverse() * tracker_from<Sensor>(sensor);
-        const PoseFollower::Result followed =
-            follower_->update(time_s, {measured.rotation, measured.translation, PoseStatus::ok});
+        const PoseFollower::Result followed = follower_->update(
+            time_s, {measured.rotation, measured.translation, PoseStatus::ok}, ahead_s);
         verdict = followed.verdict;
         if (is_usable(followed.unfiltered) && is_usable(followed.pose)) {
             image_from_sensor = {followed.pose.rotation, followed.pose.translation};

@@ -70,10 +70,11 @@ class SensorPatch {
     /// Processes one frame. Takes the poses of the sensor and of the reference sensor at the same
     /// time, both as measured: the organ's own motion cancels in their product, and only the press
     /// is filtered. `tracker_from_reference` is empty where the reference may not be used. An
-    /// unusable pose or an outlier counts as missing.
+    /// unusable pose or an outlier counts as missing. `ahead_s`: as PoseFollower::update.
     void follow(double time_s, const TrackedPose& sensor,
                 const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference,
-                const RigidTransform<ImageFrame, Reference>& image_from_reference);
+                const RigidTransform<ImageFrame, Reference>& image_from_reference,
+                std::optional<double> ahead_s = {});
 
     /// Whether the sensor's base is known and no patch has been chosen yet.
     bool awaits_placement() const { return drive_.base() && nodes_.empty(); }

@@ -274,6 +274,29 @@ TEST(Track, AReplayGivesTheSameFramesToTheBitAndSaysWhereNot) {
                          {"result.h5", "block.h5", "not the mesh"});
 }
 
+/// With `ahead_ms: auto` each frame has a time of its own, which the clock decides; never the same
+/// again, so a replay takes it from the result.
+TEST(Track, PredictsToWhenAFrameIsShownAndAReplayRepeatsIt) {
+    Tracked t;
+    t.tracker.hold_s = 0.2;
+    t.record();
+    t.set_track("position_noise_mm: 1.4, ahead_ms: auto, display_ms: 30");
+    const ResultReader result = t.run("--json report.json");
+    EXPECT_EQ(result.values("ahead_s", 0, 1)[0], 0.03) << "no frame was shown yet";
+    for (std::size_t k = 1; k < result.frame_count(); ++k) {
+        EXPECT_GT(result.values("ahead_s", k, 1)[0], 0.03) << k;
+        EXPECT_LE(result.values("ahead_s", k, 1)[0], 0.1) << k;
+    }
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
+    EXPECT_GT(report["frames"]["ahead_ms"]["median"], 30);
+    const auto replay = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+
+    const ResultReader every_sample = t.run("--every-sample");
+    for (std::size_t k = 0; k < every_sample.frame_count(); ++k)
+        ASSERT_EQ(every_sample.values("ahead_s", k, 1)[0], 0) << "nobody waits for these frames";
+}
+
 TEST(Track, SensorsAndFixedNodesMayChangeWhileItRuns) {
     Tracked t;
     t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = 0;
@@ -374,6 +397,15 @@ TEST(Track, WhatCannotBeASourceIsRefused) {
     t.set_track("smoothing_Hz: 0, ahead_ms: 40");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
                          {"track.ahead_ms = 40", "smoothing_Hz = 0"});
+    t.set_track("smoothing_Hz: 2, ahead_ms: auto");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.ahead_ms = auto", "smoothing_Hz = 2"});
+    t.set_track("position_noise_mm: 1, ahead_ms: soon");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.ahead_ms = soon", "a number, or auto"});
+    t.set_track("position_noise_mm: 1, ahead_ms: 40, display_ms: 20");
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"track.display_ms = 20", "track.ahead_ms = auto"});
     t.set_track("position_noise_mm: 0");
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
                          {"track.position_noise_mm = 0", "from 0.01 to 100"});

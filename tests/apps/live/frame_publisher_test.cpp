@@ -129,6 +129,19 @@ TEST(StatusText, SaysByHowMuchPosesLagAndWhatMendsIt) {
         std::string::npos);
 }
 
+TEST(StatusText, SaysByHowMuchPosesAreAhead) {
+    PublishedFrame a = frame_with({});
+    EXPECT_EQ(status_text(a, {}, 20, 20).find("ahead"), std::string::npos);
+    a.frame.ahead_s = 0.0234;
+    const std::string text = status_text(a, {}, 20, 20);
+    EXPECT_NE(text.find(" | latency 0.0 ms, poses 23.4 ms ahead | "), std::string::npos) << text;
+    for (const igtl::Message& m : FrameMessages(testing_meshes::cube(), "Organ")(a, 0))
+        if (m.device == "LivetetFrame") {
+            const std::string& about = std::get<igtl::String>(m.content).text;
+            EXPECT_NE(about.find("\"ahead_ms\":23.4"), std::string::npos) << about;
+        }
+}
+
 TEST(IntervalCount, APauseMovesTheMeanAndNotTheMedian) {
     IntervalCount count;
     EXPECT_EQ(count.median_s(), 0);

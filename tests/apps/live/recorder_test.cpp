@@ -10,11 +10,16 @@ namespace {
 
 using namespace testing_files;
 
+constexpr double older_file = -7;
+
 /// A result of one frame and one sample of one tool; its numbers as a damaged file may have them.
 struct Recorded {
-    double sample = 1, status = 0, frame_sample = 1, checksum = 7, iterations = 2;
+    double sample = 1, status = 0, frame_sample = 1, checksum = 7, iterations = 2, ahead_s = 0.0173;
 
     std::string refusal() const {
+        return error_of([&] { (void)read(); });
+    }
+    RecordedRun read() const {
         const auto path = fresh_folder() / "r.h5";
         ResultWriter writer(path, testing_meshes::cube(), "");
         std::vector<double> row(17, 0);
@@ -28,10 +33,19 @@ struct Recorded {
         std::vector<double> solves(2 * max_recorded_solves, 0);
         solves[0] = iterations;
         writer.append_values("solves", solves);
+        if (ahead_s != older_file) writer.append_values("ahead_s", {{ahead_s}});
         writer.close();
-        return error_of([&] { (void)read_recorded_run(ResultReader(path), "r.h5"); });
+        return read_recorded_run(ResultReader(path), "r.h5");
     }
 };
+
+TEST(RecordedRun, TellsByHowMuchPosesWereAheadIfTheFileDoes) {
+    EXPECT_EQ(Recorded().read().frames.at(0).ahead_s, 0.0173) << "to the bit";
+    EXPECT_EQ(Recorded{.ahead_s = older_file}.read().frames.at(0).ahead_s, std::nullopt);
+    for (const double wrong : {std::nan(""), -0.01, 0.6})
+        EXPECT_TRUE(says(Recorded{.ahead_s = wrong}.refusal(),
+                         {"r.h5", "frame 0", "ahead_s", "expected from 0 to 0.5"}));
+}
 
 TEST(RecordedRun, NumbersThatStandForNoWholeOnesAreRefused) {
     EXPECT_EQ(Recorded().refusal(), "");

@@ -29,6 +29,32 @@ TEST(PoseFollower, EstimatesAheadOfTheSample) {
     EXPECT_NEAR(moved({.ahead_s = 0.05}).update(1.02, at(0.102)).pose.translation.x(), 0.107, 2e-5);
 }
 
+TEST(PoseFollower, ATimeGivenWithAPoseTakesThePlaceOfTheOption) {
+    PoseFollower given = moved({}), fixed = moved({.ahead_s = 0.05}), plain = moved({});
+    const Vector3d ahead = given.update(1.02, at(0.102), 0.05).pose.translation;
+    EXPECT_EQ(ahead, fixed.update(1.02, at(0.102)).pose.translation);
+    EXPECT_EQ(given.update(1.02, at(0.102), 0.05).pose.translation, ahead) << "sent again";
+    EXPECT_NEAR(fixed.update(1.04, at(0.104), 0).pose.translation.x(), 0.104, 1e-5);
+    EXPECT_NEAR(given.update(1.04, at(0.104)).pose.translation.x(), 0.104, 1e-5)
+        << "it holds for one call";
+
+    PoseFollower as_measured = moved({.filter = PoseFilterOptions{.enabled = false}});
+    EXPECT_EQ(as_measured.update(1.02, at(0.102), 0.05).pose.translation.x(), 0.102);
+    for (const double ahead_s : {-0.1, 0.6, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_THROW(plain.update(1.02, at(0.102), ahead_s), Error);
+}
+
+/// What the error statement takes: the covariance grows with the time of the prediction.
+TEST(PoseFollower, TheEstimateInUseIsThatOfTheTimeAhead) {
+    PoseFollower plain = moved({}), ahead = moved({});
+    plain.update(1.02, at(0.102));
+    ahead.update(1.02, at(0.102), 0.05);
+    ASSERT_TRUE(plain.used() && ahead.used());
+    EXPECT_EQ(ahead.used()->time_s, 1.02 + 0.05);
+    EXPECT_EQ(ahead.used()->covariance, plain.estimator().predict(1.02 + 0.05)->covariance);
+    EXPECT_GT(ahead.used()->covariance.trace(), 1.05 * plain.used()->covariance.trace());
+}
+
 TEST(PoseFollower, SmoothsOrPassesOnWhereAFilterIsGiven) {
     PoseFollower smooth = moved({.filter = PoseFilterOptions{.beta_per_m = 0}});
     EXPECT_LT(smooth.update(1.02, at(0.102)).pose.translation.x(), 0.09) << "it lags";

@@ -84,6 +84,21 @@ TEST(SensorPatch, WhatIsAJumpDependsOnWhereTheSensorIsAndNotOnWhereItWasFirst) {
     EXPECT_EQ(follow(0.14), SensorTrouble::jumped);
 }
 
+TEST(SensorPatch, FollowsWhereTheSensorWillBe) {
+    const auto moved_by = [](double ahead_s) {
+        SensorPatch patch({.drive = {.base_window_s = 0.1, .max_displacement = 0.05}});
+        const Vector3d place(0.1, 0, 0);
+        for (int i = 0; i <= 125; ++i) {  // rests for 1 s, then goes at 20 mm/s
+            const Vector3d moved(0, 0.02 * std::max(0.0, 0.02 * i - 1), 0);
+            patch.follow(0.02 * i, seen_at(place + moved), RigidTransform<Tracker, Reference>{}, {},
+                         ahead_s);
+        }
+        return patch.drive().displacement(place).y();
+    };
+    EXPECT_NEAR(moved_by(0), 0.03, 1e-3);
+    EXPECT_NEAR(moved_by(0.1) - moved_by(0), 0.002, 4e-4);
+}
+
 TEST(SensorPatch, AReleasedPatchIsNotPressed) {
     const TetMesh block = test::block({4, 2, 2}, {0.2, 0.1, 0.1});
     const std::vector<Vector3d> rest(block.nodes.size(), Vector3d::Zero());
