@@ -54,14 +54,13 @@ class ErrorSum {
     std::array<double, error_source_count> by_source_{};
 };
 
-/// What one patch adds to the error of a place, but for the elements and materials.
+/// What the pose and the place of one patch add to the error of a place.
 void add_patch(ErrorSum& sum, const PatchResponse& r, const Eigen::Matrix<double, 6, 1>& motion,
-               const PatchError* error, const Matrix3d& of_place, double radius_spread) {
+               const PatchError* error, const Matrix3d& of_place) {
     if (error) sum.add(ErrorSource::sensors, r.motion * error->own * r.motion.transpose());
     Matrix3d moved;
     for (int axis = 0; axis < 3; ++axis) moved.col(axis) = r.gradient[axis] * motion.head<3>();
     sum.add(ErrorSource::patches, moved * of_place * moved.transpose());
-    sum.add(ErrorSource::patches, outer(radius_spread * r.wider * motion));
 }
 
 /// Those of the targets; then, if there are any, those of the surface.
@@ -77,8 +76,9 @@ std::vector<Vector3> all_places(const std::vector<Target>& targets, const TetMes
 }  // namespace
 
 const char* name_of(ErrorSource source) {
-    constexpr std::array<const char*, error_source_count> names{
-        "reference", "fiducials", "sensors", "patches", "materials", "elements", "law", "solver"};
+    constexpr std::array<const char*, error_source_count> names{"reference", "fiducials", "sensors",
+                                                                "patches",   "materials", "fixed",
+                                                                "elements",  "law",       "solver"};
     return names[static_cast<std::size_t>(source)];
 }
 
@@ -105,8 +105,9 @@ void ErrorStatement::start(std::span<const SensorPatch* const> patches,
                            const std::vector<FixOptions>& fix) {
     std::vector<ResponsePatch> all;
     for (const SensorPatch* p : patches)
-        all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->drive().base()->translation,
-                       p->options().stiffness, p->options().drive.motion == DriveMotion::rigid});
+        all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->options().radius_spread,
+                       p->drive().base()->translation, p->options().stiffness,
+                       p->options().drive.motion == DriveMotion::rigid});
     terms_.assign(patches.size(), {});
     responses_.start(std::move(all), fix);
 }
@@ -118,13 +119,15 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
         PatchTerms& t = terms_[s];
         t.motion = patch.motion();
         t.error = patch.error();
-        t.radius_spread = patch.options().radius_spread;
         t.is_firm = patch.drive().grip() == 1;
         const Vector3& at = patch.drive().base()->translation;
-        t.place = outer(patch.off_centre()) + by_registration(poses, at);
+        // the patch is put on the surface: what is off along the normal moves no patch
+        const Matrix3d along = Matrix3d::Identity() - outer(patch.normal());
+        Matrix3d off = by_registration(poses, at);
+        if (t.error) off += t.error->base;
+        t.place = outer(patch.off_centre()) + along * off * along;
         t.by_reference.setZero();
         if (!t.error) continue;
-        t.place += t.error->base;
         if (!poses.reference) continue;
         const Matrix36d J = by_reference(poses, at);
         const double whole = (J * poses.reference->covariance * J.transpose()).trace();
@@ -148,11 +151,12 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
     if (poses.is_unknown_elsewhere) add({sensors});
     for (const PatchTerms& t : terms_) {
         if (!t.error) add({sensors, patches});
-        if (!t.is_firm) add({patches, materials, elements, law});  // the responses' patches are
+        if (!t.is_firm)  // the responses' patches are
+            add({patches, materials, fixed, elements, law});
     }
-    if (!responses_.are_known()) add({sensors, patches, materials, elements, law});
+    if (!responses_.are_known()) add({sensors, patches, materials, fixed, elements, law});
     if (!responses_.knows_elements()) add({elements});
-    if (has_forces_) add({materials, elements, law});
+    if (has_forces_) add({materials, fixed, elements, law});
     statement_.computed = responses_.share_done();
 }
 
@@ -196,26 +200,33 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
     ErrorSum sum;
     sum.add(ErrorSource::fiducials, by_registration(poses, x));
     sum.add(ErrorSource::solver, solver_error * solver_error / 3 * Matrix3d::Identity());
+    const auto add_values = [&](ErrorSource source, auto PatchResponse::*changes) {
+        const std::size_t count = terms_.empty() ? 0 : (responses_.at(place, 0).*changes).size();
+        for (std::size_t i = 0; i < count; ++i) {
+            Vector3 change = Vector3::Zero();
+            for (std::size_t s = 0; s < terms_.size(); ++s)
+                change += (responses_.at(place, s).*changes)[i] * terms_[s].motion;
+            sum.add(source, outer(change));
+        }
+    };
     Matrix36d of_reference = Matrix36d::Zero();
     if (poses.reference) of_reference = by_reference(poses, x);
     if (responses_.are_known()) {
-        Vector3 by_elements = Vector3::Zero(), by_large_strain = u;
+        Vector3 by_radii = Vector3::Zero(), by_elements = Vector3::Zero(), by_large_strain = u;
         for (std::size_t s = 0; s < terms_.size(); ++s) {
             const PatchTerms& t = terms_[s];
             const PatchResponse& r = responses_.at(place, s);
-            add_patch(sum, r, t.motion, t.error ? &*t.error : nullptr, t.place, t.radius_spread);
+            add_patch(sum, r, t.motion, t.error ? &*t.error : nullptr, t.place);
             of_reference -= r.motion.leftCols<3>() * t.by_reference;
+            by_radii += r.wider * t.motion;
             by_elements += r.elements * t.motion;
             by_large_strain -= r.motion * t.motion;
         }
+        sum.add(ErrorSource::patches, outer(by_radii));
         sum.add(ErrorSource::elements, outer(by_elements));
         sum.add(ErrorSource::law, outer(law_share * by_large_strain));
-        for (std::size_t m = 0; m < responses_.uncertain_count(); ++m) {
-            Vector3 change = Vector3::Zero();
-            for (std::size_t s = 0; s < terms_.size(); ++s)
-                change += responses_.at(place, s).materials[m] * terms_[s].motion;
-            sum.add(ErrorSource::materials, outer(change));
-        }
+        add_values(ErrorSource::materials, &PatchResponse::materials);
+        add_values(ErrorSource::fixed, &PatchResponse::fixed);
     }
     if (poses.reference)
         sum.add(ErrorSource::reference,

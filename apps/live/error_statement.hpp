@@ -21,12 +21,23 @@ namespace livetet {
 /// - `sensors`: the estimates of the deformation sensors' poses, now and when they were placed.
 /// - `patches`: radius and place of the patches.
 /// - `materials`: the stated spreads of material values.
+/// - `fixed`: the stated spreads of the fixed nodes' borders and stiffness.
 /// - `elements`: four-node elements against ten-node ones.
 /// - `law`: a share of the displacement that linear responses do not explain: by large strain,
 ///   which another constitutive model would change, and by inertia.
 /// - `solver`: the frame's linear solve.
-enum class ErrorSource { reference, fiducials, sensors, patches, materials, elements, law, solver };
-inline constexpr std::size_t error_source_count = 8;
+enum class ErrorSource {
+    reference,
+    fiducials,
+    sensors,
+    patches,
+    materials,
+    fixed,
+    elements,
+    law,
+    solver
+};
+inline constexpr std::size_t error_source_count = 9;
 const char* name_of(ErrorSource source);
 
 /// A set of error sources.
@@ -91,8 +102,8 @@ inline constexpr std::size_t surface_turns = 6;
 ///     e = d_f + a_f x (x - t)                           fiducials
 ///       + R J(x) e_r - sum_s G_s k_s R J(x_s) e_r       reference sensor
 ///       + sum_s G_s e_s                                 sensors
-///       + sum_s (r_s dG_s/dr + c_s . grad G_s) d_s      patches: radius, place
-///       + sum_s (dG_s/dm + dG_s/dh) d_s                 materials, elements
+///       + sum_s (dG_s/dr + c_s . grad G_s) d_s          patches: radius, place
+///       + sum_s (dG_s/dm + dG_s/df + dG_s/dh) d_s       materials, fixed, elements
 ///       + law (u - sum_s G_s d_s) + solver,
 ///
 /// with G_s the response of the target to the motion d_s of patch s (TargetResponses) and J(x) the
@@ -127,7 +138,6 @@ class ErrorStatement {
         /// R J(x_s), times k_s: the error of the motion by that of the reference's pose.
         Eigen::Matrix<double, 3, 6> by_reference = Eigen::Matrix<double, 3, 6>::Zero();
         Eigen::Matrix3d place = Eigen::Matrix3d::Zero();  ///< covariance of its place, m^2
-        double radius_spread = 0;                         ///< m
         bool is_firm = true;                              ///< not held by springs meanwhile
     };
     void find_terms(const PoseErrors& poses, std::span<const SensorPatch* const> patches);

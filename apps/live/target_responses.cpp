@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "mesh/tet_mesh.hpp"
 
 namespace livetet {
 
@@ -22,7 +23,7 @@ constexpr std::size_t samples_of_place = 7;
 /// On a larger mesh, the effect of ten-node elements is found on the next coarser level, where it
 /// is larger. It is taken to be of first order in the edges' length, as beside a patch's edge,
 /// where strains are singular; inside it falls faster.
-constexpr std::size_t most_tets_of_ten_nodes = 15000;
+constexpr std::size_t max_tets_for_p2 = 15000;
 
 /// Of the solves' forces: far below the differences that are looked for.
 constexpr double tolerance = 1e-3;
@@ -57,13 +58,52 @@ std::vector<Vector3> on_all_nodes(const TetMesh& mesh, std::vector<Vector3> fiel
     return field;
 }
 
+/// Replaces what selects fixed and driven nodes by lists of them, so that no file is read again.
+/// Throws Error as select_nodes does.
+void list_selected_nodes(Scene& scene, const TetMesh& mesh) {
+    const auto list = [&](auto& sets, std::string_view name) {
+        for (std::size_t i = 0; i < sets.size(); ++i) {
+            SelectionOptions& selection = sets[i];
+            const auto nodes = select_nodes(mesh, selection, fmt::format("{}[{}]", name, i));
+            const NodeScope where = selection.where;
+            selection = {};
+            selection.nodes.emplace(nodes.begin(), nodes.end());
+            selection.where = where;
+        }
+    };
+    list(scene.fix, "fix");
+    list(scene.drive, "drive");
+}
+
+/// What holds the scene's body beside its patches.
 Holding scene_holding(const Scene& scene, const TetMesh& mesh) {
     const SceneConstraints fixed(scene, mesh);
-    check_no_free_motion(scene, mesh, fixed);
     Holding held{fixed.constraints(), fixed.springs()};
     std::fill(held.constraints.values.begin(), held.constraints.values.end(), Vector3::Zero());
     std::fill(held.springs.target.begin(), held.springs.target.end(), Vector3::Zero());
     return held;
+}
+
+/// A set of nodes and those within a distance from its nodes on the surface.
+std::vector<int> nodes_within(const TetMesh& mesh, const std::vector<int>& set, NodeScope where,
+                              double distance) {
+    const std::vector<std::int32_t> surface = surface_nodes(mesh);
+    std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
+    for (const int n : set) is_in[n] = 1;
+    const std::vector<std::uint8_t> was_in = is_in;
+    const auto take = [&](std::int32_t n) {
+        is_in[n] |= std::ranges::any_of(surface, [&](std::int32_t s) {
+            return was_in[s] && (mesh.nodes[s] - mesh.nodes[n]).norm() <= distance;
+        });
+    };
+    if (where == NodeScope::surface_only)
+        std::ranges::for_each(surface, take);
+    else
+        for (std::size_t n = 0; n < is_in.size(); ++n) take(static_cast<std::int32_t>(n));
+    std::vector<int> all;
+    for (std::size_t n = 0; n < is_in.size(); ++n)
+        if (is_in[n]) all.push_back(static_cast<int>(n));
+    return all;
 }
 
 /// Of the corners; a midpoint is held as both ends of its edge are.
@@ -192,35 +232,35 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
                                  std::vector<Vector3> places)
     : scene_(linear_static(scene)), hierarchy_(std::move(hierarchy)), places_(std::move(places)) {
     const TetMesh& mesh = hierarchy_.levels.front();
-    if (mesh.tets.size() > most_tets_of_ten_nodes && hierarchy_.levels.size() > 1) {
+    if (mesh.tets.size() > max_tets_for_p2 && hierarchy_.levels.size() > 1) {
         coarse_ = hierarchy_;
         coarse_.levels.erase(coarse_.levels.begin());
         coarse_.transfers.erase(coarse_.transfers.begin());
         if (!coarse_.parents.empty()) coarse_.parents.erase(coarse_.parents.begin());
         const auto& next = coarse_.levels.front();
-        by_coarse_ = edge_of(mesh) / edge_of(next);
+        coarse_share_ = edge_of(mesh) / edge_of(next);
     }
-    offset_ = edge_of(mesh);
+    edge_ = edge_of(mesh);
     for (std::size_t i = 0; i < scene_.materials.size(); ++i)
         for (Uncertain Material::*value : {&Material::young_Pa, &Material::poisson})
-            if ((scene_.materials[i].*value).spread > 0) uncertain_.push_back({i, value});
+            if ((scene_.materials[i].*value).spread > 0) uncertain_materials_.push_back({i, value});
 }
 
 TargetResponses::~TargetResponses() = default;
 
 bool TargetResponses::knows_elements() const {
     if (scene_.elements != Elements::p1) return false;
-    if (hierarchy_.levels.front().tets.size() <= most_tets_of_ten_nodes) return true;
+    if (hierarchy_.levels.front().tets.size() <= max_tets_for_p2) return true;
     return !coarse_.levels.empty() && std::ranges::none_of(scene_.fix, [](const FixOptions& fix) {
         return fix.stiffness_N_per_m.has_value();
     });
 }
 
-void TargetResponses::add_units(Variation variation, std::size_t material) {
-    units_.push_back({variation, material});
+void TargetResponses::add_units(Variation variation, std::size_t value) {
+    units_.push_back({variation, value});
     for (std::size_t p = 0; p < patches_.size(); ++p) {
         for (int motion = 0; motion < (patches_[p].turns ? 6 : 3); ++motion)
-            units_.push_back({variation, material, p, motion});
+            units_.push_back({variation, value, p, motion});
     }
 }
 
@@ -232,9 +272,12 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     next_ = 0;
     failure_.clear();
     body_.reset();
+    find_uncertain_fixes();
     responses_.assign(places_.size() * patches_.size(), {});
-    for (PatchResponse& r : responses_)
-        r.materials.assign(uncertain_.size(), Eigen::Matrix<double, 3, 6>::Zero());
+    for (PatchResponse& r : responses_) {
+        r.materials.assign(uncertain_materials_.size(), Eigen::Matrix<double, 3, 6>::Zero());
+        r.fixed.assign(uncertain_fixes_.size(), Eigen::Matrix<double, 3, 6>::Zero());
+    }
     fields_.assign(6 * patches_.size(), {});
     coarse_fields_.assign(6 * patches_.size(), {});
     if (patches_.empty()) return;
@@ -244,7 +287,18 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
         if (!coarse_.levels.empty()) add_units(Variation::coarse);
         add_units(Variation::elements);
     }
-    for (std::size_t i = 0; i < uncertain_.size(); ++i) add_units(Variation::material, i);
+    for (std::size_t i = 0; i < uncertain_materials_.size(); ++i) add_units(Variation::material, i);
+    for (std::size_t i = 0; i < uncertain_fixes_.size(); ++i) add_units(Variation::fixed, i);
+}
+
+void TargetResponses::find_uncertain_fixes() {
+    uncertain_fixes_.clear();
+    for (std::size_t i = 0; i < scene_.fix.size(); ++i) {
+        const FixOptions& fix = scene_.fix[i];
+        if (fix.spread_mm > 0) uncertain_fixes_.push_back({i, true});
+        if (fix.stiffness_N_per_m && fix.stiffness_N_per_m->spread > 0)
+            uncertain_fixes_.push_back({i, false});
+    }
 }
 
 double TargetResponses::share_done() const {
@@ -261,7 +315,7 @@ bool TargetResponses::work() {
             solve(unit);
     } catch (const Error& error) {
         failure_ = error.what();
-        log_warning("error statement lacks sensors, patches, materials, elements, law: " +
+        log_warning("error statement lacks sensors, patches, materials, fixed, elements, law: " +
                     failure_);
         next_ = units_.size();
     }
@@ -279,7 +333,18 @@ bool TargetResponses::is_on_coarse(Variation variation) const {
 }
 
 void TargetResponses::set_up(const Unit& unit) {
-    if (unit.variation == Variation::wider) return;  // the same body
+    variation_share_ = 1;
+    const TetMesh& mesh = hierarchy_.levels.front();
+    if (unit.variation == Variation::none) list_selected_nodes(scene_, mesh);
+    if (unit.variation == Variation::wider) {  // the same body
+        double spread = 0, wider = 0;
+        for (const ResponsePatch& patch : patches_) {
+            spread += patch.radius_spread;
+            wider += patch.wider_by;
+        }
+        variation_share_ = wider > 0 ? spread / wider : 0;
+        return;
+    }
     body_.reset();
     Scene scene = scene_;
     Use use = Use::track;
@@ -288,28 +353,46 @@ void TargetResponses::set_up(const Unit& unit) {
         scene.elements = Elements::p2;
         scene.solver.kind = SolverKind::automatic;
         use = Use::solve;
+        variation_share_ = coarse_share_;
     }
     if (unit.variation == Variation::material) {
-        const UncertainValue& u = uncertain_[unit.material];
+        const UncertainMaterial& u = uncertain_materials_[unit.value];
         Uncertain& value = scene.materials[u.material].*u.value;
         value = value.highest();
     }
-    Holding held = scene_holding(scene_, hierarchy_.levels.front());
+    if (unit.variation == Variation::fixed) {
+        const UncertainFix& u = uncertain_fixes_[unit.value];
+        variation_share_ = vary_fix(scene.fix[u.fix], u.is_border);
+    }
+    Holding held = scene_holding(scene, mesh);
     const bool on_coarse = is_on_coarse(unit.variation);
-    if (on_coarse) held = on_other_nodes(held, on_fine_);
+    if (on_coarse) held = on_other_nodes(held, fine_of_coarse_);
     body_ = std::make_unique<Body>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
-                                   with_neighbours(places_, offset_ / 2));
+                                   with_neighbours(places_, edge_ / 2));
+}
+
+/// Makes a fixed set stiffer by its spread, or wider by its border's, and at least by an edge of
+/// the mesh. Returns one standard deviation as a share of the change.
+double TargetResponses::vary_fix(FixOptions& fix, bool is_border) const {
+    if (!is_border) {
+        fix.stiffness_N_per_m = fix.stiffness_N_per_m->highest();
+        return 1;
+    }
+    const double spread = fix.spread_mm / 1e3, distance = std::max(spread, edge_);
+    *fix.nodes = nodes_within(hierarchy_.levels.front(), *fix.nodes, fix.where, distance);
+    return spread / distance;
 }
 
 /// The patches on the next coarser level: its surface nodes that lie at one of theirs.
 void TargetResponses::find_coarse_patches() {
     const TetMesh& mesh = coarse_.levels.front();
-    if (on_fine_.empty()) on_fine_ = nearest_on_surface(mesh, hierarchy_.levels.front());
+    if (fine_of_coarse_.empty())
+        fine_of_coarse_ = nearest_on_surface(mesh, hierarchy_.levels.front());
     coarse_patches_ = patches_;
     for (ResponsePatch& patch : coarse_patches_) {
         const std::vector<std::int32_t> of_fine = std::exchange(patch.nodes, {});
-        for (std::size_t n = 0; n < on_fine_.size(); ++n)
-            if (std::ranges::binary_search(of_fine, on_fine_[n]))
+        for (std::size_t n = 0; n < fine_of_coarse_.size(); ++n)
+            if (std::ranges::binary_search(of_fine, fine_of_coarse_[n]))
                 patch.nodes.push_back(static_cast<std::int32_t>(n));
         if (patch.nodes.empty()) {
             const std::vector<std::int32_t> all = surface_nodes(mesh);
@@ -333,6 +416,7 @@ void TargetResponses::solve(const Unit& unit) {
 }
 
 void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_samples) {
+    const bool on_coarse = is_on_coarse(unit.variation);
     for (std::size_t i = 0; i < places_.size(); ++i) {
         PatchResponse& r = responses_[i * patches_.size() + unit.patch];
         const auto here = at_samples.subspan(i * samples_of_place, samples_of_place);
@@ -341,27 +425,30 @@ void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_sample
             if (unit.motion >= 3) continue;
             for (int axis = 0; axis < 3; ++axis)
                 r.gradient[axis].col(unit.motion) =
-                    (here[1 + 2 * axis] - here[2 + 2 * axis]) / offset_;
+                    (here[1 + 2 * axis] - here[2 + 2 * axis]) / edge_;
             continue;
         }
-        const Vector3 change = here[0] - r.motion.col(unit.motion);
+        const Vector3 change =
+            variation_share_ * (here[0] - (unit.variation == Variation::elements && on_coarse
+                                               ? r.elements.col(unit.motion)
+                                               : r.motion.col(unit.motion)));
         switch (unit.variation) {
             case Variation::none:
                 break;
             case Variation::wider:
-                r.wider.col(unit.motion) = change / patches_[unit.patch].wider_by;
+                r.wider.col(unit.motion) = change;
                 break;
-            case Variation::coarse:
+            case Variation::coarse:  // from which the elements' are to be taken
                 r.elements.col(unit.motion) = here[0];
                 break;
             case Variation::elements:
-                r.elements.col(unit.motion) =
-                    coarse_.levels.empty()
-                        ? change
-                        : by_coarse_ * (here[0] - r.elements.col(unit.motion)).eval();
+                r.elements.col(unit.motion) = change;
                 break;
             case Variation::material:
-                r.materials[unit.material].col(unit.motion) = change;
+                r.materials[unit.value].col(unit.motion) = change;
+                break;
+            case Variation::fixed:
+                r.fixed[unit.value].col(unit.motion) = change;
                 break;
         }
     }

@@ -19,26 +19,29 @@ struct PatchResponse {
     Eigen::Matrix<double, 3, 6> motion = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
     std::array<Eigen::Matrix3d, 3> gradient{};
-    /// Change of `motion` by one metre more of the patches' radii, and by ten-node elements.
+    /// Change of `motion` where the radii of all patches are greater by one standard deviation, and
+    /// by ten-node elements.
     Eigen::Matrix<double, 3, 6> wider = Eigen::Matrix<double, 3, 6>::Zero();
     Eigen::Matrix<double, 3, 6> elements = Eigen::Matrix<double, 3, 6>::Zero();
-    /// Change by one standard deviation of each uncertain material value.
-    std::vector<Eigen::Matrix<double, 3, 6>> materials;
+    /// Change by one standard deviation of each uncertain material value, and of each uncertain
+    /// border or stiffness of what is fixed.
+    std::vector<Eigen::Matrix<double, 3, 6>> materials, fixed;
 };
 
 /// A patch as the responses take it.
 struct ResponsePatch {
     std::vector<std::int32_t> nodes{}, wider_nodes{};
-    double wider_by = 0;                ///< m
-    Vector3 centre = Vector3::Zero();   ///< about which it turns: the sensor's base, m
-    std::optional<double> stiffness{};  ///< of springs, N/m; none: prescribed
-    bool turns = false;                 ///< it follows the sensor's rotation
+    double wider_by = 0, radius_spread = 0;  ///< of its radius, m
+    Vector3 centre = Vector3::Zero();        ///< about which it turns: the sensor's base, m
+    std::optional<double> stiffness{};       ///< of springs, N/m; none: prescribed
+    bool turns = false;                      ///< it follows the sensor's rotation
 };
 
 /// Linear responses of places in a body to the motion of patches on its surface, by static solves
 /// of the body with small strain: of the model as it is, with wider patches, with ten-node
-/// elements, and with each uncertain material value off by its spread. The differences are what
-/// the displacement may be off by. A solve takes as long as some frames: `work` makes one.
+/// elements, and with each uncertain value of materials and fixed nodes off by its spread. The
+/// differences are what the displacement may be off by. A solve takes as long as some frames:
+/// `work` makes one.
 ///
 /// Use: `start` when patches were placed or released; then `work` until `is_done`.
 class TargetResponses {
@@ -67,41 +70,50 @@ class TargetResponses {
     const PatchResponse& at(std::size_t place, std::size_t patch) const {
         return responses_[place * patches_.size() + patch];
     }
-    std::size_t uncertain_count() const { return uncertain_.size(); }
     const std::vector<Vector3>& places() const { return places_; }
 
   private:
     /// What differs from the model.
-    enum class Variation { none, wider, coarse, elements, material };
+    enum class Variation { none, wider, coarse, elements, material, fixed };
     struct Unit {
         Variation variation;
-        std::size_t material = 0;  ///< index in uncertain_
+        std::size_t value = 0;  ///< index in uncertain_materials_ or uncertain_fixes_
         std::size_t patch = 0;
         int motion = -1;  ///< 0 to 5: along or about an axis; -1: sets up the body
     };
     /// A material value with a spread.
-    struct UncertainValue {
+    struct UncertainMaterial {
         std::size_t material;
         Uncertain Material::*value;
+    };
+    /// The border or the stiffness of a fixed set.
+    struct UncertainFix {
+        std::size_t fix;
+        bool is_border;
     };
     class Body;
 
     bool is_on_coarse(Variation variation) const;
-    void add_units(Variation variation, std::size_t material = 0);
+    void add_units(Variation variation, std::size_t value = 0);
+    void find_uncertain_fixes();
     void set_up(const Unit& unit);
+    double vary_fix(FixOptions& fix, bool is_border) const;
     void find_coarse_patches();
     void solve(const Unit& unit);
     void store(const Unit& unit, std::span<const Vector3> at_places);
 
-    Scene scene_;
+    Scene scene_;  ///< its selections are lists of nodes once the work has begun
     MeshHierarchy hierarchy_;
     std::vector<Vector3> places_;
-    MeshHierarchy coarse_;               ///< of a large mesh, without its finest level; else empty
-    double by_coarse_ = 1;               ///< effect of the elements, of that on coarse_
-    std::vector<std::int32_t> on_fine_;  ///< of coarse_'s surface nodes: the nearest of the finest
+    MeshHierarchy coarse_;     ///< of a large mesh, without its finest level; else empty
+    double coarse_share_ = 1;  ///< effect of the elements, of that on coarse_
+    /// Of coarse_'s surface nodes: the nearest of the finest mesh; -1 inside.
+    std::vector<std::int32_t> fine_of_coarse_;
     std::vector<ResponsePatch> coarse_patches_;
-    double offset_ = 0;  ///< of the places at which gradients are taken, m
-    std::vector<UncertainValue> uncertain_;
+    double edge_ = 0;  ///< of the finest mesh, m
+    std::vector<UncertainMaterial> uncertain_materials_;
+    std::vector<UncertainFix> uncertain_fixes_;
+    double variation_share_ = 1;  ///< one standard deviation, of the present variation
     std::vector<ResponsePatch> patches_;
     std::vector<Unit> units_;
     std::size_t next_ = 0;

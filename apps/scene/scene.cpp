@@ -170,6 +170,12 @@ void check_track(const TrackOptions& track, const std::string& file) {
                  tool.tool, name, file);
         names.push_back(name);
     }
+    for (std::size_t i = 0; i < track.sensors.size(); ++i)
+        if (track.sensors[i].patch_spread_mm.value_or(0) >= track.sensors[i].patch_radius_mm)
+            fail(
+                "track.sensors[{}].patch_spread_mm = {}: expected less than patch_radius_mm = {} "
+                "({})",
+                i, *track.sensors[i].patch_spread_mm, track.sensors[i].patch_radius_mm, file);
     check_targets(track, file);
 }
 

@@ -51,7 +51,8 @@ struct MeshSource {
 
 struct FixOptions : SelectionOptions {
     std::string components = "xyz";
-    std::optional<double> stiffness_N_per_m;
+    std::optional<Uncertain> stiffness_N_per_m;
+    double spread_mm = 0;  ///< of the border, one standard deviation
 
     bool operator==(const FixOptions&) const = default;
 };
@@ -278,8 +279,13 @@ void visit_fields(Visitor& v, FixOptions& f) {
     v.field("components", f.components, "", "components that are held", some_components());
     v.field(
         "stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
-        "held by springs of this total stiffness, shared evenly by the nodes; none: held rigidly",
-        greater_than<0>());
+        "held by springs of this total stiffness, shared evenly by the nodes; none: held rigidly; "
+        "`500 +- 200` states its spread, for track.targets",
+        Check<Uncertain>{"greater than 0", [](const Uncertain& x) { return x.lowest() > 0; }});
+    v.field("spread_mm", f.spread_mm, "mm",
+            "how far the border of these nodes may be off, one standard deviation, for "
+            "track.targets",
+            at_least<0>());
 }
 
 template <class Visitor>

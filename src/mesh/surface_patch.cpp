@@ -11,25 +11,24 @@ namespace livetet {
 
 namespace {
 
-/// From a place to the centroid of the area about the patch's nodes (a third of each triangle's for
-/// each of its corners), without the part along the area's mean normal.
-Vector3 off_centre(const TetMesh& mesh, std::span<const Triangle> surface,
-                   const std::vector<std::int32_t>& patch, const Vector3& place) {
+/// Finds a patch's area, normal and centroid. A third of each triangle's area belongs to each of
+/// its corners.
+void find_shape(SurfacePatch& patch, const TetMesh& mesh, std::span<const Triangle> surface,
+                const Vector3& place) {
     Vector3 moment = Vector3::Zero(), normal = Vector3::Zero();
-    double sum = 0;
     for (const Triangle& t : surface) {
-        const Vector3 area =
+        const Vector3 third =
             (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]) / 6;
         for (const std::int32_t n : t) {
-            if (!std::ranges::binary_search(patch, n)) continue;
-            moment += area.norm() * (mesh.nodes[n] - place);
-            normal += area;
-            sum += area.norm();
+            if (!std::ranges::binary_search(patch.nodes, n)) continue;
+            patch.area += third.norm();
+            moment += third.norm() * (mesh.nodes[n] - place);
+            normal += third;
         }
     }
-    if (sum == 0) return Vector3::Zero();
-    normal.normalize();
-    return (moment - moment.dot(normal) * normal) / sum;
+    if (!(normal.norm() > 0)) return;
+    patch.normal = normal.normalized();
+    patch.off_centre = (moment - moment.dot(patch.normal) * patch.normal) / patch.area;
 }
 
 }  // namespace
@@ -49,7 +48,7 @@ SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double rad
          distances_on_surface(mesh.nodes, surface, {triangle, hit.place}, radius))
         patch.nodes.push_back(node);
     if (patch.nodes.empty()) patch.nodes.push_back(patch.centre);
-    patch.off_centre = off_centre(mesh, surface, patch.nodes, hit.place);
+    find_shape(patch, mesh, surface, hit.place);
     return patch;
 }
 

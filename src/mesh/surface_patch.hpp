@@ -12,8 +12,10 @@ struct SurfacePatch {
     std::vector<std::int32_t> nodes;  ///< sorted
     /// Corner nearest to the given place, of the triangle nearest to it.
     std::int32_t centre = -1;
-    double distance = 0;  ///< distance from the place to that triangle, metres
-    /// From the place to the centroid of the patch's area, along the surface, metres.
+    double distance = 0;                ///< distance from the place to that triangle, metres
+    double area = 0;                    ///< about its nodes, m^2
+    Vector3 normal = Vector3::UnitZ();  ///< mean over that area, outwards, of unit length
+    /// From the place to the centroid of that area, along the surface, metres.
     Vector3 off_centre = Vector3::Zero();
 };
 

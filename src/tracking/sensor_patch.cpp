@@ -101,16 +101,20 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
     centre_ = now.nodes[patch.centre];
     off_centre_ = patch.off_centre;
-    find_wider(now, place);
+    normal_ = patch.normal;
+    find_wider(now, place, patch.area);
     return patch.distance;
 }
 
-void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place) {
-    constexpr int tries = 10;
-    for (int k = 1; k <= tries && wider_.size() <= nodes_.size(); ++k) {
-        wider_by_ = k * options_.radius_spread;
-        const SurfacePatch patch = surface_patch(now, place, options_.radius + wider_by_);
+void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place, double area) {
+    constexpr int tries = 20;
+    const auto radius_of = [](double a) { return std::sqrt(a / std::numbers::pi); };
+    double more = options_.radius_spread;
+    // a patch grows by whole nodes: at least by half the spread, or the slope is of single nodes
+    for (int k = 0; k < tries && wider_by_ < options_.radius_spread / 2; ++k, more *= 1.5) {
+        const SurfacePatch patch = surface_patch(now, place, options_.radius + more);
         wider_ = with_edge_nodes_between(now, patch.nodes);
+        wider_by_ = radius_of(patch.area) - radius_of(area);
     }
 }
 

@@ -110,8 +110,10 @@ class SensorPatch {
     std::optional<PatchError> error() const;
     /// From the sensor's base to the centroid of the patch, along the surface, m.
     const Eigen::Vector3d& off_centre() const { return off_centre_; }
+    /// Outward normal of the surface at the patch, when it was placed.
+    const Eigen::Vector3d& normal() const { return normal_; }
     /// The nodes of a patch whose radius is greater by wider_by(), m: by the radius' spread, or by
-    /// as much as makes a difference on this mesh.
+    /// as much as makes a difference on this mesh. That of a disc of the same area counts.
     const std::vector<std::int32_t>& wider_nodes() const { return wider_; }
     double wider_by() const { return wider_by_; }
     const SensorPatchOptions& options() const { return options_; }
@@ -121,7 +123,7 @@ class SensorPatch {
     PoseQuality quality() const { return follower_ ? follower_->quality() : PoseQuality{}; }
 
   private:
-    void find_wider(const TetMesh& now, const Eigen::Vector3d& place);
+    void find_wider(const TetMesh& now, const Eigen::Vector3d& place, double area);
 
     struct Placed {
         Eigen::Vector3d offset;  ///< displacement of the node at placement, m
@@ -132,7 +134,8 @@ class SensorPatch {
     SensorDrive drive_;
     std::vector<std::int32_t> nodes_;
     std::vector<Placed> placed_;
-    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero(), off_centre_ = Eigen::Vector3d::Zero();
+    Eigen::Vector3d centre_ = Eigen::Vector3d::Zero(), off_centre_ = Eigen::Vector3d::Zero(),
+                    normal_ = Eigen::Vector3d::UnitZ();
     std::vector<std::int32_t> wider_;
     double wider_by_ = 0;
     double reference_share_ = 0.5;  ///< of the mean square of the translation's noise

@@ -84,6 +84,7 @@ struct Stated {
         responses.start({{.nodes = patch.nodes(),
                           .wider_nodes = patch.wider_nodes(),
                           .wider_by = patch.wider_by(),
+                          .radius_spread = patch.options().radius_spread,
                           .centre = patch.drive().base()->translation}},
                         block.scene.fix);
         while (responses.work()) {
@@ -181,7 +182,7 @@ TEST(ErrorStatement, AModelsErrorsGrowWithThePress) {
         const PatchResponse& r = s.responses.at(i, 0);
         EXPECT_NEAR(by(t, ErrorSource::elements), (r.elements * d).squaredNorm(), 1e-13);
         EXPECT_NEAR(by(t, ErrorSource::materials), (r.materials[0] * d).squaredNorm(), 1e-13);
-        const double radius = (f.patch->options().radius_spread * r.wider * d).squaredNorm();
+        const double radius = (r.wider * d).squaredNorm();
         EXPECT_GT(by(t, ErrorSource::patches), radius);
         EXPECT_LT(by(t, ErrorSource::patches), 4 * radius + 1e-7);
         // the body of the test does not move: all of the linear response is "large strain"
@@ -203,8 +204,8 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     const FrameStatement at_first = s.update(f);
     EXPECT_EQ(at_first.computed, 0);
     for (const ErrorSource source :
-         {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials, ErrorSource::elements,
-          ErrorSource::law, ErrorSource::fiducials})
+         {ErrorSource::sensors, ErrorSource::patches, ErrorSource::materials, ErrorSource::fixed,
+          ErrorSource::elements, ErrorSource::law, ErrorSource::fiducials})
         EXPECT_TRUE(at_first.missing.has(source)) << name_of(source);
     EXPECT_FALSE(at_first.missing.has(ErrorSource::reference));
     while (s.statement.work()) {
@@ -335,6 +336,45 @@ TEST(ErrorStatement, WithoutTargetsNothingIsStatedOfTheSurface) {
     statement.start({}, block.scene.fix);
     const std::vector<Vector3> still(block.mesh().nodes.size(), Vector3::Zero());
     EXPECT_TRUE(statement.update({}, {}, still, {}).surface.radius_95.empty());
+}
+
+/// The table's border and the stiffness of a suspension, each by its response, are one source.
+TEST(ErrorStatement, WhatIsFixedIsASourceOfItsOwn) {
+    StatedBlock block;
+    block.scene.fix[0].spread_mm = 12;
+    Stated exact, uncertain{block};
+    Followed f(exact.block, 0, 0, 1);
+    exact.start(*f.patch);
+    uncertain.start(*f.patch);
+    for (int k = 0; k < 60; ++k) f.step({0.004, 0, -0.01 * std::min(1.0, k / 20.0)});
+    const auto d = f.patch->motion();
+    const FrameStatement without = exact.update(f), with = uncertain.update(f);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(by(without.targets[i], ErrorSource::fixed), 0);
+        const PatchResponse& r = uncertain.responses.at(i, 0);
+        ASSERT_EQ(r.fixed.size(), 1u);
+        EXPECT_GT((r.fixed[0] * d).norm(), 1e-4);
+        EXPECT_NEAR(by(with.targets[i], ErrorSource::fixed), (r.fixed[0] * d).squaredNorm(), 1e-13);
+        EXPECT_GT(with.targets[i].radius_95, without.targets[i].radius_95);
+    }
+}
+
+/// The sensor's place has an error along the surface and one normal to it; the patch is put on the
+/// surface whatever the second is.
+TEST(ErrorStatement, APatchIsNotElsewhereForAnErrorAlongTheNormal) {
+    Stated s;
+    Followed f(s.block, 0, 0, 1);
+    s.start(*f.patch);
+    EXPECT_LT((f.patch->normal() - Vector3::UnitZ()).norm(), 1e-9);
+    for (int k = 0; k < 60; ++k) f.step({0, 0, -0.01 * std::min(1.0, k / 20.0)});
+    const auto by_patches = [&](const Vector3& spread) {
+        ExpectedRegistrationError error{Matrix6d::Zero(), true};
+        error.covariance.diagonal().head<3>() = spread.cwiseAbs2();
+        return by(s.update(f, &error).targets[0], ErrorSource::patches);
+    };
+    const double none = by_patches({0, 0, 0});
+    EXPECT_NEAR(by_patches({0, 0, 0.003}), none, 1e-3 * none);
+    EXPECT_GT(by_patches({0, 0.003, 0}), 1.2 * none);
 }
 
 TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {
