@@ -20,6 +20,29 @@ std::string text_of(const MeanAndSpread& m) {
     return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd);
 }
 
+/// How a 95 % radius compares with the errors.
+struct Coverage {
+    double share;  ///< of the errors within it
+    double ratio;  ///< median radius over median error
+
+    bool is_right() const { return share >= 0.92 && share <= 0.98 && ratio <= 2.5; }
+};
+
+Coverage coverage_of(const AccuracySeries& series, std::size_t depth) {
+    return {over_seeds(series, depth, &AccuracyErrors::covered).mean,
+            over_seeds(series, depth, &AccuracyErrors::median_radius).mean /
+                over_seeds(series, depth, &AccuracyErrors::median).mean};
+}
+
+std::string text_of(const Coverage& c) {
+    return fmt::format("{:.1f} % {:.2f}", 100 * c.share, c.ratio);
+}
+
+std::vector<std::size_t> first_and_last(std::size_t size) {
+    if (size < 2) return std::vector<std::size_t>(size, 0);
+    return {0, size - 1};
+}
+
 /// Mean and standard deviation of each error at each depth, mm.
 json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm) {
     json list = json::array();
@@ -68,6 +91,28 @@ AccuracyVerdict judge(const std::vector<AccuracyTable>& tables) {
     return verdict;
 }
 
+AccuracyVerdict judge_statement(const std::vector<AccuracyTable>& tables,
+                                const std::vector<NamedSeries>& other_bodies) {
+    AccuracyVerdict verdict;
+    const auto add = [&](const std::string& name, int sensors, const AccuracySeries& series,
+                         const std::vector<double>& depths_mm) {
+        for (std::size_t d = 0; d < depths_mm.size(); ++d) {
+            ++verdict.cells;
+            const Coverage c = coverage_of(series, d);
+            if (!c.is_right())
+                verdict.lost.push_back(fmt::format("{}, press {} mm, {} sensors: {}", name,
+                                                   depths_mm[d], sensors, text_of(c)));
+        }
+    };
+    for (const AccuracyTable& t : tables)
+        for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
+            add(fmt::format("tracker of {} mm", t.tracker.position_rms_mm), static_cast<int>(k + 1),
+                t.by_sensors[k], t.depths_mm);
+    for (const NamedSeries& body : other_bodies)
+        add(body.name, body.sensors, body.series, tables.front().depths_mm);
+    return verdict;
+}
+
 void print(const AccuracyTable& t) {
     fmt::print(
         "\ntracker of {} mm and {} degrees RMS, {} runs a cell: RMS error at the targets, mm, mean "
@@ -99,10 +144,7 @@ void print_statement(const AccuracyTable& t) {
     for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
         fmt::print("{:>6}", t.depths_mm[d]);
         for (const AccuracySeries& series : t.by_sensors)
-            fmt::print(" {:>8.1f} % {:>4.2f}",
-                       100 * over_seeds(series, d, &AccuracyErrors::covered).mean,
-                       over_seeds(series, d, &AccuracyErrors::median_radius).mean /
-                           over_seeds(series, d, &AccuracyErrors::median).mean);
+            fmt::print(" {:>15}", text_of(coverage_of(series, d)));
         fmt::print("\n");
     }
     fmt::print("\nstated RMS error by source, mm\n{:>6} {:>7}", "press", "sensors");
@@ -110,7 +152,7 @@ void print_statement(const AccuracyTable& t) {
         fmt::print(" {:>9}", name_of(static_cast<ErrorSource>(q)));
     fmt::print("   {:>12} {:>11}\n", "registration", "deformation");
     for (std::size_t d = 0; d < t.depths_mm.size(); ++d)
-        for (std::size_t k = 0; k < t.by_sensors.size(); k += t.by_sensors.size() - 1) {
+        for (const std::size_t k : first_and_last(t.by_sensors.size())) {
             fmt::print("{:>6} {:>7}", t.depths_mm[d], k + 1);
             for (std::size_t q = 0; q < error_source_count; ++q) {
                 double squares = 0;
@@ -125,14 +167,14 @@ void print_statement(const AccuracyTable& t) {
         }
 }
 
-void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm) {
+void print(const std::vector<NamedSeries>& limits, const std::vector<double>& depths_mm) {
     fmt::print(
         "\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming "
         "by press\n");
     fmt::print("{:<62} {:>7} {:>4} {:>12}", "", "sensors", "runs", "registration");
     for (const double depth : depths_mm) fmt::print(" {:>7}", fmt::format("{} mm", depth));
     fmt::print("\n");
-    for (const AccuracyLimit& l : limits) {
+    for (const NamedSeries& l : limits) {
         double registration = 0;
         for (std::size_t d = 0; d < depths_mm.size(); ++d)
             registration += over_seeds(l.series, d, &AccuracyErrors::registration).mean /
@@ -141,6 +183,22 @@ void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& 
                    registration);
         for (std::size_t d = 0; d < depths_mm.size(); ++d)
             fmt::print(" {:>7.2f}", over_seeds(l.series, d, &AccuracyErrors::deforming).mean);
+        fmt::print("\n");
+    }
+}
+
+void print_other_bodies(const std::vector<NamedSeries>& bodies,
+                        const std::vector<double>& depths_mm) {
+    fmt::print(
+        "\nother bodies, which the model takes for the one above: share of the errors within the "
+        "95 % radius, median radius over median error\n{:<50} {:>7} {:>4}",
+        "", "sensors", "runs");
+    for (const double depth : depths_mm) fmt::print(" {:>12}", fmt::format("{} mm", depth));
+    fmt::print("\n");
+    for (const NamedSeries& b : bodies) {
+        fmt::print("{:<50} {:>7} {:>4}", b.name, b.sensors, b.series.runs.size());
+        for (std::size_t d = 0; d < depths_mm.size(); ++d)
+            fmt::print(" {:>12}", text_of(coverage_of(b.series, d)));
         fmt::print("\n");
     }
 }
@@ -176,11 +234,11 @@ json json_of(const AccuracyTable& t) {
             {"by_sensors", by_sensors}};
 }
 
-json json_of(const AccuracyLimit& limit, const std::vector<double>& depths_mm) {
-    return {{"name", limit.name},
-            {"sensors", limit.sensors},
-            {"runs", limit.series.runs.size()},
-            {"errors", json_of(limit.series, depths_mm)}};
+json json_of(const NamedSeries& runs, const std::vector<double>& depths_mm) {
+    return {{"name", runs.name},
+            {"sensors", runs.sensors},
+            {"runs", runs.series.runs.size()},
+            {"errors", json_of(runs.series, depths_mm)}};
 }
 
 SpreadChart chart_of(const AccuracyTable& t) {
@@ -205,6 +263,34 @@ SpreadChart chart_of(const AccuracyTable& t) {
             add(fmt::format("deforming, {} sensor{}", sensors, sensors > 1 ? "s" : ""),
                 t.by_sensors[sensors - 1], &AccuracyErrors::deforming);
     add("registration alone", t.by_sensors.front(), &AccuracyErrors::registration);
+    return chart;
+}
+
+SpreadChart calibration_chart_of(const AccuracyTable& t) {
+    SpreadChart chart{fmt::format("Tracker of {} mm and {} degrees RMS", t.tracker.position_rms_mm,
+                                  t.tracker.rotation_rms_deg),
+                      "stated probability [%]",
+                      "errors that are no larger [%]",
+                      {}};
+    const auto levels = stated_probabilities();
+    SpreadLine perfect{"perfect", {0, 100}, {0, 100}, {0, 0}};
+    const auto add = [&](std::size_t depth, std::size_t k) {
+        const AccuracySeries& series = t.by_sensors[k];
+        SpreadLine line{
+            fmt::format("{} mm, {} sensor{}", t.depths_mm[depth], k + 1, k ? "s" : ""), {}, {}, {}};
+        for (std::size_t i = 0; i < levels.size(); ++i) {
+            double mean = 0;
+            for (const auto& run : series.runs)
+                mean += 100 * run[depth].within[i] / static_cast<double>(series.runs.size());
+            line.x.push_back(100 * levels[i]);
+            line.mean.push_back(mean);
+            line.spread.push_back(0);
+        }
+        chart.lines.push_back(std::move(line));
+    };
+    for (const std::size_t depth : first_and_last(t.depths_mm.size()))
+        for (const std::size_t k : first_and_last(t.by_sensors.size())) add(depth, k);
+    chart.lines.push_back(std::move(perfect));
     return chart;
 }
 

@@ -44,23 +44,34 @@ struct AccuracyVerdict {
 };
 AccuracyVerdict judge(const std::vector<AccuracyTable>& tables);
 
-/// The remaining error after causes of it are removed.
-struct AccuracyLimit {
+/// Runs with a name: the error that remains after causes of it are removed, or that of another body.
+struct NamedSeries {
     std::string name;
     int sensors = 1;
     AccuracySeries series;
 };
 
+/// Cells of tables and other bodies, and those in which the 95 % radius covers less than 92 or more
+/// than 98 % of the errors, or its median is more than 2.5 times theirs.
+AccuracyVerdict judge_statement(const std::vector<AccuracyTable>& tables,
+                                const std::vector<NamedSeries>& other_bodies);
+
 void print(const AccuracyTable& table);
 /// How the stated errors compare with the true ones.
 void print_statement(const AccuracyTable& table);
-void print(const std::vector<AccuracyLimit>& limits, const std::vector<double>& depths_mm);
+void print(const std::vector<NamedSeries>& limits, const std::vector<double>& depths_mm);
+/// The statement on bodies that are not as the model takes them to be.
+void print_other_bodies(const std::vector<NamedSeries>& bodies,
+                        const std::vector<double>& depths_mm);
 
 std::string csv_of(const std::vector<AccuracyTable>& tables);
 nlohmann::json json_of(const AccuracyTable& table);
-nlohmann::json json_of(const AccuracyLimit& limit, const std::vector<double>& depths_mm);
+nlohmann::json json_of(const NamedSeries& runs, const std::vector<double>& depths_mm);
 
 /// Errors against the depth of the press: rigid-only, and deforming with few and with many sensors.
 SpreadChart chart_of(const AccuracyTable& table);
+/// Share of the errors that are no larger than stated with a probability, against that probability:
+/// the diagonal if the statement is right.
+SpreadChart calibration_chart_of(const AccuracyTable& table);
 
 }  // namespace livetet

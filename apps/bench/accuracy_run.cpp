@@ -9,7 +9,9 @@
 #include "apps/live/tracked_body.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
+#include "base/distribution.hpp"
 #include "base/error.hpp"
+#include "geometry/error_ellipsoid.hpp"
 #include "geometry/registration_covariance.hpp"
 #include "geometry/registration_error.hpp"
 #include "geometry/umeyama.hpp"
@@ -127,19 +129,41 @@ class RecordedPress {
     std::vector<TrackerNoise> noise_;
 };
 
-double median_of(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 std::vector<Vector3> places_of(const Truth& truth, std::span<const std::size_t> targets) {
     std::vector<Vector3> places;
     for (const std::size_t i : targets) places.push_back(truth.targets[i].position);
     return places;
 }
 
+/// Compares the stated error of a target with the true one, m; sums.
+void add_stated(AccuracyErrors& sum, const TargetStatement& stated, double error) {
+    sum.covered += error <= stated.radius_95;
+    const double probability = probability_within(stated.covariance, error);
+    const auto levels = stated_probabilities();
+    for (std::size_t k = 0; k < levels.size(); ++k) sum.within[k] += probability <= levels[k];
+    for (std::size_t q = 0; q < error_source_count; ++q) sum.by_source[q] += stated.by_source[q];
+}
+
+/// Turns sums over the samples into shares and RMS values.
+void finish(AccuracyErrors& at, double count, std::vector<double> errors,
+            std::vector<double> radii) {
+    for (double AccuracyErrors::*e : {&AccuracyErrors::rigid, &AccuracyErrors::deforming,
+                                      &AccuracyErrors::registration, &AccuracyErrors::deformation})
+        at.*e = 1e3 * std::sqrt(at.*e / count);
+    at.covered /= count;
+    at.median = 1e3 * distribution(std::move(errors)).median;
+    at.median_radius = 1e3 * distribution(std::move(radii)).median;
+    for (double& share : at.within) share /= count;
+    for (double& rms : at.by_source) rms = 1e3 * std::sqrt(rms / count);
+}
+
 }  // namespace
+
+std::array<double, 19> stated_probabilities() {
+    std::array<double, 19> levels{};
+    for (std::size_t k = 0; k < levels.size(); ++k) levels[k] = 0.05 * static_cast<double>(k + 1);
+    return levels;
+}
 
 std::vector<std::size_t> judged_targets(const Truth& truth) {
     constexpr double press = 0.015;
@@ -228,27 +252,16 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
             const double error = (T_est * (x + u_est) - goal).norm();
             const TargetStatement& stated = frame.statement.targets[i];
             sums[d].deforming += error * error;
-            sums[d].covered += error <= stated.radius_95;
+            add_stated(sums[d], stated, error);
             all_errors[d].push_back(error);
             all_radii[d].push_back(stated.radius_95);
-            for (std::size_t q = 0; q < error_source_count; ++q)
-                sums[d].by_source[q] += stated.by_source[q];
             sums[d].registration += (T_est * x - T_true * x).squaredNorm();
             sums[d].deformation += (u_est - u_true).squaredNorm();
             ++counts[d];
         }
     }
     for (std::size_t d = 0; d < sums.size(); ++d)
-        for (double AccuracyErrors::*e :
-             {&AccuracyErrors::rigid, &AccuracyErrors::deforming, &AccuracyErrors::registration,
-              &AccuracyErrors::deformation})
-            sums[d].*e = 1e3 * std::sqrt(sums[d].*e / counts[d]);
-    for (std::size_t d = 0; d < sums.size(); ++d) {
-        sums[d].covered /= counts[d];
-        sums[d].median = 1e3 * median_of(all_errors[d]);
-        sums[d].median_radius = 1e3 * median_of(all_radii[d]);
-        for (double& rms : sums[d].by_source) rms = 1e3 * std::sqrt(rms / counts[d]);
-    }
+        finish(sums[d], counts[d], std::move(all_errors[d]), std::move(all_radii[d]));
     return sums;
 }
 

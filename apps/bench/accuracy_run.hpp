@@ -28,9 +28,14 @@ struct AccuracyErrors {
     double rigid = 0, deforming = 0, registration = 0, deformation = 0;
     // the statement
     double covered = 0;  ///< share of the errors of deforming that are within their 95 % radius
-    double median = 0, median_radius = 0;                ///< of those errors and radii, mm
+    double median = 0, median_radius = 0;  ///< of those errors and radii, mm
+    /// Share of the errors that are no larger than stated with each of stated_probabilities().
+    std::array<double, 19> within{};
     std::array<double, error_source_count> by_source{};  ///< stated RMS error by each source, mm
 };
+
+/// 5 %, 10 %, to 95 %.
+std::array<double, 19> stated_probabilities();
 
 /// Targets that are judged at all depths: those that move by more than a fifth of a press of 15 mm.
 std::vector<std::size_t> judged_targets(const Truth& truth);

@@ -15,10 +15,10 @@ namespace livetet {
 
 namespace {
 
-constexpr double pressed_radius = 0.015, riding_radius = 0.006;  // radii of patches, m
+constexpr double riding_radius = 0.006;  // of a model's patch, m
 /// The pressing disc has a rounded rim. With a sharp one the body does not come to rest beyond 27
 /// mm.
-constexpr double flat_radius = 0.009, rim_share = 0.65;
+constexpr double flat_share_of_radius = 0.6, rim_share = 0.65;
 
 struct SensorRing {
     double tilt_deg;  ///< angle from the pressed position, seen from `depth_of_centre` below it
@@ -69,11 +69,11 @@ std::vector<Vector3> places_around(const Vector3& place) {
 }  // namespace
 
 PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<double> depths,
-                         const ProgressCallback& progress) {
+                         const ProgressCallback& progress, const TrueBody& body) {
     PressedOrgan organ;
     organ.truth = true_motion(phantom_tracker({}), {});
     organ.truth.depths = std::move(depths);
-    organ.truth.patch_radius = pressed_radius;
+    organ.truth.patch_radius = body.patch_radius;
 
     const std::vector<NamedPoint> targets = phantom::targets();
     std::vector<NamedPoint> points = targets;
@@ -83,14 +83,15 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
             points.push_back({fmt::format("S{}", points.size()), p});
     solve_truth(
         with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
-        points, organ.truth, progress, {"neohookean", rim_share, flat_radius});
+        points, organ.truth, progress,
+        {"neohookean", rim_share, flat_share_of_radius * body.patch_radius, body.poisson});
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;
     for (const Vector3& place : places) {
         const bool pressed = organ.sensors.empty();
         TrueSensor sensor{{phantom_tracker({}).image_from_sensor_at_rest.rotation, place},
-                          pressed ? pressed_radius : riding_radius,
+                          pressed ? TrueBody{}.patch_radius : riding_radius,
                           pressed ? DriveMotion::translation : DriveMotion::rigid,
                           {next, next + 7}};
         next += 7;

@@ -5,6 +5,7 @@
 #include "apps/phantom/phantom_images.hpp"
 #include "apps/phantom/truth_file.hpp"
 #include "base/progress.hpp"
+#include "mechanics/material.hpp"
 #include "tracking/sensor_drive.hpp"
 
 namespace livetet {
@@ -28,11 +29,17 @@ struct PressedOrgan {
 /// side.
 constexpr int max_true_sensors = 16;
 
+/// What the true organ is made of and pressed by. A model takes the default values for true.
+struct TrueBody {
+    double poisson = Material{}.poisson;
+    double patch_radius = 0.015;  ///< m
+};
+
 /// Computes targets and sensors at each of the depths (m, rising, above 0) with P2 tets of a
 /// neo-Hookean material; about `tets` on the finest level. Needs a PetscSession. Throws Error as
 /// solve_truth does.
 PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<double> depths,
-                         const ProgressCallback& progress = {});
+                         const ProgressCallback& progress = {}, const TrueBody& body = {});
 
 /// Pose of a sensor at a press of `depth` metres: the rigid motion nearest to that of the surface
 /// around it. Linear between the computed depths.

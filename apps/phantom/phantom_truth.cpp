@@ -120,7 +120,8 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
 void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
                  const ProgressCallback& progress, const TruthModel& model) {
     const TetMesh& mesh = hierarchy.levels.front();
-    const Material material;
+    Material material;
+    material.poisson = model.poisson;
     DeformableBody body({PETSC_COMM_SELF, hierarchy}, {std::span(&material, 1), model.strain},
                         {.scheme = TimeScheme::implicit_euler}, {});
     const auto pressed = pressed_nodes(mesh, truth, model);

@@ -24,10 +24,11 @@ struct TruthModel {
         1;  ///< share of the depth at the patch's rim: below 1 for a disc with a rounded rim
     double flat_radius =
         0;  ///< radius that moves by the whole depth, m; from there to the rim a smooth step
+    double poisson = Material{}.poisson;
 };
 
 /// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
-/// default material, corotated or neo-Hookean, on P1 or P2 tets, with the set "fixed" at rest and
+/// default material but for the model's values, on P1 or P2 tets, with the set "fixed" at rest and
 /// the surface patch about `truth.sensor_rest` moved along `truth.press_direction` from one depth
 /// to the next. Fills truth.targets. Needs a PetscSession. Throws Error if the body does not come
 /// to rest.
