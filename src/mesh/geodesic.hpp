@@ -10,8 +10,8 @@ namespace livetet {
 
 /// A place on a surface, m, and the triangle in which it lies.
 struct SurfacePoint {
-    std::size_t triangle;
-    Vector3 place;
+    std::size_t triangle = 0;
+    Vector3 place = Vector3::Zero();
 };
 
 /// Nodes of a surface within `radius` (metres) of the point `from`, with their distances along the

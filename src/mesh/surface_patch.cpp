@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "geometry/nearest_triangle.hpp"
-#include "mesh/geodesic.hpp"
 
 namespace livetet {
 
@@ -38,14 +37,13 @@ SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double rad
     const NearestTriangle::Hit hit = NearestTriangle(mesh.nodes, surface).find(place);
     SurfacePatch patch;
     patch.distance = hit.distance;
-    const auto triangle = static_cast<std::size_t>(hit.triangle);
-    const Triangle& nearest = surface[triangle];
+    patch.at = {static_cast<std::size_t>(hit.triangle), hit.place};
+    const Triangle& nearest = surface[patch.at.triangle];
     patch.centre =
         *std::min_element(nearest.begin(), nearest.end(), [&](std::int32_t a, std::int32_t b) {
             return (mesh.nodes[a] - place).squaredNorm() < (mesh.nodes[b] - place).squaredNorm();
         });
-    for (const auto& [node, distance] :
-         distances_on_surface(mesh.nodes, surface, {triangle, hit.place}, radius))
+    for (const auto& [node, distance] : distances_on_surface(mesh.nodes, surface, patch.at, radius))
         patch.nodes.push_back(node);
     if (patch.nodes.empty()) patch.nodes.push_back(patch.centre);
     find_shape(patch, mesh, surface, hit.place);

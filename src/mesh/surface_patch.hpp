@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/geodesic.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
@@ -10,6 +11,9 @@ namespace livetet {
 /// A connected piece of a mesh's surface.
 struct SurfacePatch {
     std::vector<std::int32_t> nodes;  ///< sorted
+    /// The point of the surface nearest to the given place; its triangle is one of
+    /// boundary_triangles.
+    SurfacePoint at;
     /// Corner nearest to the given place, of the triangle nearest to it.
     std::int32_t centre = -1;
     double distance = 0;                ///< distance from the place to that triangle, metres
