@@ -25,9 +25,10 @@ constexpr std::array<const char*, 6> drive_names{"placing", "following", "return
                                                  "holding", "releasing", "released"};
 constexpr std::array<const char*, 3> registration_names{"valid", "held", "lost"};
 
-constexpr std::array<const char*, 10> trouble_names{
+constexpr std::array<const char*, 11> trouble_names{
     "",           "lost",   "invalid", "out of volume",      "stale",
-    "not a pose", "jumped", "too far", "reference not seen", "does not rest"};
+    "not a pose", "jumped", "too far", "reference not seen", "does not rest",
+    "slipped"};
 
 const char* text_of(SensorTrouble trouble) {
     return trouble_names[static_cast<std::size_t>(trouble)];

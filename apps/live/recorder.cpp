@@ -24,6 +24,8 @@ constexpr const char* arrival_table = "arrivals";
 
 /// A frame's HandPull: number (0: none), base, to.
 constexpr const char* pull_values = "pull";
+constexpr const char* slipped_value = "slipped";
+constexpr int slipped_bits = 53;  // that a double holds exactly
 
 /// A whole number from 0 to `max`, read as a double. Throws Error for any other value.
 std::uint64_t whole_number(double x, double max, const char* what, const std::string& source) {
@@ -197,6 +199,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
     result.append_values("sensors", sensors);
+    value(slipped_value, static_cast<double>(slipped_sensors(f)));
     value("sample", static_cast<double>(kept.sample));
     std::vector<double> solves;
     for (const SolveRecord& s : f.step.solves) {
@@ -211,6 +214,21 @@ void Recorder::write_frame(const KeptFrame& kept) {
     result.append_values(pull_values,
                          {{static_cast<double>(pull.number), pull.base.x(), pull.base.y(),
                            pull.base.z(), pull.to.x(), pull.to.y(), pull.to.z()}});
+}
+
+std::uint64_t slipped_sensors(const FrameState& frame) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < frame.sensors.size() && i < slipped_bits; ++i)
+        if (frame.sensors[i].trouble == SensorTrouble::slipped) sum |= std::uint64_t{1} << i;
+    return sum;
+}
+
+std::uint64_t read_slipped(const ResultReader& reader, const std::vector<std::string>& names,
+                           std::size_t k, const std::string& source) {
+    if (std::find(names.begin(), names.end(), slipped_value) == names.end()) return 0;
+    return whole_number(reader.values(slipped_value, k, 1)[0],
+                        static_cast<double>((std::uint64_t{1} << slipped_bits) - 1), slipped_value,
+                        source);
 }
 
 RecordedRun read_recorded_run(const ResultReader& reader, const std::string& source) {

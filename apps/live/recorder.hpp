@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "apps/live/probe_history.hpp"
 #include "apps/live/tracked_body.hpp"
@@ -40,6 +41,14 @@ class ArrivalLog {
 
 /// CRC-32 of the displacements as they lie in memory.
 std::uint32_t checksum(std::span<const Vector3> displacement);
+
+/// The sensors of a frame whose patch is let go because they slipped: the sum of 2^i over their
+/// indices in the scene, up to 52.
+std::uint64_t slipped_sensors(const FrameState& frame);
+/// The same of a kept frame; 0 in older files. `names`: the values that the file holds. Throws
+/// Error if it is no such sum.
+std::uint64_t read_slipped(const ResultReader& reader, const std::vector<std::string>& names,
+                           std::size_t k, const std::string& source);
 
 /// The files of a run; nullptr: not wanted.
 struct RecordedFiles {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "apps/live/recorder.hpp"
 #include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 /// `names`: the values that the file holds.
 RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& names,
-                    std::size_t k) {
+                    std::size_t k, const std::string& source) {
     const auto value = [&](const char* name) { return reader.values(name, k, 1)[0]; };
     const auto value_if_any = [&](const char* name) -> std::optional<double> {
         if (std::find(names.begin(), names.end(), name) == names.end()) return {};
@@ -50,6 +51,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
         const std::vector<double> counts = reader.values("sensors", k, 6);
         std::copy_n(counts.begin(), 6, frame.sensors.emplace().begin());
     }
+    frame.slipped = read_slipped(reader, names, k, source);
     return frame;
 }
 
@@ -96,7 +98,7 @@ RunResult read_run_result(std::shared_ptr<const ResultReader> reader,
     const StatementReader statements(*reader, result.source);
     result.targets = statements.names();
     for (std::size_t k = 0; k < reader->frame_count(); ++k) {
-        result.frames.push_back(read_frame(*reader, names, k));
+        result.frames.push_back(read_frame(*reader, names, k, result.source));
         result.frames.back().statement = statements.read(k);
     }
     result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source)

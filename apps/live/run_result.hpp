@@ -40,6 +40,7 @@ struct RunFrame {
     FrameStatement statement;  ///< without targets if the scene has none
     /// Number of sensors in each DriveStatus; missing in the oldest files.
     std::optional<std::array<double, 6>> sensors;
+    std::uint64_t slipped = 0;  ///< see slipped_sensors
 };
 
 struct RunFiducial {

@@ -103,6 +103,7 @@ SensorPatchOptions sensor_patch_options(const Scene& scene, const SensorOptions&
     patch.radius = options.patch_radius_mm / 1e3;
     patch.radius_spread = options.patch_spread_mm.value_or(0.15 * options.patch_radius_mm) / 1e3;
     patch.stiffness = options.stiffness_N_per_m;
+    patch.may_slip = options.may_slip;
     // A hundred times what a disc of the patch's size meets on a half-space: 2 E a / (1 - nu^2).
     double young = 0;
     for (const Material& m : scene.materials) young = std::max<double>(young, m.young_Pa);
@@ -218,6 +219,7 @@ void TrackedBody::follow(const TrackerSample& sample) {
         }
         frame_.press = std::max(frame_.press, s.patch.press());
     }
+    judge_slips();
     for (std::size_t i = 0; i < shown_.size(); ++i) {
         const TrackedPose& pose = pose_of(sample, shown_[i].pose);
         frame_.image_from_tool[i] = {};
@@ -240,7 +242,7 @@ void TrackedBody::place_patches() {
             s.leaving = s.off_organ > 0;
             continue;
         }
-        if (s.off_organ > 0 && misplaced_ == MisplacedSensor::refuse)
+        if (s.off_organ > 0 && misplaced_ == MisplacedSensor::refuse && s.patch.slips() == 0)
             fail(
                 "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in "
                 "the image, {:.1f} mm off "

@@ -179,6 +179,7 @@ class TrackedBody {
     void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
     void begin_settling(const std::vector<std::uint8_t>& before);
     void follow(const TrackerSample& sample);
+    void judge_slips();
     void place_patches();
     void take_constraints();
     void move_patches();

@@ -20,6 +20,7 @@ void TrackedBody::pull(const std::optional<HandPull>& pull) {
     options.follower.filter = PoseFilterOptions{.enabled = false};
     options.follower.estimator.position_rms = 1;  // m: a hand that goes less than 5 m is no outlier
     options.drive.base_window_s = 0;
+    options.may_slip = false;
     sensors_.push_back({of_no_tool, 0, false, hand_, SensorPatch(options)});
 }
 

@@ -1,6 +1,7 @@
 #include "apps/report/report.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
@@ -86,6 +87,11 @@ Report make_report(const RunResult& result, const Truth* truth) {
             for (std::size_t s = 0; s < frame.sensors->size(); ++s)
                 (*report.sensor_frames)[s] += (*frame.sensors)[s];
         }
+    std::uint64_t before = 0;
+    for (const RunFrame& frame : result.frames) {
+        report.slips += static_cast<std::size_t>(std::popcount(frame.slipped & ~before));
+        before = frame.slipped;
+    }
     if (const auto& at_end = result.frames.back().sensors)
         report.unplaced = static_cast<std::size_t>((*at_end)[0]);
     if (truth) report.truth = compare_with_truth(result, *truth);

@@ -48,6 +48,7 @@ struct Report {
         sensor_frames;                 ///< frames in each of `sensor_states`, summed over sensors
     std::vector<std::string> notes;    ///< what the frame of the deepest press cannot mean; locking
     std::size_t unplaced = 0;          ///< sensors that were still being placed at the end
+    std::size_t slips = 0;             ///< how often a sensor slipped, of all sensors
     std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if the scene is unknown
     RunInfo run;
     FrameStatistics frames;

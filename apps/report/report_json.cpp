@@ -68,7 +68,7 @@ ordered_json sensors_json(const Report& r) {
     if (r.sensor_frames)
         for (std::size_t s = 0; s < r.sensor_frames->size(); ++s)
             frames[sensor_states[s]] = (*r.sensor_frames)[s];
-    return {{"tools", tools}, {"frames", frames}, {"unplaced", r.unplaced}};
+    return {{"tools", tools}, {"frames", frames}, {"unplaced", r.unplaced}, {"slips", r.slips}};
 }
 
 ordered_json truth_json(const TargetErrors& t) {

@@ -45,6 +45,13 @@ std::string placing_verdict(const Report& r) {
         r.unplaced, std::max(r.sensors.size(), r.unplaced));
 }
 
+std::string slip_verdict(const Report& r) {
+    return fmt::format(
+        "Sensors: slipped over the organ {} time{}. Each time the patch was let go, and the sensor "
+        "placed anew where it came to rest.",
+        r.slips, r.slips == 1 ? "" : "s");
+}
+
 std::string press_verdict(const TargetErrors& t) {
     return fmt::format(
         "Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, "
@@ -240,6 +247,7 @@ std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
+    if (report.slips > 0) sentences.push_back(slip_verdict(report));
     if (const std::string noise = noise_text(report.run.poses); !noise.empty())
         sentences.push_back("Tracker: the " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());

@@ -95,6 +95,7 @@ struct SensorOptions {
     DriveMotion motion = DriveMotion::translation;
     std::optional<double> stiffness_N_per_m;
     int placement = 1;
+    bool may_slip = true;
 
     bool operator==(const SensorOptions&) const = default;
 };
@@ -352,6 +353,10 @@ void visit_fields(Visitor& v, SensorOptions& o) {
             "increase it during a run after moving the sensor to another place on the organ: it is "
             "placed anew",
             at_least<0, int>());
+    v.field("may_slip", o.may_slip, "",
+            "whether the sensor lies loose: motion along the surface, where the organ would not go "
+            "along, is a slip. Set it to false for a sensor that is sewn or glued on and pulls the "
+            "organ sideways");
 }
 
 template <class Visitor>

@@ -114,6 +114,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     }
     PoseFollower follower(pose_follower_options(*scene.track));
     std::vector<Traced> traced(reader_.frame_count());
+    const std::vector<std::string> names = reader_.value_names();
     for (std::size_t k = 0; k < traced.size(); ++k) {
         const auto found = std::lower_bound(
             run.samples.begin(), run.samples.end(), run.frames[k].sample,
@@ -145,9 +146,11 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
                                      !scene.track->tools[i].tip.empty(),
                                      {tip.rotation, tip.translation}});
             }
+        const std::uint64_t slipped = read_slipped(reader_, names, k, source);
         for (std::size_t i = 0; i < patches.size(); ++i) {
             patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name),
                               tracker_from_reference, tracker.image_from_reference);
+            if (i < 64 && slipped >> i & 1) patches[i].let_go();
             if (patches[i].awaits_placement()) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),
                                        farthest_from_organ);

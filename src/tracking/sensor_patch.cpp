@@ -32,6 +32,11 @@ PoseFollowerOptions of_product(PoseFollowerOptions options, double distance,
     return options;
 }
 
+/// Of a measurement, per axis.
+double variance_of(const MotionFilter& filter) {
+    return std::pow(filter.noise_ratio() * filter.options().noise_rms, 2) / 3;
+}
+
 }  // namespace
 
 SensorTrouble trouble_of(const TrackedPose& pose, PoseVerdict verdict) {
@@ -76,12 +81,49 @@ void SensorPatch::follow(
             follower_->set_noise(options.estimator.position_rms, options.estimator.rotation_rms);
         }
     }
-    drive_.update(time_s, image_from_sensor);
+    drive_.update(time_s, slipped_ ? std::nullopt : image_from_sensor);
+    if (slipped_ && drive_.status() == DriveStatus::released) give_up_patch();
     trouble_ = trouble_of(sensor, verdict);
     if (trouble_ == SensorTrouble::none && !image_from_sensor)
         trouble_ = SensorTrouble::no_reference;
     if (trouble_ == SensorTrouble::none && drive_.is_restless()) trouble_ = SensorTrouble::restless;
     if (drive_.is_too_far()) trouble_ = SensorTrouble::too_far;
+    if (slipped_) trouble_ = SensorTrouble::slipped;
+}
+
+void SensorPatch::judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement) {
+    if (!options_.may_slip || slipped_ || ring_.nodes.empty() ||
+        drive_.status() != DriveStatus::following)
+        return;
+    const Eigen::Vector3d around = ring_.interpolate(displacement) - ring_placed_;
+    if (monitor_.update(time_s, drive_.displacement(ring_.middle) - around, normal_, deviation()))
+        let_go();
+}
+
+void SensorPatch::let_go() {
+    if (nodes_.empty() || slipped_) return;
+    slipped_ = true;
+    ++slips_;
+    trouble_ = SensorTrouble::slipped;
+}
+
+/// The sensor stays, and must be placed again.
+void SensorPatch::give_up_patch() {
+    slipped_ = false;
+    drive_.reset();
+    monitor_.restart();
+    nodes_.clear();
+    placed_.clear();
+    wider_.clear();
+    ring_ = {};
+}
+
+/// Of the motion since placement by noise, along an axis, m: that of the estimates, or of the poses
+/// as they are measured where no estimate is used.
+double SensorPatch::deviation() const {
+    if (const auto known = error())
+        return std::sqrt((known->own.topLeftCorner<3, 3>().trace() + known->by_reference) / 3);
+    return follower_ ? std::sqrt(variance_of(follower_->estimator().state().translation)) : 0;
 }
 
 double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> surface,
@@ -99,6 +141,8 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     const SurfacePatch patch = surface_patch(now, place, options_.radius);
     nodes_ = with_edge_nodes_between(now, patch.nodes);
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
+    ring_ = surface_ring(now, patch, options_.radius);
+    ring_placed_ = ring_.interpolate(displacement);
     centre_ = now.nodes[patch.centre];
     off_centre_ = patch.off_centre;
     normal_ = patch.normal;
@@ -110,6 +154,7 @@ void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place, d
     constexpr int tries = 20;
     const auto radius_of = [](double a) { return std::sqrt(a / std::numbers::pi); };
     double more = options_.radius_spread;
+    wider_by_ = 0;
     // a patch grows by whole nodes: at least by half the spread, or the slope is of single nodes
     for (int k = 0; k < tries && wider_by_ < options_.radius_spread / 2; ++k, more *= 1.5) {
         const SurfacePatch patch = surface_patch(now, place, options_.radius + more);
@@ -119,20 +164,18 @@ void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place, d
 }
 
 std::optional<PatchError> SensorPatch::error() const {
-    if (drive_.status() != DriveStatus::following || !follower_ || !follower_->used()) return {};
+    if (slipped_ || drive_.status() != DriveStatus::following) return {};
+    if (!follower_ || !follower_->used()) return {};
     const PoseEstimator& estimator = follower_->estimator();
-    const auto variance = [](const MotionFilter& filter) {  // of a measurement, per axis
-        return std::pow(filter.noise_ratio() * filter.options().noise_rms, 2) / 3;
-    };
     const auto& now = follower_->used()->covariance;
     const double poses = std::max(1, drive_.base_poses());
     const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
     PatchError error;
-    error.base = variance(estimator.state().translation) / poses * I;  // as of white noise
+    error.base = variance_of(estimator.state().translation) / poses * I;  // as of white noise
     error.own.topLeftCorner<3, 3>() =
         error.base + (1 - reference_share_) * now.topLeftCorner<3, 3>();
     error.own.bottomRightCorner<3, 3>() =
-        variance(estimator.state().rotation) / poses * I + now.bottomRightCorner<3, 3>();
+        variance_of(estimator.state().rotation) / poses * I + now.bottomRightCorner<3, 3>();
     error.by_reference = reference_share_ * now.topLeftCorner<3, 3>().trace();
     return error;
 }

@@ -5,10 +5,12 @@
 #include <vector>
 
 #include "mesh/surface_patch.hpp"
+#include "mesh/surface_ring.hpp"
 #include "tracking/live_registration.hpp"
 #include "tracking/pose_follower.hpp"
 #include "tracking/sample.hpp"
 #include "tracking/sensor_drive.hpp"
+#include "tracking/slip_monitor.hpp"
 
 namespace livetet {
 
@@ -17,6 +19,7 @@ namespace livetet {
 /// - `too_far`: farther from its base than the organ can be moved.
 /// - `no_reference`: the reference sensor's pose is not available.
 /// - `restless`: it cannot be placed, as it does not rest.
+/// - `slipped`: it slipped over the organ; its patch is being released.
 enum class SensorTrouble {
     none,
     lost,
@@ -27,7 +30,8 @@ enum class SensorTrouble {
     jumped,
     too_far,
     no_reference,
-    restless
+    restless,
+    slipped
 };
 
 /// The trouble of a pose, given the estimator's verdict on it.
@@ -46,6 +50,7 @@ struct SensorPatchOptions {
     /// Spring stiffness that is practically rigid, N/m: where the release of a prescribed patch
     /// begins.
     double firm_stiffness = 1e4;
+    bool may_slip = true;  ///< false: all of its motion moves the patch
 };
 
 /// How far the motion of a sensor since it was placed may be off, by the noise of its pose and of
@@ -59,9 +64,10 @@ struct PatchError {
     Eigen::Matrix3d base = Eigen::Matrix3d::Zero();
 };
 
-/// A deformation sensor and the surface patch that it moves. Order of use: `follow` in every frame;
-/// `place` once when `awaits_placement` is true; then `nodes`, `target` and `spring_stiffness` give
-/// the patch's constraint.
+/// A deformation sensor and the surface patch that it moves. Order of use: `follow` in every frame,
+/// then `judge_slip`; `place` when `awaits_placement` is true; then `nodes`, `target` and
+/// `spring_stiffness` give the patch's constraint. The patch of a sensor that slipped is released
+/// as if the sensor were lost. Then the patch is given up, and the sensor placed anew.
 class SensorPatch {
   public:
     explicit SensorPatch(const SensorPatchOptions& options)
@@ -75,6 +81,16 @@ class SensorPatch {
                 const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
                 std::optional<double> ahead_s = {});
+
+    /// Judges whether the sensor slips; see SlipMonitor. `displacement`: of the model's nodes in
+    /// the last frame, m. Call it only in frames in which the model follows all that moves the
+    /// organ: a patch that is held or let go elsewhere moves the model otherwise than the organ.
+    /// Allocates nothing.
+    void judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement);
+    /// From the next frame on, the sensor is taken for one that slipped, if it has a patch.
+    void let_go();
+    /// How often it slipped so far.
+    int slips() const { return slips_; }
 
     /// Whether the sensor's base is known and no patch has been chosen yet.
     bool awaits_placement() const { return drive_.base() && nodes_.empty(); }
@@ -106,7 +122,7 @@ class SensorPatch {
     double spring_stiffness() const;
 
     /// The error of the patch's motion by the noise of sensor and reference; empty while the patch
-    /// does not follow the sensor, or if its pose is filtered.
+    /// does not follow the sensor, if that slipped, or if its pose is filtered.
     std::optional<PatchError> error() const;
     /// From the sensor's base to the centroid of the patch, along the surface, m.
     const Eigen::Vector3d& off_centre() const { return off_centre_; }
@@ -124,6 +140,8 @@ class SensorPatch {
 
   private:
     void find_wider(const TetMesh& now, const Eigen::Vector3d& place, double area);
+    void give_up_patch();
+    double deviation() const;
 
     struct Placed {
         Eigen::Vector3d offset;  ///< displacement of the node at placement, m
@@ -140,6 +158,11 @@ class SensorPatch {
     double wider_by_ = 0;
     double reference_share_ = 0.5;  ///< of the mean square of the translation's noise
     SensorTrouble trouble_ = SensorTrouble::lost;
+    SurfaceRing ring_;                                       ///< the tissue around the patch
+    Eigen::Vector3d ring_placed_ = Eigen::Vector3d::Zero();  ///< its displacement at placement, m
+    SlipMonitor monitor_;
+    bool slipped_ = false;
+    int slips_ = 0;
 };
 
 }  // namespace livetet

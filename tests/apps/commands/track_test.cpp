@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "apps/commands/tracked_block.hpp"
@@ -150,6 +152,85 @@ TEST(Track, ASensorThatNeverRestsIsNotFollowedAndTheReportSaysSo) {
     const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
     EXPECT_EQ(report["sensors"]["unplaced"], 1);
     EXPECT_NE(test::text_of(t.folder / "stdout.txt").find("1 of 1 NOT placed"), std::string::npos);
+}
+
+/// Moves the sensor along the top of the block by 10 mm within 0.5 s.
+void slide(Tracked& t, double begin_s) {
+    const std::size_t sensor = tool_index(t.recording, "Sensor");
+    for (TrackerSample& s : t.recording.samples)
+        s.poses[sensor].translation += 0.01 * std::clamp((s.time_s - begin_s) / 0.5, 0.0, 1.0) *
+                                       true_tracker_from_image(t.tracker, s.time_s).rotation.col(0);
+}
+
+TEST(Track, ASensorThatSlipsIsToldLetGoAndPlacedAnew) {
+    Tracked t;
+    t.tracker.press_depth = 0;
+    t.tracker.hold_s = 8;
+    t.set_track("position_noise_mm: 1.4, targets: [{name: Under, point_mm: [100, 50, 80]}]");
+    t.record();
+    const double begin_s = 3;
+    slide(t, begin_s);
+    const ResultReader result = t.run("--every-sample --json report.json");
+    const StatementReader statements(result, "result.h5");
+    std::optional<double> told_s;
+    bool was_placing = false;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
+        const double time = result.times_s()[k];
+        const bool slipped = result.values("slipped", k, 1)[0] == 1;
+        const std::vector<double> sensors = result.values("sensors", k, 6);
+        if (slipped && !told_s) told_s = time;
+        EXPECT_TRUE(!slipped || time > begin_s) << "noise is none, " << time;
+        if (slipped || (told_s && sensors[0] == 1)) {
+            EXPECT_TRUE(statements.read(k).missing.has(ErrorSource::sensors)) << time;
+        }
+        if (told_s && time > *told_s + 1.6) {
+            EXPECT_FALSE(slipped) << time;
+            was_placing = was_placing || sensors[0] == 1;
+        }
+        if (told_s && time > *told_s + 4) {
+            EXPECT_EQ(sensors[1], 1) << "placed anew and followed, " << time;
+            EXPECT_LT(largest(result.displacement(k)), 0.004) << "by noise alone, " << time;
+        }
+    }
+    ASSERT_TRUE(told_s);
+    EXPECT_LT(*told_s, begin_s + 1);
+    EXPECT_TRUE(was_placing);
+    const ErrorSources missing = statements.read(result.frame_count() - 1).missing;
+    EXPECT_FALSE(missing.has(ErrorSource::sensors)) << "the new patch's are known";
+    EXPECT_GT(result.times_s().back(), *told_s + 5) << "else this test shows nothing";
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
+    EXPECT_EQ(report["sensors"]["slips"], 1);
+    EXPECT_NE(test::text_of(t.folder / "stdout.txt").find("slipped over the organ 1 time"),
+              std::string::npos);
+    const auto replay = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(replay.status, 0) << replay.out;
+}
+
+TEST(Track, ASensorThatMayNotSlipPullsTheOrganSideways) {
+    Tracked t;
+    t.tracker.position_rms_mm = t.tracker.rotation_rms_deg = t.tracker.press_depth = 0;
+    t.set_track("sensors: [{tool: Sensor, may_slip: false}]");
+    t.tracker.hold_s = 3;
+    t.record();
+    slide(t, 3);
+    const ResultReader result = t.run();
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        EXPECT_EQ(result.values("slipped", k, 1)[0], 0) << k;
+    EXPECT_NEAR(result.values("press_mm", result.frame_count() - 1, 1)[0], 10, 0.5);
+}
+
+TEST(Track, ANoisyPressIsNoSlip) {
+    for (const double tilt_deg : {0, 30}) {
+        Tracked t;
+        t.set_track("position_noise_mm: 1.4");
+        t.tracker.press_depth = 0.02;
+        const double tilt = tilt_deg * radians_per_degree;
+        t.tracker.press_direction = {std::sin(tilt), 0, -std::cos(tilt)};
+        t.record();
+        const ResultReader result = t.run();
+        for (std::size_t k = 0; k < result.frame_count(); ++k)
+            EXPECT_EQ(result.values("slipped", k, 1)[0], 0) << tilt_deg << " degrees, frame " << k;
+    }
 }
 
 TEST(Track, WarnsOfElementsThatLock) {

@@ -40,6 +40,12 @@ TEST(FrameMessages, StatusIsOneOnlyIfAllIsFollowed) {
     EXPECT_EQ(restless.code, 7);
     EXPECT_NE(restless.text.find("placing (does not rest)"), std::string::npos) << restless.text;
 
+    SensorState slipped = follows;
+    slipped.drive = DriveStatus::releasing;
+    slipped.trouble = SensorTrouble::slipped;
+    EXPECT_EQ(status_of(frame_with({follows, slipped})).code, 7);
+    EXPECT_NE(status_of(frame_with({slipped})).text.find("releasing (slipped)"), std::string::npos);
+
     PublishedFrame failed = frame_with({follows});
     failed.frame.step.converged = false;
     EXPECT_EQ(status_of(failed).code, 7);

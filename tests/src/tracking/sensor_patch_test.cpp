@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "mesh/quadratic.hpp"
 #include "support/shapes.hpp"
@@ -129,6 +132,94 @@ TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
     ASSERT_TRUE(f.patch.awaits_placement());
     EXPECT_NEAR(f.patch.place(block, surface, rest, 0.02), 0, 1e-12);
     EXPECT_FALSE(f.patch.nodes().empty());
+}
+
+/// A sensor on a block that is moved along its edge by 10 mm within half a second, and stays there.
+/// The tissue of the model goes along by a share of that.
+class Moved {
+  public:
+    Moved(double share, bool may_slip = true) : share_(share) {
+        SensorPatchOptions options = followed.patch.options();
+        options.may_slip = may_slip;
+        followed.patch = SensorPatch(options);
+        for (int i = 0; i < 10; ++i) follow();
+        place();
+    }
+    /// The next frame.
+    void follow() {
+        followed.follow(seen_at({0.1 + moved_, 0, 0}));
+        std::fill(now_.begin(), now_.end(), Vector3d(share_ * moved_, 0, 0));
+        followed.patch.judge_slip(followed.time_s, now_);
+    }
+    /// Moves the sensor. Returns how long after the motion's begin a slip is told, s.
+    std::optional<double> move() {
+        const double begin_s = followed.time_s;
+        for (int i = 1; i <= 100; ++i) {
+            moved_ = 0.01 * std::min(1.0, i / 25.0);
+            follow();
+            if (followed.patch.trouble() == SensorTrouble::slipped)
+                return followed.time_s - begin_s;
+        }
+        return {};
+    }
+    void place() {
+        ASSERT_TRUE(followed.patch.awaits_placement());
+        ASSERT_LT(followed.patch.place(block_, surface_nodes(block_), now_, 0.02), 0.02);
+    }
+    Followed followed;
+
+  private:
+    double share_, moved_ = 0;
+    TetMesh block_ = test::block({12, 6, 6}, {0.2, 0.1, 0.1});
+    std::vector<Vector3d> now_ = std::vector<Vector3d>(block_.nodes.size(), Vector3d::Zero());
+};
+
+TEST(SensorPatch, OneThatSlipsIsLetGoAndPlacedAnew) {
+    Moved m(0.3);
+    SensorPatch& patch = m.followed.patch;
+    const auto told_s = m.move();
+    ASSERT_TRUE(told_s);
+    EXPECT_LT(*told_s, 1);
+    EXPECT_EQ(patch.slips(), 1);
+    const double told_at_s = m.followed.time_s;
+    bool held = false, released = false;
+    while (!patch.nodes().empty() && m.followed.time_s < told_at_s + 3) {
+        m.follow();
+        held = held || patch.drive().status() == DriveStatus::holding;
+        released = released || patch.drive().status() == DriveStatus::releasing;
+        if (!patch.nodes().empty()) {
+            EXPECT_EQ(patch.trouble(), SensorTrouble::slipped);
+        }
+    }
+    EXPECT_TRUE(held && released) << "as that of a lost sensor";
+    EXPECT_NEAR(m.followed.time_s - told_at_s, 1.5, 0.05) << "hold_s + release_s";
+    EXPECT_EQ(patch.drive().status(), DriveStatus::placing);
+    EXPECT_EQ(patch.press(), 0);
+    EXPECT_TRUE(patch.wider_nodes().empty());
+    for (int i = 0; i < 10; ++i) m.follow();
+    m.place();
+    EXPECT_NEAR(patch.drive().base()->translation.x(), 0.11, 1e-9) << "where it slipped to";
+    EXPECT_FALSE(patch.nodes().empty());
+    for (int i = 0; i < 60; ++i) m.follow();
+    EXPECT_EQ(patch.trouble(), SensorTrouble::none);
+    EXPECT_EQ(patch.drive().status(), DriveStatus::following);
+    EXPECT_EQ(patch.slips(), 1);
+}
+
+TEST(SensorPatch, OneThatRidesAlongOrMayNotSlipIsFollowed) {
+    for (const auto& [share, may_slip] : {std::pair{0.8, true}, {0.3, false}}) {
+        Moved m(share, may_slip);
+        EXPECT_FALSE(m.move()) << share;
+        EXPECT_EQ(m.followed.patch.slips(), 0);
+        EXPECT_NEAR(m.followed.patch.press(), 0.01, 1e-9);
+    }
+}
+
+TEST(SensorPatch, WithoutAPatchThereIsNoSlip) {
+    Followed f;
+    f.patch.let_go();
+    EXPECT_EQ(f.patch.slips(), 0);
+    EXPECT_EQ(f.follow(seen_at({0.1, 0, 0})), SensorTrouble::none);
 }
 
 }  // namespace
