@@ -1,5 +1,7 @@
 #include "apps/live/replay.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -104,6 +106,10 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
                         MisplacedSensor::wait);
     state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body,
                            origin.registration_error);
+    if (tracked.target_names() != StatementReader(reader, source).names())
+        fail("{}: the targets of its scene are not those of this run any more: {} now, {} then",
+             source, fmt::join(tracked.target_names(), ", "),
+             fmt::join(StatementReader(reader, source).names(), ", "));
 
     ReplayReport report;
     auto event = origin.events.begin();

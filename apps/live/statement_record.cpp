@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "geometry/error_ellipsoid.hpp"
 
 namespace livetet {
 
@@ -128,14 +129,17 @@ std::vector<double> StatementReader::values(const char* name, std::size_t k,
     return found;
 }
 
+double StatementReader::at_least_0(const char* name, std::size_t k, double value) const {
+    if (value < 0) fail("{}: {} of frame {} is {}, expected at least 0", source_, name, k, value);
+    return value;
+}
+
 /// In m. Throws Error for a radius below 0.
 std::vector<double> StatementReader::radii(const char* name, std::size_t k,
                                            std::size_t count) const {
     std::vector<double> found = values(name, k, count);
     for (double& radius : found) {
-        if (radius < 0)
-            fail("{}: {} of frame {} is {}, expected at least 0", source_, name, k, radius);
-        radius /= 1e3;
+        radius = at_least_0(name, k, radius) / 1e3;
     }
     return found;
 }
@@ -158,6 +162,9 @@ FrameStatement StatementReader::read(std::size_t k) const {
     const auto about = values("statement", k, 2);
     statement.missing = sources_of(about[0], k);
     statement.computed = about[1];
+    if (!(statement.computed >= 0 && statement.computed <= 1))
+        fail("{}: of the responses of frame {} a share of {} is known, expected 0 to 1", source_, k,
+             statement.computed);
     if (!surface_places_.empty()) {
         statement.surface.radius_95 = radii(surface_radii, k, surface_places_.size());
         statement.surface.missing = sources_of(values(surface_missing, k, 1)[0], k);
@@ -167,8 +174,11 @@ FrameStatement StatementReader::read(std::size_t k) const {
         t.position = Vector3(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]) / 1e3;
         t.radius_95 = of_targets[i];
         t.covariance = covariance_of(&covariances[covariance_numbers * i]);
+        check_covariance(t.covariance,
+                         fmt::format("{}: target {} of frame {}", source_, names_[i], k));
         for (std::size_t q = 0; q < error_source_count; ++q)
-            t.by_source[q] = sources[error_source_count * i + q] / 1e6;
+            t.by_source[q] =
+                at_least_0("target_by_source_mm2", k, sources[error_source_count * i + q]) / 1e6;
     }
     return statement;
 }

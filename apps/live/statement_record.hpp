@@ -51,6 +51,7 @@ class StatementReader {
 
   private:
     std::vector<double> values(const char* name, std::size_t k, std::size_t count) const;
+    double at_least_0(const char* name, std::size_t k, double value) const;
     std::vector<double> radii(const char* name, std::size_t k, std::size_t count) const;
     ErrorSources sources_of(double bits, std::size_t k) const;
 

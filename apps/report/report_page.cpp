@@ -133,8 +133,9 @@ std::string stated_html(const Report& r) {
     std::string note = "Within its 95 % radius a target is expected with 95 %.";
     if (has_truth)
         note +=
-            " True error within: share of the frames whose true error is at most the stated "
-            "radius. Radius / error: of the medians over these frames.";
+            " True error within: share of the frames, without a missing source, whose true error "
+            "is "
+            "at most the stated radius. Radius / error: of the medians over these frames.";
     return radii.end(note) +
            sources.end(stated.incomplete == 0
                            ? "No source was missing in any frame."

@@ -236,8 +236,9 @@ std::string stated_text(const Report& r) {
                                    share_of_frames(r, stated.incomplete), missing_text(stated)));
     if (has_truth)
         out +=
-            "  (error within: frames whose true error is at most the stated radius; radius / error:"
-            "\n   of the medians over these frames)\n";
+            "  (error within: share of the frames, without a missing source, whose true error is "
+            "at "
+            "most the\n   stated radius; radius / error: of the medians over these frames)\n";
     return out;
 }
 

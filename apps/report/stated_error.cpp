@@ -25,17 +25,20 @@ std::optional<StatedAgainstTruth> against_truth(const RunResult& result, std::si
                                                 const TargetErrors& truth) {
     const auto found =
         std::ranges::find(truth.series, result.targets[target], &TargetErrorSeries::name);
-    if (found == truth.series.end() || truth.frames.empty()) return std::nullopt;
+    if (found == truth.series.end()) return std::nullopt;
     StatedAgainstTruth compared;
-    std::vector<double> radii;
+    std::vector<double> radii, errors;
     for (std::size_t i = 0; i < truth.frames.size(); ++i) {
         const FrameStatement& statement = result.frames[truth.frames[i]].statement;
+        if (!statement.missing.empty()) continue;
+        errors.push_back(found->error_mm[i]);
         radii.push_back(1e3 * statement.targets[target].radius_95);
-        compared.within += found->error_mm[i] <= radii.back();
+        compared.within += errors.back() <= radii.back();
     }
+    if (radii.empty()) return std::nullopt;
     compared.frames = radii.size();
     compared.median_radius_mm = distribution(std::move(radii)).median;
-    compared.median_error_mm = distribution(found->error_mm).median;
+    compared.median_error_mm = distribution(std::move(errors)).median;
     return compared;
 }
 

@@ -12,7 +12,7 @@
 namespace livetet {
 
 /// A stated target against the target of the same name in the truth, over the frames with a
-/// registration.
+/// registration and without a missing source: other radii are known to be too small.
 struct StatedAgainstTruth {
     std::size_t frames = 0, within = 0;  ///< within: true error at most the stated radius
     double median_radius_mm = 0, median_error_mm = 0;
@@ -28,7 +28,8 @@ struct StatedTarget {
     Distribution radius_95_mm;
     /// Over the frames in which the source was not missing; none: it was missing in all.
     std::array<std::optional<double>, error_source_count> rms_by_source_mm;
-    std::optional<StatedAgainstTruth> truth;  ///< if the truth has a target of this name
+    /// If the truth has a target of this name, and there are frames to compare.
+    std::optional<StatedAgainstTruth> truth;
 };
 
 /// What the frames of a run state of its targets.

@@ -621,6 +621,22 @@ TEST(Track, StatesHowFarOffItsTargetsMayBe) {
     EXPECT_NE(replay.out.find("frames are the same to the bit"), std::string::npos) << replay.out;
 }
 
+/// The points of a file are read again, and must be those of the run.
+TEST(Track, ARunWhoseTargetsHaveChangedIsNotReplayed) {
+    Tracked t;
+    t.set_track("targets: [{points: targets.csv}]");
+    t.record();
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const auto write_targets = [&](const std::string& rows) {
+        write_text_file(t.folder / "targets.csv", "name,x_mm,y_mm,z_mm\n" + rows);
+    };
+    write_targets("Vein,100,50,80\n");
+    ASSERT_EQ(livetet(t.folder, "track scene.yaml --every-sample").status, 0);
+    write_targets("Duct,100,50,80\n");
+    test::expect_refused(livetet(t.folder, "track --replay result.h5"),
+                         {"result.h5", "targets", "Duct now", "Vein then"});
+}
+
 /// What the filter in use or the registration does not tell is missing, and the radius smaller.
 TEST(Track, NamesTheErrorsThatItCannotState) {
     Tracked t;
