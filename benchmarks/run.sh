@@ -96,7 +96,10 @@ realtime() { measure realtime realtime $(full '--frames 150' '--size P60 --frame
 latency() { measure latency latency $(full '' '--for 3 --tets 3000') --json "$out/latency.json"; }
 view() { measure view view $(full '' '--for 1 --stretches 1 --tets 3000') --json "$out/view.json"; }
 warp() { measure warp warp $(full '' '--size 64 --tets 3000 --repeats 1') --json "$out/warp.json"; }
-accuracy() { measure accuracy accuracy $(full '--seeds 4' '--seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" --figure "$out/accuracy.png"; }
+accuracy() {
+    measure accuracy accuracy $(full '--seeds 4 --other-seeds 4' '--seeds 1 --other-seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" \
+        --figure "$out/accuracy.png" --calibration "$out/calibration.png"
+}
 scaling() { measure scaling scaling $(full '--ranks 1,2 --compare gamg' '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"; }
 kernels() {
     local name
