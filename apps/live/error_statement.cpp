@@ -127,14 +127,19 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
         if (t.error) off += t.error->base;
         t.place = outer(patch.off_centre()) + along * off * along;
         t.by_reference.setZero();
+        t.base_by_reference.setZero();
         if (!t.error) continue;
         if (!poses.reference) continue;
         const Matrix36d J = by_reference(poses, at);
         const double whole = (J * poses.reference->covariance * J.transpose()).trace();
         if (whole > 0) t.by_reference = std::min(1.0, std::sqrt(t.error->by_reference / whole)) * J;
         // what the sensor's filter passes of the reference's noise, and the reference's does not
-        const double excess = std::max(0.0, t.error->by_reference - whole);
-        t.error->own.topLeftCorner<3, 3>() += excess / 3 * Matrix3d::Identity();
+        double own = std::max(0.0, t.error->by_reference - whole);
+        if (whole > 0) {
+            t.base_by_reference = std::sqrt(t.error->base_by_reference / whole) * J;
+            own -= t.error->base_by_reference;
+        }
+        t.error->own.topLeftCorner<3, 3>() += own / 3 * Matrix3d::Identity();
     }
 }
 
@@ -209,7 +214,7 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
             sum.add(source, outer(change));
         }
     };
-    Matrix36d of_reference = Matrix36d::Zero();
+    Matrix36d of_reference = Matrix36d::Zero(), of_bases = Matrix36d::Zero();
     if (poses.reference) of_reference = by_reference(poses, x);
     if (responses_.are_known()) {
         Vector3 by_radii = Vector3::Zero(), by_elements = Vector3::Zero(), by_large_strain = u;
@@ -218,6 +223,7 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
             const PatchResponse& r = responses_.at(place, s);
             add_patch(sum, r, t.motion, t.error ? &*t.error : nullptr, t.place);
             of_reference -= r.motion.leftCols<3>() * t.by_reference;
+            of_bases += r.motion.leftCols<3>() * t.base_by_reference;
             by_radii += r.wider * t.motion;
             by_elements += r.elements * t.motion;
             by_large_strain -= r.motion * t.motion;
@@ -229,8 +235,8 @@ TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses
         add_values(ErrorSource::fixed, &PatchResponse::fixed);
     }
     if (poses.reference)
-        sum.add(ErrorSource::reference,
-                of_reference * poses.reference->covariance * of_reference.transpose());
+        for (const Matrix36d& of : {of_reference, of_bases})
+            sum.add(ErrorSource::reference, of * poses.reference->covariance * of.transpose());
     return sum.at(x + u);
 }
 

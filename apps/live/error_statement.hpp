@@ -100,7 +100,8 @@ inline constexpr std::size_t surface_turns = 6;
 /// at rest at x whose displacement is u, along the axes of the image and to first order,
 ///
 ///     e = d_f + a_f x (x - t)                           fiducials
-///       + R J(x) e_r - sum_s G_s k_s R J(x_s) e_r       reference sensor
+///       + R J(x) e_r - sum_s G_s k_s R J(x_s) e_r       reference sensor now
+///       + sum_s G_s l_s R J(x_s) e_b                    and when sensors were placed
 ///       + sum_s G_s e_s                                 sensors
 ///       + sum_s (dG_s/dr + c_s . grad G_s) d_s          patches: radius, place
 ///       + sum_s (dG_s/dm + dG_s/df + dG_s/dh) d_s       materials, fixed, elements
@@ -109,7 +110,8 @@ inline constexpr std::size_t surface_turns = 6;
 /// with G_s the response of the target to the motion d_s of patch s (TargetResponses) and J(x) the
 /// Jacobian of a point of the reference sensor's pose. A sensor's motion is taken relative to the
 /// reference: the error of the reference's pose acts on both, and cancels where G_s is 1. k_s is
-/// the part of it that the sensor's own filter passes. Moving the patch by c_s is taken to be
+/// the part of it that the sensor's own filter passes. All sensors are taken to have been placed
+/// with one error e_b, which is spread as e_r is but for the factor l_s. Moving the patch by c_s is taken to be
 /// moving the target by -c_s. The sources are taken to be independent.
 class ErrorStatement {
   public:
@@ -137,6 +139,8 @@ class ErrorStatement {
         std::optional<PatchError> error;  ///< none: not known
         /// R J(x_s), times k_s: the error of the motion by that of the reference's pose.
         Eigen::Matrix<double, 3, 6> by_reference = Eigen::Matrix<double, 3, 6>::Zero();
+        /// The same by that of its pose when the sensor was placed: times l_s.
+        Eigen::Matrix<double, 3, 6> base_by_reference = Eigen::Matrix<double, 3, 6>::Zero();
         Eigen::Matrix3d place = Eigen::Matrix3d::Zero();  ///< covariance of its place, m^2
         bool is_firm = true;                              ///< not held by springs meanwhile
     };

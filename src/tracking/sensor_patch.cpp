@@ -177,6 +177,7 @@ std::optional<PatchError> SensorPatch::error() const {
     error.own.bottomRightCorner<3, 3>() =
         variance_of(estimator.state().rotation) / poses * I + now.bottomRightCorner<3, 3>();
     error.by_reference = reference_share_ * now.topLeftCorner<3, 3>().trace();
+    error.base_by_reference = reference_share_ * error.base.trace();
     return error;
 }
 

@@ -60,8 +60,9 @@ struct PatchError {
     /// sensor's present pose brings in.
     Eigen::Matrix<double, 6, 6> own = Eigen::Matrix<double, 6, 6>::Zero();
     double by_reference = 0;  ///< mean square of the translation's error by that part, m^2
-    /// Covariance of the place at which the sensor was placed, m^2.
+    /// Covariance of the place at which the sensor was placed, m^2; a part of `own`.
     Eigen::Matrix3d base = Eigen::Matrix3d::Zero();
+    double base_by_reference = 0;  ///< mean square of its part by the reference sensor, m^2
 };
 
 /// A deformation sensor and the surface patch that it moves. Order of use: `follow` in every frame,

@@ -131,6 +131,28 @@ TEST(ErrorStatement, PosesErrAsStated) {
     EXPECT_LT(found[0], 0.9 * apart[0]) << "the reference's error cancels near the sensor";
 }
 
+/// Two sensors at one place, each with half the response: their own noise averages out, the
+/// reference's does not, now or when they were placed.
+TEST(ErrorStatement, SensorsThatArePlacedTogetherShareTheReferencesError) {
+    Stated one, two;
+    Followed f(one.block, 1.4e-3, 0.5 * radians_per_degree, 7);
+    for (int k = 0; k < 40; ++k) f.step(Vector3::Zero());
+    one.start(*f.patch);
+    const SensorPatch* both[] = {f.patch.get(), f.patch.get()};
+    two.statement.start(both, two.block.scene.fix);
+    while (two.statement.work()) {
+    }
+    const FrameStatement& of_one = one.update(f);
+    const FrameStatement& of_two = two.statement.update(f.poses(nullptr), both, two.still, 1e-5);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const TargetStatement &a = of_one.targets[i], &b = of_two.targets[i];
+        const double reference = by(a, ErrorSource::reference), own = by(a, ErrorSource::sensors);
+        EXPECT_NEAR(by(b, ErrorSource::reference), reference, 0.02 * reference) << "target " << i;
+        EXPECT_NEAR(by(b, ErrorSource::sensors), own / 2, 0.02 * own) << "target " << i;
+        EXPECT_GT(own, 1e-8);
+    }
+}
+
 /// A tracker three times as noisy as it is said to be is found out, and the radius grows.
 TEST(ErrorStatement, MoreNoiseThanStatedMakesTheRadiusLarger) {
     Stated s;
