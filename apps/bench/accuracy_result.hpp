@@ -44,7 +44,8 @@ struct AccuracyVerdict {
 };
 AccuracyVerdict judge(const std::vector<AccuracyTable>& tables);
 
-/// Runs with a name: the error that remains after causes of it are removed, or that of another body.
+/// Runs with a name: the error that remains after causes of it are removed, or that of another
+/// body.
 struct NamedSeries {
     std::string name;
     int sensors = 1;

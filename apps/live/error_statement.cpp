@@ -161,6 +161,9 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
     }
     if (!responses_.are_known()) add({sensors, patches, materials, fixed, elements, law});
     if (!responses_.knows_elements()) add({elements});
+    if (responses_.lacking().wider) add({patches});
+    if (responses_.lacking().materials) add({materials});
+    if (responses_.lacking().fixed) add({fixed});
     if (has_forces_) add({materials, fixed, elements, law});
     statement_.computed = responses_.share_done();
 }

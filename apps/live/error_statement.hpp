@@ -111,8 +111,8 @@ inline constexpr std::size_t surface_turns = 6;
 /// Jacobian of a point of the reference sensor's pose. A sensor's motion is taken relative to the
 /// reference: the error of the reference's pose acts on both, and cancels where G_s is 1. k_s is
 /// the part of it that the sensor's own filter passes. All sensors are taken to have been placed
-/// with one error e_b, which is spread as e_r is but for the factor l_s. Moving the patch by c_s is taken to be
-/// moving the target by -c_s. The sources are taken to be independent.
+/// with one error e_b, which is spread as e_r is but for the factor l_s. Moving the patch by c_s is
+/// taken to be moving the target by -c_s. The sources are taken to be independent.
 class ErrorStatement {
   public:
     ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh);

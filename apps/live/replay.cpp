@@ -106,10 +106,10 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
                         MisplacedSensor::wait);
     state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body,
                            origin.registration_error);
-    if (tracked.target_names() != StatementReader(reader, source).names())
+    const std::vector<std::string> names = StatementReader(reader, source).names();
+    if (tracked.target_names() != names)
         fail("{}: the targets of its scene are not those of this run any more: {} now, {} then",
-             source, fmt::join(tracked.target_names(), ", "),
-             fmt::join(StatementReader(reader, source).names(), ", "));
+             source, fmt::join(tracked.target_names(), ", "), fmt::join(names, ", "));
 
     ReplayReport report;
     auto event = origin.events.begin();

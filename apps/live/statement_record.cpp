@@ -99,7 +99,7 @@ void append_statement(ResultWriter& result, const FrameStatement& statement) {
 bool holds_statement(const ResultReader& result, std::size_t k, const FrameStatement& statement) {
     if (statement.targets.empty()) return !result.has_text(targets_text);
     return result.has_text(targets_text) && holds(result, k, values_of(statement)) &&
-           (!result.has_values(surface_radii) || holds(result, k, values_of(statement.surface)));
+           holds(result, k, values_of(statement.surface));
 }
 
 StatementReader::StatementReader(const ResultReader& reader, std::string source)
@@ -111,13 +111,16 @@ StatementReader::StatementReader(const ResultReader& reader, std::string source)
                            });
     if (!are_texts) fail("{}: its targets are not a list of names", source_);
     names_ = names.get<std::vector<std::string>>();
-    if (!reader.has_values(surface_radii)) return;
+    if (!reader.has_values(surface_radii)) return;  // there is no frame
     const std::vector<double> rows = reader.rows(surface_rows, 3);
     for (std::size_t i = 0; i + 2 < rows.size(); i += 3) {
         const Vector3 mm(rows[i], rows[i + 1], rows[i + 2]);
         if (!mm.allFinite()) fail("{}: {} has a place that is not finite", source_, surface_rows);
         surface_places_.push_back(mm / 1e3);
     }
+    if (surface_places_.empty() || surface_places_.size() > max_places_of_surface)
+        fail("{}: {} holds {} places, expected 1 to {}", source_, surface_rows,
+             surface_places_.size(), max_places_of_surface);
 }
 
 std::vector<double> StatementReader::values(const char* name, std::size_t k,

@@ -31,19 +31,18 @@ void write_surface_places(ResultWriter& result, std::span<const Vector3> places)
 /// Adds a statement to the frame last appended.
 void append_statement(ResultWriter& result, const FrameStatement& statement);
 
-/// Whether frame k of a result holds this statement to the bit; also if neither has targets. Of an
-/// older result, the surface is not compared.
+/// Whether frame k of a result holds this statement to the bit; also if neither has targets.
 bool holds_statement(const ResultReader& result, std::size_t k, const FrameStatement& statement);
 
 /// Reads the statements of a result.
 class StatementReader {
   public:
-    /// Throws Error, naming `source`, if the names are not a list of texts or a place of the
-    /// surface is not finite.
+    /// Throws Error, naming `source`, if the names are not a list of texts, or if the places of the
+    /// surface are none, too many or not finite.
     StatementReader(const ResultReader& reader, std::string source);
 
     const std::vector<std::string>& names() const { return names_; }
-    /// Of the surface, at rest, m; none without targets and in older results.
+    /// Of the surface, at rest, m; none without targets.
     const std::vector<Vector3>& surface_places() const { return surface_places_; }
     /// The statement of frame k; without targets if there are none. Throws Error if a number is
     /// not finite or not possible.

@@ -1,5 +1,9 @@
 #include "apps/live/target_responses.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 
@@ -68,6 +72,7 @@ void list_selected_nodes(Scene& scene, const TetMesh& mesh) {
             const NodeScope where = selection.where;
             selection = {};
             selection.nodes.emplace(nodes.begin(), nodes.end());
+            std::ranges::sort(*selection.nodes);
             selection.where = where;
         }
     };
@@ -90,11 +95,18 @@ std::vector<int> nodes_within(const TetMesh& mesh, const std::vector<int>& set, 
     const std::vector<std::int32_t> surface = surface_nodes(mesh);
     std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
     for (const int n : set) is_in[n] = 1;
-    const std::vector<std::uint8_t> was_in = is_in;
+    std::vector<Vector3> of_set;
+    Eigen::AlignedBox3d near;
+    for (const std::int32_t n : surface)
+        if (is_in[n]) {
+            of_set.push_back(mesh.nodes[n]);
+            near.extend(mesh.nodes[n]);
+        }
     const auto take = [&](std::int32_t n) {
-        is_in[n] |= std::ranges::any_of(surface, [&](std::int32_t s) {
-            return was_in[s] && (mesh.nodes[s] - mesh.nodes[n]).norm() <= distance;
-        });
+        const Vector3& x = mesh.nodes[n];
+        if (is_in[n] || of_set.empty() || near.exteriorDistance(x) > distance) return;
+        is_in[n] = std::ranges::any_of(
+            of_set, [&](const Vector3& place) { return (place - x).norm() <= distance; });
     };
     if (where == NodeScope::surface_only)
         std::ranges::for_each(surface, take);
@@ -249,7 +261,7 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
 TargetResponses::~TargetResponses() = default;
 
 bool TargetResponses::knows_elements() const {
-    if (scene_.elements != Elements::p1) return false;
+    if (scene_.elements != Elements::p1 || lacking_.elements) return false;
     if (hierarchy_.levels.front().tets.size() <= max_tets_for_p2) return true;
     return !coarse_.levels.empty() && std::ranges::none_of(scene_.fix, [](const FixOptions& fix) {
         return fix.stiffness_N_per_m.has_value();
@@ -271,6 +283,7 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     units_.clear();
     next_ = 0;
     failure_.clear();
+    lacking_ = {};
     body_.reset();
     find_uncertain_fixes();
     responses_.assign(places_.size() * patches_.size(), {});
@@ -295,9 +308,9 @@ void TargetResponses::find_uncertain_fixes() {
     uncertain_fixes_.clear();
     for (std::size_t i = 0; i < scene_.fix.size(); ++i) {
         const FixOptions& fix = scene_.fix[i];
-        if (fix.spread_mm > 0) uncertain_fixes_.push_back({i, true});
+        if (fix.spread_mm > 0) uncertain_fixes_.push_back({i, FixValue::border});
         if (fix.stiffness_N_per_m && fix.stiffness_N_per_m->spread > 0)
-            uncertain_fixes_.push_back({i, false});
+            uncertain_fixes_.push_back({i, FixValue::stiffness});
     }
 }
 
@@ -314,10 +327,7 @@ bool TargetResponses::work() {
         else
             solve(unit);
     } catch (const Error& error) {
-        failure_ = error.what();
-        log_warning("error statement lacks sensors, patches, materials, fixed, elements, law: " +
-                    failure_);
-        next_ = units_.size();
+        give_up(unit.variation, error.what());
     }
     if (is_done()) {
         body_.reset();
@@ -325,6 +335,50 @@ bool TargetResponses::work() {
         coarse_fields_.clear();
     }
     return !is_done();
+}
+
+void TargetResponses::give_up(Variation variation, const std::string& why) {
+    const auto lack = [&](const char* sources) {
+        log_warning(fmt::format("error statement lacks {}: {}", sources, why));
+    };
+    // what was computed of it so far is not known to hold
+    const auto clear = [&](auto PatchResponse::*change) {
+        for (PatchResponse& r : responses_)
+            if constexpr (requires { (r.*change).setZero(); })
+                (r.*change).setZero();
+            else
+                for (auto& each : r.*change) each.setZero();
+    };
+    switch (variation) {
+        case Variation::none:
+            lack("sensors, patches, materials, fixed, elements, law");
+            failure_ = why;
+            next_ = units_.size();
+            return;
+        case Variation::wider:
+            lack("patches");
+            lacking_.wider = true;
+            clear(&PatchResponse::wider);
+            break;
+        case Variation::coarse:
+        case Variation::elements:
+            lack("elements");
+            lacking_.elements = true;
+            clear(&PatchResponse::elements);
+            break;
+        case Variation::material:
+            lack("materials");
+            lacking_.materials = true;
+            clear(&PatchResponse::materials);
+            break;
+        case Variation::fixed:
+            lack("fixed");
+            lacking_.fixed = true;
+            clear(&PatchResponse::fixed);
+            break;
+    }
+    if (variation == Variation::coarse) variation = Variation::elements;  // which needs it
+    while (next_ < units_.size() && units_[next_].variation <= variation) ++next_;
 }
 
 bool TargetResponses::is_on_coarse(Variation variation) const {
@@ -336,15 +390,7 @@ void TargetResponses::set_up(const Unit& unit) {
     variation_share_ = 1;
     const TetMesh& mesh = hierarchy_.levels.front();
     if (unit.variation == Variation::none) list_selected_nodes(scene_, mesh);
-    if (unit.variation == Variation::wider) {  // the same body
-        double spread = 0, wider = 0;
-        for (const ResponsePatch& patch : patches_) {
-            spread += patch.radius_spread;
-            wider += patch.wider_by;
-        }
-        variation_share_ = wider > 0 ? spread / wider : 0;
-        return;
-    }
+    if (unit.variation == Variation::wider) return;  // the same body
     body_.reset();
     Scene scene = scene_;
     Use use = Use::track;
@@ -362,7 +408,7 @@ void TargetResponses::set_up(const Unit& unit) {
     }
     if (unit.variation == Variation::fixed) {
         const UncertainFix& u = uncertain_fixes_[unit.value];
-        variation_share_ = vary_fix(scene.fix[u.fix], u.is_border);
+        variation_share_ = vary_fix(scene.fix[u.fix], u.value);
     }
     Holding held = scene_holding(scene, mesh);
     const bool on_coarse = is_on_coarse(unit.variation);
@@ -373,13 +419,19 @@ void TargetResponses::set_up(const Unit& unit) {
 
 /// Makes a fixed set stiffer by its spread, or wider by its border's, and at least by an edge of
 /// the mesh. Returns one standard deviation as a share of the change.
-double TargetResponses::vary_fix(FixOptions& fix, bool is_border) const {
-    if (!is_border) {
+double TargetResponses::vary_fix(FixOptions& fix, FixValue value) const {
+    if (value == FixValue::stiffness) {
         fix.stiffness_N_per_m = fix.stiffness_N_per_m->highest();
         return 1;
     }
     const double spread = fix.spread_mm / 1e3, distance = std::max(spread, edge_);
-    *fix.nodes = nodes_within(hierarchy_.levels.front(), *fix.nodes, fix.where, distance);
+    const std::vector<int> before = *fix.nodes;
+    *fix.nodes = nodes_within(hierarchy_.levels.front(), before, fix.where, distance);
+    for (const ResponsePatch& patch : patches_)
+        for (const std::int32_t n : patch.nodes)
+            if (std::ranges::binary_search(*fix.nodes, n) && !std::ranges::binary_search(before, n))
+                fail("a border of fix, off by {:.1f} mm, reaches a sensor's patch, expected less",
+                     1e3 * distance);
     return spread / distance;
 }
 
@@ -428,10 +480,14 @@ void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_sample
                     (here[1 + 2 * axis] - here[2 + 2 * axis]) / edge_;
             continue;
         }
+        const ResponsePatch& patch = patches_[unit.patch];
+        double share = variation_share_;
+        if (unit.variation == Variation::wider)
+            share = patch.wider_by > 0 ? patch.radius_spread / patch.wider_by : 0;
         const Vector3 change =
-            variation_share_ * (here[0] - (unit.variation == Variation::elements && on_coarse
-                                               ? r.elements.col(unit.motion)
-                                               : r.motion.col(unit.motion)));
+            share * (here[0] - (unit.variation == Variation::elements && on_coarse
+                                    ? r.elements.col(unit.motion)
+                                    : r.motion.col(unit.motion)));
         switch (unit.variation) {
             case Variation::none:
                 break;

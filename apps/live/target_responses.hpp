@@ -19,8 +19,8 @@ struct PatchResponse {
     Eigen::Matrix<double, 3, 6> motion = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
     std::array<Eigen::Matrix3d, 3> gradient{};
-    /// Change of `motion` where the radii of all patches are greater by one standard deviation, and
-    /// by ten-node elements.
+    /// Change of `motion` where the radii of all patches are greater by one standard deviation of
+    /// this patch's, and by ten-node elements.
     Eigen::Matrix<double, 3, 6> wider = Eigen::Matrix<double, 3, 6>::Zero();
     Eigen::Matrix<double, 3, 6> elements = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change by one standard deviation of each uncertain material value, and of each uncertain
@@ -53,8 +53,9 @@ class TargetResponses {
 
     /// `fix`: what holds the body now.
     void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
-    /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. A
-    /// failure ends the work; `failure` tells it.
+    /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. If
+    /// the model's solves fail, the work ends, and `failure` tells why. If those of a variation
+    /// fail, a warning is logged, and `lacking` tells it.
     bool work();
     bool is_done() const { return next_ == units_.size(); }
     /// All is done, and nothing failed.
@@ -63,6 +64,11 @@ class TargetResponses {
     /// Why the responses could not be computed; empty if they could.
     const std::string& failure() const { return failure_; }
 
+    /// What could not be computed; its changes are 0.
+    struct Lacking {
+        bool wider = false, elements = false, materials = false, fixed = false;
+    };
+    const Lacking& lacking() const { return lacking_; }
     /// Whether the effect of the elements is known: not where the scene's have ten nodes, nor on a
     /// large mesh without a coarser level or on springs, where its solves would take too long.
     bool knows_elements() const;
@@ -86,10 +92,10 @@ class TargetResponses {
         std::size_t material;
         Uncertain Material::*value;
     };
-    /// The border or the stiffness of a fixed set.
+    enum class FixValue { border, stiffness };
     struct UncertainFix {
         std::size_t fix;
-        bool is_border;
+        FixValue value;
     };
     class Body;
 
@@ -97,7 +103,8 @@ class TargetResponses {
     void add_units(Variation variation, std::size_t value = 0);
     void find_uncertain_fixes();
     void set_up(const Unit& unit);
-    double vary_fix(FixOptions& fix, bool is_border) const;
+    double vary_fix(FixOptions& fix, FixValue value) const;
+    void give_up(Variation variation, const std::string& why);
     void find_coarse_patches();
     void solve(const Unit& unit);
     void store(const Unit& unit, std::span<const Vector3> at_places);
@@ -114,6 +121,7 @@ class TargetResponses {
     std::vector<UncertainMaterial> uncertain_materials_;
     std::vector<UncertainFix> uncertain_fixes_;
     double variation_share_ = 1;  ///< one standard deviation, of the present variation
+    Lacking lacking_;
     std::vector<ResponsePatch> patches_;
     std::vector<Unit> units_;
     std::size_t next_ = 0;

@@ -41,15 +41,20 @@ void write_spread_picture(const std::filesystem::path& path, std::span<const Spr
         left += width;
         const double first = c.lines.front().x.front(), last = c.lines.front().x.back();
         const double apart = 0.01 * (last - first);  // so that bars do not hide each other
+        const bool has_bars = std::ranges::any_of(c.lines, [](const SpreadLine& l) {
+            return std::ranges::any_of(l.spread, [](double spread) { return spread > 0; });
+        });
         for (std::size_t i = 0; i < c.lines.size(); ++i) {
             const SpreadLine& l = c.lines[i];
             const look::Colour& colour = colours[i % std::size(colours)];
             ChartLine line{l.name, l.x, l.mean, colour, 3};
-            const double aside =
-                apart * (static_cast<double>(i) - 0.5 * static_cast<double>(c.lines.size() - 1));
+            double aside = 0;
+            if (has_bars)
+                aside = apart *
+                        (static_cast<double>(i) - 0.5 * static_cast<double>(c.lines.size() - 1));
             for (double& x : line.x) x += aside;
             add_plot(chart, vtkChart::LINE, line);
-            for (std::size_t k = 0; k < l.x.size(); ++k)
+            for (std::size_t k = 0; has_bars && k < l.x.size(); ++k)
                 add_error_bar(chart, line.x[k], l.mean[k], l.spread[k], 0.4 * apart, colour);
         }
         set_axis(chart, vtkAxis::BOTTOM, c.x_axis, std::max(0.0, first - 0.1 * (last - first)),

@@ -286,7 +286,7 @@ void visit_fields(Visitor& v, FixOptions& f) {
     v.field("spread_mm", f.spread_mm, "mm",
             "how far the border of these nodes may be off, one standard deviation, for "
             "track.targets",
-            at_least<0>());
+            Check<double>{"from 0 to 100", [](const double& x) { return x >= 0 && x <= 100; }});
 }
 
 template <class Visitor>

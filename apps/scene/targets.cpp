@@ -12,7 +12,7 @@
 namespace livetet {
 
 std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::int32_t>& nodes,
-                                   std::size_t most) {
+                                   std::size_t max_places) {
     Vector3 mean = Vector3::Zero();
     for (const std::int32_t n : nodes) mean += mesh.nodes[n] / static_cast<double>(nodes.size());
     std::vector<double> distance(nodes.size(), std::numeric_limits<double>::infinity());
@@ -21,7 +21,7 @@ std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::i
         if ((mesh.nodes[nodes[i]] - mean).norm() < (mesh.nodes[nodes[next]] - mean).norm())
             next = i;
     std::vector<Vector3> places;
-    while (places.size() < std::min(nodes.size(), most)) {
+    while (places.size() < std::min(nodes.size(), max_places)) {
         places.push_back(mesh.nodes[nodes[next]]);
         for (std::size_t i = 0; i < nodes.size(); ++i)
             distance[i] = std::min(distance[i], (mesh.nodes[nodes[i]] - places.back()).norm());

@@ -19,10 +19,10 @@ struct Target {
 constexpr std::size_t max_places_of_region = 24;
 constexpr std::size_t max_places_of_surface = 96;
 
-/// At most `most` of the nodes, spread over them, at rest, m: first the one nearest to their mean,
-/// then always the one farthest from those taken.
+/// At most `max_places` of the nodes, spread over them, at rest, m: first the one nearest to their
+/// mean, then always the one farthest from those taken.
 std::vector<Vector3> spread_places(const TetMesh& mesh, const std::vector<std::int32_t>& nodes,
-                                   std::size_t most);
+                                   std::size_t max_places);
 
 /// Places of the mesh's surface, spread over it, at which an error over the surface is stated, at
 /// rest, m.

@@ -149,7 +149,8 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
         const std::uint64_t slipped = read_slipped(reader_, names, k, source);
         for (std::size_t i = 0; i < patches.size(); ++i) {
             patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name),
-                              tracker_from_reference, tracker.image_from_reference);
+                              tracker_from_reference, tracker.image_from_reference,
+                              run.frames[k].ahead_s);
             if (i < 64 && slipped >> i & 1) patches[i].let_go();
             if (patches[i].awaits_placement()) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),

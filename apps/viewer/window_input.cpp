@@ -120,8 +120,8 @@ std::string ViewWindow::state() const {
         state["targets"][t.name] = {{"at_mm", mm(t.position)}, {"radius_95_mm", 1e3 * t.radius_95}};
     if (const std::vector<double>& radii = moment_.stated.radius_95; !radii.empty()) {
         const auto [least, most] = std::ranges::minmax(radii);
-        state["stated_error"] = {{"least_mm", 1e3 * least},
-                                 {"most_mm", 1e3 * most},
+        state["stated_error"] = {{"min_mm", 1e3 * least},
+                                 {"max_mm", 1e3 * most},
                                  {"lacks_sources", !moment_.stated.missing.empty()}};
     }
     return state.dump();

@@ -19,7 +19,8 @@ struct SurfaceRing {
 };
 
 /// The ring about a patch of the given radius (m): the nodes between 1.3 and 2.5 radii from its
-/// point `at` along the surface, or up to as many radii, at most 8, as take in six nodes. The weights
+/// point `at` along the surface, or up to as many radii, at most 8, as take in six nodes. The
+/// weights
 ///
 ///     w_i = (1 - c . M^-1 (y_i - c)) / N,     c = mean of y,     M = mean of (y - c) (y - c)^T,
 ///

@@ -76,6 +76,8 @@ class SensorDrive {
     const std::optional<RigidTransform<ImageFrame, Sensor>>& base() const { return base_; }
     /// Number of poses that the base is the mean of, or will be.
     int base_poses() const { return rest_.poses(); }
+    /// If no pose comes from now on, the patch is released at once, without `hold_s`.
+    void stop_holding() { seen_s_ -= options_.hold_s; }
     /// Discards the base; the sensor must be placed again.
     void reset() { *this = SensorDrive(options_); }
 

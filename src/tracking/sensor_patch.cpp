@@ -95,8 +95,11 @@ void SensorPatch::judge_slip(double time_s, std::span<const Eigen::Vector3d> dis
     if (!options_.may_slip || slipped_ || ring_.nodes.empty() ||
         drive_.status() != DriveStatus::following)
         return;
-    const Eigen::Vector3d around = ring_.interpolate(displacement) - ring_placed_;
-    if (monitor_.update(time_s, drive_.displacement(ring_.middle) - around, normal_, deviation()))
+    const Eigen::Vector3d now = ring_.interpolate(displacement);
+    if (is_ring_moved_) ring_placed_ = now - around_;
+    is_ring_moved_ = false;
+    around_ = now - ring_placed_;
+    if (monitor_.update(time_s, drive_.displacement(ring_.middle) - around_, normal_, deviation()))
         let_go();
 }
 
@@ -104,6 +107,7 @@ void SensorPatch::let_go() {
     if (nodes_.empty() || slipped_) return;
     slipped_ = true;
     ++slips_;
+    drive_.stop_holding();
     trouble_ = SensorTrouble::slipped;
 }
 
@@ -116,6 +120,8 @@ void SensorPatch::give_up_patch() {
     placed_.clear();
     wider_.clear();
     ring_ = {};
+    around_.setZero();
+    is_ring_moved_ = false;
 }
 
 /// Of the motion since placement by noise, along an axis, m: that of the estimates, or of the poses

@@ -88,6 +88,12 @@ class SensorPatch {
     /// organ: a patch that is held or let go elsewhere moves the model otherwise than the organ.
     /// Allocates nothing.
     void judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement);
+    /// What moves the model until slips are judged again is no motion of the organ, as fixed nodes
+    /// have changed: it does not count.
+    void leave_ring_out() {
+        is_ring_moved_ = true;
+        monitor_.restart();
+    }
     /// From the next frame on, the sensor is taken for one that slipped, if it has a patch.
     void let_go();
     /// How often it slipped so far.
@@ -161,6 +167,8 @@ class SensorPatch {
     SensorTrouble trouble_ = SensorTrouble::lost;
     SurfaceRing ring_;                                       ///< the tissue around the patch
     Eigen::Vector3d ring_placed_ = Eigen::Vector3d::Zero();  ///< its displacement at placement, m
+    Eigen::Vector3d around_ = Eigen::Vector3d::Zero();       ///< and since then, when last judged
+    bool is_ring_moved_ = false;                             ///< see leave_ring_out
     SlipMonitor monitor_;
     bool slipped_ = false;
     int slips_ = 0;

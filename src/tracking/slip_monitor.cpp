@@ -27,10 +27,11 @@ bool SlipMonitor::update(double time_s, const Vector3d& excess, const Vector3d& 
     last_s_ = last_s_ ? std::max(time_s, *last_s_) : time_s;
     if (!is_beyond(outwards, deviation)) {
         since_s_.reset();
+        beyond_ = 0;
         return false;
     }
     if (!since_s_) since_s_ = last_s_;
-    return *last_s_ - *since_s_ >= limits_.duration_s;
+    return ++beyond_ >= limits_.min_frames && *last_s_ - *since_s_ >= limits_.duration_s;
 }
 
 }  // namespace livetet

@@ -18,7 +18,9 @@ struct SlipLimits {
     /// Excess along the surface over that into the organ, below which it is a press: twice what
     /// an elastic block has that is pressed at 30 degrees from the normal.
     double cone = 1;
-    double duration_s = 0.25;  ///< for so long the excess must be beyond the limits
+    /// For so long, and in so many frames, the excess must be beyond the limits.
+    double duration_s = 0.25;
+    int min_frames = 4;
     double averaging_s = 0.1;  ///< time constant of the mean of the excess
     double max_gap_s = 0.5;    ///< without an excess for longer, it starts afresh
 };
@@ -30,7 +32,8 @@ struct SlipLimits {
 /// both since the sensor was placed, is small if it rides along, points into the organ if it
 /// presses, and along the surface if it slips. Let e be the mean of the last excesses, n the
 /// outward normal, e_n = max(0, -e . n), e_t the length of e - (e . n) n, and s the deviation of
-/// the sensor's motion by noise. It slips where for `duration_s`
+/// the sensor's motion by noise. It slips where for
+/// `duration_s` and `min_frames`
 ///
 ///     e_t > hypot(min_excess, deviations s)     and     e_t > cone e_n.
 ///
@@ -53,6 +56,7 @@ class SlipMonitor {
     SlipLimits limits_;
     Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
     std::optional<double> last_s_, since_s_;  ///< last excess; first one beyond the limits
+    int beyond_ = 0;                          ///< frames since then
 };
 
 }  // namespace livetet

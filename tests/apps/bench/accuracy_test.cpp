@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/bench/accuracy_result.hpp"
@@ -104,6 +105,42 @@ TEST(AccuracyTables, AVerdictNamesEachLostCellWhereThePressIsLargerThanTheNoise)
     EXPECT_EQ(verdict.cells, 2);
     ASSERT_EQ(verdict.lost.size(), 1u);
     EXPECT_NE(verdict.lost.front().find("5 mm"), std::string::npos) << verdict.lost.front();
+}
+
+/// A series of one run at one depth.
+AccuracySeries stated_series(double covered, double median, double median_radius) {
+    AccuracyErrors at;
+    at.covered = covered;
+    at.median = median;
+    at.median_radius = median_radius;
+    return {{{at}}};
+}
+
+TEST(AccuracyTables, AStatementIsRightIfItCoversEnoughAndIsNotTooWide) {
+    const AccuracyTable table{{1.4, 0.5},
+                              {5},
+                              {2},
+                              {stated_series(0.95, 1, 2.4), stated_series(0.91, 1, 2),
+                               stated_series(0.985, 1, 2), stated_series(0.95, 1, 2.6)}};
+    const AccuracyVerdict verdict =
+        judge_statement({table}, {{"a soft body", 6, stated_series(0.5, 1, 1)}});
+    EXPECT_EQ(verdict.cells, 5);
+    ASSERT_EQ(verdict.lost.size(), 4u);
+    for (const char* part : {"2 sensors", "91.0 %"})
+        EXPECT_NE(verdict.lost[0].find(part), std::string::npos) << verdict.lost[0];
+    EXPECT_NE(verdict.lost[3].find("a soft body"), std::string::npos) << verdict.lost[3];
+}
+
+TEST_F(Accuracy, TheSharesWithinStatedProbabilitiesRiseToTheCoverage) {
+    const AccuracyErrors errors = at({1.4, 0.5, 1, 3}, 1);
+    EXPECT_TRUE(std::ranges::is_sorted(errors.within));
+    EXPECT_NEAR(errors.within.back(), errors.covered, 1e-9) << "that of 95 % is the radius";
+    EXPECT_LT(errors.within.front(), 0.5);
+    const AccuracyTable table{{1.4, 0.5}, {8, 15}, {4, 8}, {{{model_->run({1.4, 0.5, 1, 3})}}}};
+    const SpreadChart chart = calibration_chart_of(table);
+    ASSERT_EQ(chart.lines.size(), 3u) << "two depths and the diagonal";
+    EXPECT_NEAR(chart.lines[1].mean.back(), 100 * errors.covered, 1e-9);
+    EXPECT_EQ(chart.lines[2].x, chart.lines[2].mean);
 }
 
 }  // namespace

@@ -228,8 +228,12 @@ TEST(Track, ANoisyPressIsNoSlip) {
         t.tracker.press_direction = {std::sin(tilt), 0, -std::cos(tilt)};
         t.record();
         const ResultReader result = t.run();
-        for (std::size_t k = 0; k < result.frame_count(); ++k)
+        double press_mm = 0;
+        for (std::size_t k = 0; k < result.frame_count(); ++k) {
             EXPECT_EQ(result.values("slipped", k, 1)[0], 0) << tilt_deg << " degrees, frame " << k;
+            press_mm = std::max(press_mm, result.values("press_mm", k, 1)[0]);
+        }
+        EXPECT_GT(press_mm, 15) << "else nothing is judged";
     }
 }
 

@@ -71,17 +71,6 @@ TEST(StatementRecord, AStatementComesBackAsItWas) {
     EXPECT_EQ(again.surface.missing.bits(), statement.surface.missing.bits());
 }
 
-TEST(StatementRecord, AResultWithoutTheSurfaceIsRead) {
-    FrameStatement old = two_targets();
-    old.surface = {};
-    const ResultReader result(written(old));
-    const StatementReader reader(result, "r.h5");
-    EXPECT_TRUE(reader.surface_places().empty());
-    EXPECT_EQ(reader.read(0).targets.size(), 2u);
-    EXPECT_TRUE(reader.read(0).surface.radius_95.empty());
-    EXPECT_TRUE(holds_statement(result, 0, two_targets())) << "a replay computes the surface, too";
-}
-
 TEST(StatementRecord, AnyOtherBitIsAnotherStatement) {
     const ResultReader result(written(two_targets()));
     EXPECT_TRUE(holds_statement(result, 0, two_targets()));
@@ -138,6 +127,18 @@ TEST(StatementRecord, NumbersThatCannotBeAreRefused) {
     wrong = two_targets();
     wrong.surface.radius_95.pop_back();
     EXPECT_NE(refusal(wrong), "") << "fewer radii than places";
+    {
+        const auto path = fresh_folder() / "many.h5";
+        ResultWriter writer(path, testing_meshes::cube(), "");
+        writer.write_text("targets", text_of_targets({"Near", "Far"}));
+        write_surface_places(writer, std::vector<Vector3>(97, Vector3::Zero()));
+        writer.append(0, std::vector<Vector3>(8, Vector3::Zero()));
+        append_statement(writer, two_targets());
+        writer.close();
+        const ResultReader result(path);
+        EXPECT_TRUE(says(error_of([&] { StatementReader(result, "many.h5"); }),
+                         {"many.h5", "97 places", "1 to 96"}));
+    }
     EXPECT_TRUE(says(refusal(two_targets(), "{\"a\": 1}"), {"not a list of names"}));
     EXPECT_NE(refusal(two_targets(), text_of_targets({"Near"})), "") << "fewer names than numbers";
 }

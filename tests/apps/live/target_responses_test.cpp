@@ -186,6 +186,29 @@ TEST(TargetResponses, SayWhyTheyCannotBeKnown) {
     EXPECT_TRUE(responses.are_known()) << "the table holds it now: " << responses.failure();
 }
 
+/// A border that may reach the patch says nothing of first order: that source is lacking, no other.
+TEST(TargetResponses, LackWhatCannotBeComputedAndNoMore) {
+    StatedBlock block;
+    block.scene.fix[0].spread_mm = 55;  // of a block that is 60 mm high
+    block.scene.fix.emplace_back(block.scene.fix[0]).spread_mm = 5;
+    TargetResponses responses(block.scene, block.hierarchy, block.places);
+    responses.start({patch_of(block)}, block.scene.fix);
+    while (responses.work()) {
+    }
+    EXPECT_TRUE(responses.are_known());
+    EXPECT_FALSE(responses.lacking().fixed) << "the top is 60 mm above it";
+    block.scene.fix[0].spread_mm = 65;
+    responses.start({patch_of(block)}, block.scene.fix);
+    while (responses.work()) {
+    }
+    EXPECT_TRUE(responses.are_known());
+    EXPECT_TRUE(responses.lacking().fixed);
+    EXPECT_FALSE(responses.lacking().materials || responses.lacking().wider);
+    EXPECT_TRUE(responses.knows_elements());
+    for (const auto& change : responses.at(0, 0).fixed) EXPECT_EQ(change.norm(), 0);
+    EXPECT_GT(responses.at(0, 0).materials[0].norm(), 1e-3);
+}
+
 /// Two patches hold the body that nothing else does: where both move, all of it follows.
 TEST(TargetResponses, OfABodyThatOnlyItsPatchesHoldAreOneTogether) {
     StatedBlock block;

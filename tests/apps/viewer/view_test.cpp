@@ -250,8 +250,8 @@ TEST(View, TheOrganIsColouredByTheStatedError) {
     // No sensor is placed yet: all of the error is the registration's. It is farthest out at
     // (200, 0) mm, along one line: 1.96 standard deviations hold 95 %.
     const json stated = Viewed::told(outcome).at(0).at("stated_error");
-    EXPECT_NEAR(stated.at("most_mm"), 1.96 * 0.05 * std::hypot(180, 100), 0.1);
-    EXPECT_LT(stated.at("least_mm"), 5);
+    EXPECT_NEAR(stated.at("max_mm"), 1.96 * 0.05 * std::hypot(180, 100), 0.1);
+    EXPECT_LT(stated.at("min_mm"), 5);
     EXPECT_TRUE(stated.at("lacks_sources")) << "the one-euro filter states no error";
 
     const Picture displacement(viewed.folder / "displacement.png"),
@@ -284,7 +284,7 @@ TEST(View, ALiveRunShowsTargetsToo) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json told = Viewed::told(outcome).at(0);
     EXPECT_TRUE(told.at("targets").contains("Tumour")) << outcome.out;
-    EXPECT_GT(told.at("stated_error").at("most_mm"), 9.8);
+    EXPECT_GT(told.at("stated_error").at("max_mm"), 9.8);
     const Picture live(viewed.folder / "live.png"), error(viewed.folder / "error.png");
     EXPECT_GT(ellipsoid_pixels(live, 422), 700u);
     EXPECT_GT(blue_pixels(error, {90, 422}), blue_pixels(live, {90, 422}) + 5000);

@@ -148,7 +148,7 @@ class Moved {
     /// The next frame.
     void follow() {
         followed.follow(seen_at({0.1 + moved_, 0, 0}));
-        std::fill(now_.begin(), now_.end(), Vector3d(share_ * moved_, 0, 0));
+        std::fill(now_.begin(), now_.end(), Vector3d(share_ * moved_ + model_moved, 0, 0));
         followed.patch.judge_slip(followed.time_s, now_);
     }
     /// Moves the sensor. Returns how long after the motion's begin a slip is told, s.
@@ -167,6 +167,7 @@ class Moved {
         ASSERT_LT(followed.patch.place(block_, surface_nodes(block_), now_, 0.02), 0.02);
     }
     Followed followed;
+    double model_moved = 0;  ///< of the tissue, along x, by what is not the organ's motion, m
 
   private:
     double share_, moved_ = 0;
@@ -182,17 +183,17 @@ TEST(SensorPatch, OneThatSlipsIsLetGoAndPlacedAnew) {
     EXPECT_LT(*told_s, 1);
     EXPECT_EQ(patch.slips(), 1);
     const double told_at_s = m.followed.time_s;
-    bool held = false, released = false;
+    bool released = false;
     while (!patch.nodes().empty() && m.followed.time_s < told_at_s + 3) {
         m.follow();
-        held = held || patch.drive().status() == DriveStatus::holding;
+        EXPECT_NE(patch.drive().status(), DriveStatus::holding) << "it holds a wrong place";
         released = released || patch.drive().status() == DriveStatus::releasing;
         if (!patch.nodes().empty()) {
             EXPECT_EQ(patch.trouble(), SensorTrouble::slipped);
         }
     }
-    EXPECT_TRUE(held && released) << "as that of a lost sensor";
-    EXPECT_NEAR(m.followed.time_s - told_at_s, 1.5, 0.05) << "hold_s + release_s";
+    EXPECT_TRUE(released);
+    EXPECT_NEAR(m.followed.time_s - told_at_s, 1, 0.05) << "release_s";
     EXPECT_EQ(patch.drive().status(), DriveStatus::placing);
     EXPECT_EQ(patch.press(), 0);
     EXPECT_TRUE(patch.wider_nodes().empty());
@@ -212,6 +213,22 @@ TEST(SensorPatch, OneThatRidesAlongOrMayNotSlipIsFollowed) {
         EXPECT_FALSE(m.move()) << share;
         EXPECT_EQ(m.followed.patch.slips(), 0);
         EXPECT_NEAR(m.followed.patch.press(), 0.01, 1e-9);
+    }
+}
+
+/// Fixed nodes have changed, and the model moves by 20 mm. Only if that is said it is no slip; one
+/// that follows is seen from there on.
+TEST(SensorPatch, WhatChangedFixedNodesMoveIsNoSlip) {
+    for (const bool is_said : {false, true}) {
+        Moved m(0.3);
+        for (int i = 0; i < 20; ++i) m.follow();
+        m.model_moved = -0.02;
+        if (is_said) m.followed.patch.leave_ring_out();
+        for (int i = 0; i < 40; ++i) m.follow();
+        EXPECT_EQ(m.followed.patch.slips(), is_said ? 0 : 1);
+        if (is_said) {
+            EXPECT_TRUE(m.move());
+        }
     }
 }
 

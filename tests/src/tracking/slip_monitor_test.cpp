@@ -66,6 +66,16 @@ TEST(SlipMonitor, APressAlongTheNormalOrTiltedByThirtyDegreesIsNot) {
     })) << "lifted and displaced: not pressed";
 }
 
+/// A pause is no evidence: two poses beside it are two poses.
+TEST(SlipMonitor, TwoPosesBesideAPauseDecideNothing) {
+    SlipMonitor monitor;
+    const Vector3d slid(-0.02, 0, 0);
+    EXPECT_FALSE(monitor.update(0, slid, upwards, 0));
+    EXPECT_FALSE(monitor.update(0.4, slid, upwards, 0));
+    EXPECT_FALSE(monitor.update(0.8, slid, upwards, 0));
+    EXPECT_TRUE(monitor.update(1.2, slid, upwards, 0));
+}
+
 TEST(SlipMonitor, NoiseIsNoneNorIsAnExcessThatGoesAgain) {
     for (unsigned seed = 1; seed <= 20; ++seed)
         EXPECT_FALSE(slip_told_at([](double) { return Vector3d(0.001, 0, 0); }, 0.0012, seed));
