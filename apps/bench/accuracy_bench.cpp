@@ -73,13 +73,13 @@ AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
 }
 
 /// Errors with causes removed one after the other: the tracker's noise, the organ's motion, then
-/// the model's parts.
+/// the model's parts: its mesh by one of ten times as many tets, its material, its elements.
 std::vector<NamedSeries> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy,
                                      const PressedOrgan& organ, const PhantomImages& images,
-                                     const std::vector<AccuracyTable>& tables, int seeds,
-                                     ProgressLine& progress) {
+                                     const std::vector<AccuracyTable>& tables,
+                                     const AccuracyArguments& arguments, ProgressLine& progress) {
     std::vector<NamedSeries> limits;
-    const int some = std::min(seeds, 20);
+    const int some = std::min(arguments.seeds, 20);
     const auto add = [&](const std::string& name, AccuracyModel& with, AccuracyCase c, int runs) {
         progress.update(0.9 + 0.005 * static_cast<double>(limits.size()), "limits: " + name);
         limits.push_back({name, c.sensors, run_seeds(with, c, runs)});
@@ -98,7 +98,7 @@ std::vector<NamedSeries> find_limits(AccuracyModel& model, const MeshHierarchy& 
     for (const int sensors : {1, max_sensors, max_true_sensors})
         add("no noise, organ still: model, mesh, sensors", model, {0, 0, sensors, 1, false}, 1);
     {
-        AccuracyModel finer(accuracy_scene(), mesh_model(images, 60000, {}), organ);
+        AccuracyModel finer(accuracy_scene(), mesh_model(images, 10 * arguments.tets, {}), organ);
         for (const int sensors : {1, max_sensors})
             add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer,
                 {0, 0, sensors, 1, false}, 1);
@@ -223,8 +223,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         print_other_bodies(other_bodies, tables.front().depths_mm);
     }
     print_statement_verdict(judge_statement(tables, other_bodies));
-    const auto limits =
-        find_limits(model, hierarchy, organ, images, tables, arguments.seeds, progress);
+    const auto limits = find_limits(model, hierarchy, organ, images, tables, arguments, progress);
     const std::vector<double>& depths_mm = tables.front().depths_mm;
     print(limits, depths_mm);
 
