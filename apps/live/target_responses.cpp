@@ -338,11 +338,13 @@ bool TargetResponses::work() {
 }
 
 void TargetResponses::give_up(Variation variation, const std::string& why) {
-    const auto lack = [&](const char* sources) {
+    const auto warn = [&](const char* sources) {
         log_warning(fmt::format("error statement lacks {}: {}", sources, why));
     };
     // what was computed of it so far is not known to hold
-    const auto clear = [&](auto PatchResponse::*change) {
+    const auto lose = [&](const char* source, bool& is_lacking, auto PatchResponse::*change) {
+        warn(source);
+        is_lacking = true;
         for (PatchResponse& r : responses_)
             if constexpr (requires { (r.*change).setZero(); })
                 (r.*change).setZero();
@@ -351,30 +353,22 @@ void TargetResponses::give_up(Variation variation, const std::string& why) {
     };
     switch (variation) {
         case Variation::none:
-            lack("sensors, patches, materials, fixed, elements, law");
+            warn("sensors, patches, materials, fixed, elements, law");
             failure_ = why;
             next_ = units_.size();
             return;
         case Variation::wider:
-            lack("patches");
-            lacking_.wider = true;
-            clear(&PatchResponse::wider);
+            lose("patches", lacking_.wider, &PatchResponse::wider);
             break;
         case Variation::coarse:
         case Variation::elements:
-            lack("elements");
-            lacking_.elements = true;
-            clear(&PatchResponse::elements);
+            lose("elements", lacking_.elements, &PatchResponse::elements);
             break;
         case Variation::material:
-            lack("materials");
-            lacking_.materials = true;
-            clear(&PatchResponse::materials);
+            lose("materials", lacking_.materials, &PatchResponse::materials);
             break;
         case Variation::fixed:
-            lack("fixed");
-            lacking_.fixed = true;
-            clear(&PatchResponse::fixed);
+            lose("fixed", lacking_.fixed, &PatchResponse::fixed);
             break;
     }
     if (variation == Variation::coarse) variation = Variation::elements;  // which needs it
