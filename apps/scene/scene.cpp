@@ -8,6 +8,7 @@
 #include "apps/scene/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "config/key_places.hpp"
 #include "config/yaml.hpp"
 #include "io/text.hpp"
 
@@ -20,17 +21,18 @@ int selections_in(const SelectionOptions& s) {
            s.sphere_mm.has_value() + s.half_space_mm.has_value() + s.nodes.has_value();
 }
 
-void check_selection(const SelectionOptions& s, const std::string& key, const std::string& file) {
+void check_selection(const SelectionOptions& s, const std::string& key, const KeyPlaces& places) {
     const int given = selections_in(s);
     if (given != 1)
         fail(
             "{} names {} of mask, group, box_mm, sphere_mm, half_space_mm, nodes, expected exactly "
             "one ({})",
-            key, given, file);
+            key, given, places(key));
     const auto check_size = [&](const std::optional<std::vector<double>>& values,
                                 std::string_view name, std::size_t size) {
         if (values && values->size() != size)
-            fail("{}.{} has {} numbers, expected {} ({})", key, name, values->size(), size, file);
+            fail("{}.{} has {} numbers, expected {} ({})", key, name, values->size(), size,
+                 places(fmt::format("{}.{}", key, name)));
     };
     check_size(s.box_mm, "box_mm", 6);
     check_size(s.sphere_mm, "sphere_mm", 4);
@@ -65,34 +67,34 @@ std::optional<std::pair<double, double>> range_of(const std::string& text) {
 namespace {
 
 /// Throws Error if the scene writes a file that it reads, or a file twice.
-void refuse_overwritten_inputs(const Scene& scene, const std::string& file) {
+void refuse_overwritten_inputs(const Scene& scene, const KeyPlaces& places) {
     std::set<std::filesystem::path> read = read_files(scene);
-    read.insert(file);
+    read.insert(places.file());
     const auto written = written_files(scene);
     for (const auto& [key, path] : written)
         for (const std::filesystem::path& input : read)
             if (same_file(path, input))
                 fail("{} = {}: is read, expected another file to write ({})", key, path.string(),
-                     file);
+                     places(key));
     for (std::size_t i = 0; i < written.size(); ++i)
         for (std::size_t j = i + 1; j < written.size(); ++j)
             if (same_file(written[i].second, written[j].second))
                 fail("{} and {}: both name {}, expected two files ({})", written[i].first,
-                     written[j].first, written[i].second.string(), file);
+                     written[j].first, written[i].second.string(), places(written[j].first));
 }
 
-void check_selections(const Scene& scene, const std::string& file) {
+void check_selections(const Scene& scene, const KeyPlaces& places) {
     const auto check_soft = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i)
             if (list[i].stiffness_N_per_m && list[i].components.size() != 3)
                 fail(
                     "{}[{}].components = {} with a stiffness: springs pull along x, y and z, "
                     "expected xyz ({})",
-                    name, i, list[i].components, file);
+                    name, i, list[i].components, places(fmt::format("{}[{}].components", name, i)));
     };
     const auto check_all = [&](auto& list, std::string_view name) {
         for (std::size_t i = 0; i < list.size(); ++i)
-            check_selection(list[i], fmt::format("{}[{}]", name, i), file);
+            check_selection(list[i], fmt::format("{}[{}]", name, i), places);
     };
     check_soft(scene.fix, "fix");
     check_soft(scene.drive, "drive");
@@ -102,7 +104,7 @@ void check_selections(const Scene& scene, const std::string& file) {
 }
 
 /// Each target by one of point, points and a selection, and with a name unless the points have.
-void check_targets(const TrackOptions& track, const std::string& file) {
+void check_targets(const TrackOptions& track, const KeyPlaces& places) {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < track.targets.size(); ++i) {
         const TargetOptions& t = track.targets[i];
@@ -110,73 +112,78 @@ void check_targets(const TrackOptions& track, const std::string& file) {
         const int given = t.point_mm.has_value() + !t.points.empty() + (selections_in(t) > 0);
         if (given != 1)
             fail("{} names {} of point_mm, points and a selection of nodes, expected one ({})", key,
-                 given, file);
-        if (selections_in(t) > 0) check_selection(t, key, file);
+                 given, places(key));
+        if (selections_in(t) > 0) check_selection(t, key, places);
         if (!t.points.empty()) {
             if (!t.name.empty())
                 fail("{}.name = {}: the points of {} have names, expected no name ({})", key,
-                     t.name, t.points.string(), file);
+                     t.name, t.points.string(), places(key + ".name"));
             continue;
         }
-        if (t.name.empty()) fail("{}.name is missing ({})", key, file);
+        if (t.name.empty()) fail("{}.name is missing ({})", key, places(key));
         if (std::find(names.begin(), names.end(), t.name) != names.end())
-            fail("{}.name = {}: another target has this name ({})", key, t.name, file);
+            fail("{}.name = {}: another target has this name ({})", key, t.name,
+                 places(key + ".name"));
         names.push_back(t.name);
     }
 }
 
 /// Whether the poses in use can be extrapolated as `ahead_ms` and `display_ms` say.
-void check_ahead(const TrackOptions& track, const std::string& file) {
+void check_ahead(const TrackOptions& track, const KeyPlaces& places) {
     const bool is_auto = track.ahead_ms && track.ahead_ms->is_auto();
     if (is_auto && track.smoothing_Hz)
         fail(
-            "track.ahead_ms = auto with track.smoothing_Hz = {}: only the pose estimator takes a "
-            "time that changes, expected no smoothing_Hz, or a number ({})",
-            *track.smoothing_Hz, file);
+            "track.ahead_ms = auto with track.smoothing_Hz = {} Hz: only the pose estimator takes "
+            "a time that changes, expected no smoothing_Hz, or a number of ms ({})",
+            *track.smoothing_Hz, places("track.ahead_ms"));
     if (track.ahead_ms && track.ahead_ms->number.value_or(0) > 0 && track.smoothing_Hz == 0)
         fail(
-            "track.ahead_ms = {} with track.smoothing_Hz = 0: poses as measured are not "
+            "track.ahead_ms = {} ms with track.smoothing_Hz = 0 Hz: poses as measured are not "
             "extrapolated, expected no smoothing_Hz, or ahead_ms: 0 ({})",
-            *track.ahead_ms->number, file);
+            *track.ahead_ms->number, places("track.ahead_ms"));
     if (track.display_ms > 0 && !is_auto)
         fail(
-            "track.display_ms = {} without track.ahead_ms = auto: is not used, expected ahead_ms: "
-            "auto, or no display_ms ({})",
-            track.display_ms, file);
+            "track.display_ms = {} ms without track.ahead_ms = auto: is not used, expected "
+            "ahead_ms: auto, or no display_ms ({})",
+            track.display_ms, places("track.display_ms"));
 }
 
-void check_track(const TrackOptions& track, const std::string& file) {
+void check_track(const TrackOptions& track, const KeyPlaces& places) {
     if (track.source.empty())
         fail(
             "track.source is missing, expected openigtlink://host:port, a tracker recording, or a "
             "script ({})",
-            file);
+            places("track"));
     if (track.registration.empty())
-        fail("track.registration is missing, expected what `livetet register` wrote ({})", file);
-    check_ahead(track, file);
+        fail("track.registration is missing, expected what `livetet register` wrote ({})",
+             places("track"));
+    check_ahead(track, places);
     std::vector<std::string> names{track.reference_tool};
-    for (const SensorOptions& sensor : track.sensors) {
+    for (std::size_t i = 0; i < track.sensors.size(); ++i) {
+        const SensorOptions& sensor = track.sensors[i];
         if (std::find(names.begin(), names.end(), sensor.tool) != names.end())
             fail(
                 "track.sensors: {} is named twice, expected each tool once, and not the reference "
                 "({})",
-                sensor.tool, file);
+                sensor.tool, places(fmt::format("track.sensors[{}].tool", i)));
         names.push_back(sensor.tool);
     }
-    for (const ToolOptions& tool : track.tools) {
+    for (std::size_t i = 0; i < track.tools.size(); ++i) {
+        const ToolOptions& tool = track.tools[i];
         const std::string name = tool.tool + (tool.tip.empty() ? "" : "Tip");
         if (std::find(names.begin(), names.end(), name) != names.end())
             fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})",
-                 tool.tool, name, file);
+                 tool.tool, name, places(fmt::format("track.tools[{}].tool", i)));
         names.push_back(name);
     }
-    for (std::size_t i = 0; i < track.sensors.size(); ++i)
-        if (track.sensors[i].patch_spread_mm.value_or(0) >= track.sensors[i].patch_radius_mm)
-            fail(
-                "track.sensors[{}].patch_spread_mm = {}: expected less than patch_radius_mm = {} "
-                "({})",
-                i, *track.sensors[i].patch_spread_mm, track.sensors[i].patch_radius_mm, file);
-    check_targets(track, file);
+    for (std::size_t i = 0; i < track.sensors.size(); ++i) {
+        const SensorOptions& sensor = track.sensors[i];
+        const std::string key = fmt::format("track.sensors[{}].patch_spread_mm", i);
+        if (sensor.patch_spread_mm.value_or(0) >= sensor.patch_radius_mm)
+            fail("{} = {} mm must be less than patch_radius_mm = {} mm ({})", key,
+                 *sensor.patch_spread_mm, sensor.patch_radius_mm, places(key));
+    }
+    check_targets(track, places);
 }
 
 /// Makes the scene's relative paths relative to `folder`.
@@ -214,25 +221,28 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
 
 }  // namespace
 
-void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder) {
-    if (scene.mesh.file.empty()) fail("mesh.file is missing, expected the body's mesh ({})", file);
-    if (scene.materials.empty()) fail("materials is empty, expected at least one ({})", file);
+void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::path& folder) {
+    if (scene.mesh.file.empty())
+        fail("mesh.file is missing, expected the body's mesh ({})", places("mesh"));
+    if (scene.materials.empty())
+        fail("materials is empty, expected at least one ({})", places("materials"));
     if (scene.time.scheme == TimeScheme::newmark && 2 * scene.time.beta < scene.time.gamma)
         fail(
             "time.beta = {} is below gamma / 2 = {}: not stable at every step, expected at least "
             "that ({})",
-            scene.time.beta, scene.time.gamma / 2, file);
-    check_selections(scene, file);
-    if (scene.track) check_track(*scene.track, file);
+            scene.time.beta, scene.time.gamma / 2, places("time.beta"));
+    check_selections(scene, places);
+    if (scene.track) check_track(*scene.track, places);
     if (scene.probes && scene.probes->points.empty())
-        fail("probes.points is missing, expected a CSV of points ({})", file);
+        fail("probes.points is missing, expected a CSV of points ({})", places("probes"));
     resolve_paths(scene, folder);
-    refuse_overwritten_inputs(scene, file);
+    refuse_overwritten_inputs(scene, places);
 }
 
 Scene load_scene(const std::filesystem::path& path) {
-    Scene scene = read_yaml<Scene>(read_text_file(path), path.string());
-    finish_scene(scene, path.string(), path.parent_path());
+    const std::string text = read_text_file(path);
+    Scene scene = read_yaml<Scene>(text, path.string());
+    finish_scene(scene, KeyPlaces(path.string(), text), path.parent_path());
     return scene;
 }
 

@@ -19,6 +19,8 @@
 
 namespace livetet {
 
+class KeyPlaces;
+
 enum class LengthUnit { millimetre, metre };
 enum class Elements { p1, p2 };
 
@@ -517,9 +519,9 @@ void visit_fields(Visitor& v, Scene& s) {
     v.group("output", s.output, "what is kept");
 }
 
-/// Checks keys against each other, and resolves relative paths against `folder`. Throws Error,
-/// naming `file`.
-void finish_scene(Scene& scene, const std::string& file, const std::filesystem::path& folder);
+/// Checks keys against each other, and resolves relative paths against `folder`. Throws Error with
+/// the place of a key.
+void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::path& folder);
 
 /// Reads and checks a scene file; relative paths are resolved against its folder. Throws Error.
 Scene load_scene(const std::filesystem::path& path);

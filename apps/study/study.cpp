@@ -8,6 +8,7 @@
 #include "apps/scene/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "config/key_places.hpp"
 #include "config/yaml.hpp"
 #include "io/text.hpp"
 
@@ -222,7 +223,7 @@ Scene Study::scene(std::size_t k) const {
         where += fmt::format("{} {} = {}", i ? "," : ":", options.vary[i].key, samples[k][i]);
     }
     Scene scene = read_yaml<Scene>(node, where);
-    finish_scene(scene, where, scene_folder);
+    finish_scene(scene, KeyPlaces(where), scene_folder);
     return scene;
 }
 

@@ -21,8 +21,9 @@ class FieldChecker {
     void field(std::string_view key, const T& value, std::string_view unit, std::string_view,
                Check<T> check = {}) {
         if (is_finite(value) && (!check.holds || check.holds(value))) return;
-        fail("{}{} = {}{}{} must be {}", prefix_, key, text_of(value), unit.empty() ? "" : " ",
-             unit, check.text.empty() ? std::string_view("finite") : check.text);
+        fail("{}{} = {}{}{} must be {}{}", prefix_, key, text_of(value), unit.empty() ? "" : " ",
+             unit, check.text.empty() ? std::string_view("finite") : check.text,
+             spread_note(value));
     }
     template <class T>
     void field(std::string_view key, const std::optional<T>& value, std::string_view unit,
@@ -48,6 +49,8 @@ class FieldChecker {
     static std::string text_of(const T& value) {
         if constexpr (std::is_same_v<T, Eigen::Vector3d>)
             return fmt::format("[{}, {}, {}]", value.x(), value.y(), value.z());
+        else if constexpr (std::is_same_v<T, Uncertain>)
+            return livetet::text_of(value);
         else
             return fmt::format("{}", value);
     }

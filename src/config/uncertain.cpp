@@ -23,6 +23,12 @@ std::string text_of(const Uncertain& x) {
     return x.spread == 0 ? fmt::format("{}", x.value) : fmt::format("{} +- {}", x.value, x.spread);
 }
 
+std::string spread_note(const Uncertain& x) {
+    if (x.spread == 0) return "";
+    return fmt::format(", from value - spread = {:.6g} to value + spread = {:.6g}", x.lowest(),
+                       x.highest());
+}
+
 std::optional<Uncertain> parse_uncertain(std::string_view text) {
     constexpr std::string_view sign = "+-";
     const std::size_t at = text.find(sign);

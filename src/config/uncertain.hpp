@@ -33,6 +33,14 @@ std::string text_of(const Uncertain& x);
 /// The inverse; empty if it is neither, or if the spread is negative.
 std::optional<Uncertain> parse_uncertain(std::string_view text);
 
+/// For the message about a value that its check refuses: ", from value - spread = 0 to value +
+/// spread = 6000", as the check looks at both; empty without a spread, and for other types.
+std::string spread_note(const Uncertain& x);
+template <class T>
+std::string spread_note(const T&) {
+    return "";
+}
+
 }  // namespace livetet
 
 /// Formats the value alone.

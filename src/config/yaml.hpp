@@ -91,9 +91,10 @@ class YamlReader {
         if (!node) return;
         value = convert<T>(key, node);
         if (!is_finite(value) || (check.holds && !check.holds(value)))
-            fail("{}{} = {}{}{} must be {} ({})", prefix_, key, text_of(node),
+            fail("{}{} = {}{}{} must be {}{} ({})", prefix_, key, text_of(node),
                  unit.empty() ? "" : " ", unit,
-                 check.text.empty() ? std::string_view("finite") : check.text, place(node));
+                 check.text.empty() ? std::string_view("finite") : check.text, spread_note(value),
+                 place(node));
     }
     template <class T>
     void field(std::string_view key, std::optional<T>& value, std::string_view unit,

@@ -31,6 +31,9 @@ TEST(CheckFields, SaysKeyValueAndLimit) {
               "table.young_Pa = nan Pa must be greater than 0");
     EXPECT_EQ(table_refusal(Material{.young_Pa = HUGE_VAL}),
               "table.young_Pa = inf Pa must be greater than 0");
+    EXPECT_EQ(table_refusal(Material{.young_Pa = {100, 100}}),
+              "table.young_Pa = 100 +- 100 Pa must be greater than 0, from value - spread = 0 to "
+              "value + spread = 200");
     EXPECT_EQ(table_refusal(Material{.region = -2}), "table.region = -2 must be at least 0");
 }
 

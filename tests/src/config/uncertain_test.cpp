@@ -50,7 +50,12 @@ TEST(Uncertain, ASpreadThatReachesWhereNoMaterialIsIsRefused) {
     EXPECT_NE(refusal_of("{poisson: 0.48 +- 0.02}").find("poisson = 0.48 +- 0.02 must be above"),
               std::string::npos)
         << refusal_of("{poisson: 0.48 +- 0.02}");
-    EXPECT_NE(refusal_of("{young_Pa: 100 +- 100}").find("greater than 0"), std::string::npos);
+    EXPECT_NE(refusal_of("{poisson: 0.48 +- 0.02}").find("to value + spread = 0.5 (scene.yaml:1)"),
+              std::string::npos)
+        << refusal_of("{poisson: 0.48 +- 0.02}");
+    EXPECT_EQ(refusal_of("{young_Pa: 3000 +- 3000}"),
+              "young_Pa = 3000 +- 3000 Pa must be greater than 0, from value - spread = 0 to value "
+              "+ spread = 6000 (scene.yaml:1)");
     EXPECT_NE(refusal_of("{young_Pa: 100 +- -5}").find("NUMBER +- SPREAD"), std::string::npos);
     EXPECT_NE(refusal_of("{young_Pa: soft}").find("must be a number"), std::string::npos);
 }
