@@ -1,6 +1,9 @@
 #include "apps/scene/explanation.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
@@ -23,6 +26,48 @@ class Explanation {
     std::vector<ExplainedPart> parts;
 };
 
+/// The keys by which a scene states that a value may be off.
+std::vector<std::string> stated_spreads(const Scene& scene) {
+    std::vector<std::string> keys;
+    const auto note = [&](bool is_stated, std::string_view list, std::size_t i, const char* key) {
+        if (is_stated) keys.push_back(fmt::format("{}[{}].{}", list, i, key));
+    };
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        note(scene.materials[i].young_Pa.spread > 0, "materials", i, "young_Pa");
+        note(scene.materials[i].poisson.spread > 0, "materials", i, "poisson");
+    }
+    for (std::size_t i = 0; i < scene.fix.size(); ++i) {
+        const auto& stiffness = scene.fix[i].stiffness_N_per_m;
+        note(stiffness && stiffness->spread > 0, "fix", i, "stiffness_N_per_m");
+        note(scene.fix[i].spread_mm > 0, "fix", i, "spread_mm");
+    }
+    if (!scene.track) return keys;
+    for (std::size_t i = 0; i < scene.track->sensors.size(); ++i)
+        note(scene.track->sensors[i].patch_spread_mm.has_value(), "track.sensors", i,
+             "patch_spread_mm");
+    return keys;
+}
+
+void explain_spreads(Explanation& e, const Scene& scene) {
+    if (scene.track && !scene.track->targets.empty()) return;
+    if (const auto keys = stated_spreads(scene); !keys.empty())
+        e.leaves_out("spreads",
+                     fmt::format("no effect without track.targets: {}", fmt::join(keys, ", ")));
+}
+
+void explain_slips(Explanation& e, const std::vector<SensorOptions>& sensors) {
+    const auto loose =
+        std::ranges::count_if(sensors, [](const SensorOptions& s) { return s.may_slip; });
+    if (loose > 0)
+        e.uses("slip monitor",
+               fmt::format("{} of {} sensor(s): one that slips over the organ is let go and placed "
+                           "anew",
+                           loose, sensors.size()));
+    else
+        e.leaves_out("slip monitor",
+                     sensors.empty() ? "no sensors" : "track.sensors: may_slip is false");
+}
+
 void explain_tracking(Explanation& e, const Scene& scene) {
     if (!scene.track) return e.leaves_out("tracker", "no track section: no thread, no filter");
     e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, "
@@ -40,11 +85,15 @@ void explain_tracking(Explanation& e, const Scene& scene) {
         e.uses("pose filter", fmt::format("one-euro, {} Hz at rest", *scene.track->smoothing_Hz));
     else
         e.leaves_out("pose smoothing", "track.smoothing_Hz is 0");
-    if (scene.track->targets.empty())
+    explain_slips(e, scene.track->sensors);
+    if (scene.track->targets.empty()) {
         e.leaves_out("error statement", "track.targets is empty");
-    else
+    } else {
         e.uses("error statement",
                "track.targets: after a sensor is placed, some frames make a static solve each");
+        e.uses("surface statement",
+               "track.targets: the error over the organ's surface, a sixth of it each frame");
+    }
     if (scene.track->publish)
         e.uses("OpenIGTLink server",
                fmt::format("track.publish: port {}", scene.track->publish->port));
@@ -111,6 +160,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
         e.leaves_out("coarse levels",
                      levels > 1 ? "solver.kind is not multigrid" : "the mesh has one level");
     explain_tracking(e, scene);
+    explain_spreads(e, scene);
     if (scene.probes)
         e.uses("probes", scene.probes->points.string());
     else
