@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "mesh/geodesic.hpp"
@@ -23,11 +24,35 @@ struct SurfacePatch {
     Vector3 off_centre = Vector3::Zero();
 };
 
-/// The surface nodes within `radius` (metres) of the point of the surface nearest to `place`,
-/// measured along the surface (see `distances_on_surface`), so that a patch on a thin rim does not
-/// reach through to the other side. If there are none, the centre alone. The centre is chosen
-/// through the triangle nearest to `place`: the nearest node could lie on the other side of a rim
-/// thinner than an edge.
+/// The surface of a mesh about the point of it that is nearest to a place: for patches of several
+/// radii there and the rings about them, which need the mesh's boundary and that point once.
+class SurfaceNeighbourhood {
+  public:
+    /// The mesh has a tet, and outlives this.
+    SurfaceNeighbourhood(const TetMesh& mesh, const Vector3& place);
+
+    /// The surface nodes within `radius` (m) of that point, measured along the surface (see
+    /// `distances_on_surface`), so that a patch on a thin rim does not reach through to the other
+    /// side. If there are none, the centre alone. The centre is chosen through the triangle nearest
+    /// to the place: the nearest node could lie on the other side of a rim thinner than an edge.
+    SurfacePatch patch(double radius) const;
+    /// Nodes within `radius` of that point, with their distances along the surface, m.
+    std::map<std::int32_t, double> distances(double radius) const {
+        return distances_on_surface(mesh_.nodes, surface_, at_, radius);
+    }
+    const TetMesh& mesh() const { return mesh_; }
+
+  private:
+    void find_shape(SurfacePatch& patch) const;
+
+    const TetMesh& mesh_;
+    std::vector<Triangle> surface_;
+    SurfacePoint at_;
+    std::int32_t centre_ = -1;
+    double distance_ = 0;  ///< from the place to the surface, m
+};
+
+/// One patch of a SurfaceNeighbourhood.
 SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double radius);
 
 }  // namespace livetet

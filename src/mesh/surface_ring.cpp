@@ -14,13 +14,11 @@ using Eigen::Vector2d;
 constexpr double inner_radii = 1.3, outer_radii = 2.5, max_radii = 8;
 constexpr std::size_t min_nodes = 6;
 
-std::vector<std::int32_t> ring_nodes(const TetMesh& mesh, std::span<const Triangle> surface,
-                                     const SurfacePatch& patch, double radius) {
+std::vector<std::int32_t> ring_nodes(const SurfaceNeighbourhood& around, double radius) {
     std::vector<std::int32_t> nodes;
     for (double outer = outer_radii; nodes.size() < min_nodes && outer <= max_radii; outer *= 1.3) {
         nodes.clear();
-        for (const auto& [node, distance] :
-             distances_on_surface(mesh.nodes, surface, patch.at, outer * radius))
+        for (const auto& [node, distance] : around.distances(outer * radius))
             if (distance > inner_radii * radius) nodes.push_back(node);
     }
     if (nodes.size() < min_nodes) nodes.clear();
@@ -50,10 +48,11 @@ Vector3 SurfaceRing::interpolate(std::span<const Vector3> values) const {
     return sum;
 }
 
-SurfaceRing surface_ring(const TetMesh& mesh, const SurfacePatch& patch, double radius) {
-    const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
+SurfaceRing surface_ring(const SurfaceNeighbourhood& around, const SurfacePatch& patch,
+                         double radius) {
+    const TetMesh& mesh = around.mesh();
     SurfaceRing ring;
-    ring.nodes = ring_nodes(mesh, surface, patch, radius);
+    ring.nodes = ring_nodes(around, radius);
     for (const std::int32_t n : patch.nodes)
         ring.middle += mesh.nodes[n] / static_cast<double>(patch.nodes.size());
     const Vector3 side = patch.normal.unitOrthogonal(), other = patch.normal.cross(side);

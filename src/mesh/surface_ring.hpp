@@ -18,7 +18,7 @@ struct SurfaceRing {
     Vector3 interpolate(std::span<const Vector3> values) const;
 };
 
-/// The ring about a patch of the given radius (m): the nodes between 1.3 and 2.5 radii from its
+/// The ring about a patch of `around` with the given radius (m): the nodes between 1.3 and 2.5 radii from its
 /// point `at` along the surface, or up to as many radii, at most 8, as take in six nodes. The
 /// weights
 ///
@@ -26,6 +26,7 @@ struct SurfaceRing {
 ///
 /// with y_i the place of node i from the middle in the tangent plane, are exact for fields that are
 /// linear in that plane. Where one would be negative, as the ring lies to one side, all are 1/N.
-SurfaceRing surface_ring(const TetMesh& mesh, const SurfacePatch& patch, double radius);
+SurfaceRing surface_ring(const SurfaceNeighbourhood& around, const SurfacePatch& patch,
+                         double radius);
 
 }  // namespace livetet

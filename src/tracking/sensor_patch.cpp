@@ -144,27 +144,28 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     }
     TetMesh now = mesh;
     for (std::size_t n = 0; n < now.nodes.size(); ++n) now.nodes[n] += displacement[n];
-    const SurfacePatch patch = surface_patch(now, place, options_.radius);
+    const SurfaceNeighbourhood around(now, place);
+    const SurfacePatch patch = around.patch(options_.radius);
     nodes_ = with_edge_nodes_between(now, patch.nodes);
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
-    ring_ = surface_ring(now, patch, options_.radius);
+    ring_ = surface_ring(around, patch, options_.radius);
     ring_placed_ = ring_.interpolate(displacement);
     centre_ = now.nodes[patch.centre];
     off_centre_ = patch.off_centre;
     normal_ = patch.normal;
-    find_wider(now, place, patch.area);
+    find_wider(around, patch.area);
     return patch.distance;
 }
 
-void SensorPatch::find_wider(const TetMesh& now, const Eigen::Vector3d& place, double area) {
+void SensorPatch::find_wider(const SurfaceNeighbourhood& around, double area) {
     constexpr int tries = 20;
     const auto radius_of = [](double a) { return std::sqrt(a / std::numbers::pi); };
     double more = options_.radius_spread;
     wider_by_ = 0;
     // a patch grows by whole nodes: at least by half the spread, or the slope is of single nodes
     for (int k = 0; k < tries && wider_by_ < options_.radius_spread / 2; ++k, more *= 1.5) {
-        const SurfacePatch patch = surface_patch(now, place, options_.radius + more);
-        wider_ = with_edge_nodes_between(now, patch.nodes);
+        const SurfacePatch patch = around.patch(options_.radius + more);
+        wider_ = with_edge_nodes_between(around.mesh(), patch.nodes);
         wider_by_ = radius_of(patch.area) - radius_of(area);
     }
 }

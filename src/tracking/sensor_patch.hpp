@@ -146,7 +146,7 @@ class SensorPatch {
     PoseQuality quality() const { return follower_ ? follower_->quality() : PoseQuality{}; }
 
   private:
-    void find_wider(const TetMesh& now, const Eigen::Vector3d& place, double area);
+    void find_wider(const SurfaceNeighbourhood& around, double area);
     void give_up_patch();
     double deviation() const;
 

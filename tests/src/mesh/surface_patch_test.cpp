@@ -88,6 +88,21 @@ TEST(SurfacePatch, lies_about_the_place_and_not_about_a_node) {
     }
 }
 
+TEST(SurfacePatch, of_one_place_with_several_radii_are_those_taken_one_by_one) {
+    const TetMesh mesh = plate();
+    const Vector3 place(0.05, 0.04, thickness + 0.002);
+    const SurfaceNeighbourhood around(mesh, place);
+    for (const double radius : {0.03, 0.01, 0.02}) {
+        const SurfacePatch alone = surface_patch(mesh, place, radius),
+                           shared = around.patch(radius);
+        EXPECT_EQ(shared.nodes, alone.nodes);
+        EXPECT_EQ(shared.area, alone.area);
+        EXPECT_EQ(shared.off_centre, alone.off_centre);
+        EXPECT_NEAR(shared.distance, 0.002, 1e-12);
+    }
+    EXPECT_LT(around.patch(0.01).nodes.size(), around.patch(0.03).nodes.size());
+}
+
 TEST(SurfacePatch, is_a_single_node_where_the_radius_reaches_none) {
     const TetMesh mesh = plate();
     const Vector3 place(6.4 * edge, 6.3 * edge, thickness);

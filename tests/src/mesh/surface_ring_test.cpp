@@ -17,8 +17,9 @@ TEST(SurfaceRing, LiesAroundThePatchAndIsExactForLinearFields) {
     for (const TetMesh& mesh : {test::block({24, 12, 12}, ringed_size),
                                 quadratic_mesh(test::block({24, 12, 12}, ringed_size))}) {
         const double radius = 0.015;
-        const SurfacePatch patch = surface_patch(mesh, {0.103, 0.024, 0.1}, radius);
-        const SurfaceRing ring = surface_ring(mesh, patch, radius);
+        const SurfaceNeighbourhood around(mesh, {0.103, 0.024, 0.1});
+        const SurfacePatch patch = around.patch(radius);
+        const SurfaceRing ring = surface_ring(around, patch, radius);
         ASSERT_GT(ring.nodes.size(), 20u);
         EXPECT_LT((patch.normal - Vector3::UnitZ()).norm(), 1e-12);
         EXPECT_NEAR(std::accumulate(ring.weights.begin(), ring.weights.end(), 0.0), 1, 1e-12);
@@ -43,8 +44,9 @@ TEST(SurfaceRing, LiesAroundThePatchAndIsExactForLinearFields) {
 TEST(SurfaceRing, OfALopsidedPatchNoWeightIsNegative) {
     const TetMesh mesh = test::block({12, 6, 6}, ringed_size);
     for (const Vector3& place : {Vector3(0, 0, 0.1), Vector3(0.2, 0.05, 0.1), Vector3(0.1, 0, 0)}) {
-        const SurfacePatch patch = surface_patch(mesh, place, 0.015);
-        const SurfaceRing ring = surface_ring(mesh, patch, 0.015);
+        const SurfaceNeighbourhood around(mesh, place);
+        const SurfacePatch patch = around.patch(0.015);
+        const SurfaceRing ring = surface_ring(around, patch, 0.015);
         ASSERT_FALSE(ring.nodes.empty());
         EXPECT_GE(*std::ranges::min_element(ring.weights), 0);
         EXPECT_NEAR(std::accumulate(ring.weights.begin(), ring.weights.end(), 0.0), 1, 1e-12);
@@ -57,12 +59,13 @@ TEST(SurfaceRing, ReachesFartherOnACoarseMeshAndIsEmptyWhereThereIsNothing) {
     const TetMesh coarse = test::block({6, 3, 3}, ringed_size);  // edges of 33 mm
     const Vector3 place(0.1, 0.033, 0.1);
     const double radius = 0.01;
-    const SurfaceRing ring = surface_ring(coarse, surface_patch(coarse, place, radius), radius);
+    const SurfaceNeighbourhood around(coarse, place);
+    const SurfaceRing ring = surface_ring(around, around.patch(radius), radius);
     EXPECT_GE(ring.nodes.size(), 6u);
-    const SurfacePatch all = surface_patch(coarse, place, 1);
-    EXPECT_TRUE(surface_ring(coarse, all, 1).nodes.empty());
+    const SurfacePatch all = around.patch(1);
+    EXPECT_TRUE(surface_ring(around, all, 1).nodes.empty());
     const std::vector<Vector3> values(coarse.nodes.size(), Vector3::Ones());
-    EXPECT_EQ(surface_ring(coarse, all, 1).interpolate(values), Vector3::Zero());
+    EXPECT_EQ(surface_ring(around, all, 1).interpolate(values), Vector3::Zero());
 }
 
 }  // namespace
