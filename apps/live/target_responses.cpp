@@ -268,6 +268,15 @@ bool TargetResponses::knows_elements() const {
     });
 }
 
+void TargetResponses::warn_of_large_mesh() {
+    if (has_warned_ || scene_.elements != Elements::p1 || knows_elements()) return;
+    has_warned_ = true;
+    log_warning(fmt::format(
+        "error statement lacks elements: on a mesh of more than {} tets they are compared on the "
+        "next coarser level, and {}",
+        max_tets_for_p2, coarse_.levels.empty() ? "there is none" : "fix has springs"));
+}
+
 void TargetResponses::add_units(Variation variation, std::size_t value) {
     units_.push_back({variation, value});
     for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -285,6 +294,7 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     failure_.clear();
     lacking_ = {};
     body_.reset();
+    warn_of_large_mesh();
     find_uncertain_fixes();
     responses_.assign(places_.size() * patches_.size(), {});
     for (PatchResponse& r : responses_) {

@@ -51,7 +51,8 @@ class TargetResponses {
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
     ~TargetResponses();
 
-    /// `fix`: what holds the body now.
+    /// `fix`: what holds the body now. Logs a warning, once, if the mesh is too large for the effect
+    /// of the elements to be known.
     void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
     /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. If
     /// the model's solves fail, the work ends, and `failure` tells why. If those of a variation
@@ -100,6 +101,7 @@ class TargetResponses {
     class Body;
 
     bool is_on_coarse(Variation variation) const;
+    void warn_of_large_mesh();
     void add_units(Variation variation, std::size_t value = 0);
     void find_uncertain_fixes();
     void set_up(const Unit& unit);
@@ -130,6 +132,7 @@ class TargetResponses {
     std::vector<std::vector<Vector3>> fields_, coarse_fields_;
     std::vector<PatchResponse> responses_;
     std::string failure_;
+    bool has_warned_ = false;  ///< see start
 };
 
 }  // namespace livetet

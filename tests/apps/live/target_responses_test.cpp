@@ -209,6 +209,29 @@ TEST(TargetResponses, LackWhatCannotBeComputedAndNoMore) {
     EXPECT_GT(responses.at(0, 0).materials[0].norm(), 1e-3);
 }
 
+TEST(TargetResponses, OfALargeMeshOnSpringsLackTheElementsAndSaySoOnce) {
+    StatedBlock block;
+    const Vector3 size(0.08, 0.08, 0.06);
+    const MeshHierarchy large = make_hierarchy(
+        {test::block({16, 16, 12}, size), test::block({8, 8, 6}, size)}, "a large block");
+    ASSERT_GT(large.levels.front().tets.size(), 15000u);
+    TargetResponses responses(block.scene, large, block.places);
+    const auto told = [&](std::vector<FixOptions> fix) {
+        testing::internal::CaptureStderr();
+        responses.start({}, fix);
+        return testing::internal::GetCapturedStderr();
+    };
+    EXPECT_EQ(told(block.scene.fix), "");
+    EXPECT_TRUE(responses.knows_elements());
+    std::vector<FixOptions> on_springs = block.scene.fix;
+    on_springs[0].stiffness_N_per_m = 300;
+    const std::string warning = told(on_springs);
+    EXPECT_FALSE(responses.knows_elements());
+    EXPECT_NE(warning.find("lacks elements"), std::string::npos) << warning;
+    EXPECT_NE(warning.find("fix has springs"), std::string::npos) << warning;
+    EXPECT_EQ(told(on_springs), "");
+}
+
 /// Two patches hold the body that nothing else does: where both move, all of it follows.
 TEST(TargetResponses, OfABodyThatOnlyItsPatchesHoldAreOneTogether) {
     StatedBlock block;
