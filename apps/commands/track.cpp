@@ -9,6 +9,7 @@
 #include "apps/live/frame_loop.hpp"
 #include "apps/live/replay.hpp"
 #include "apps/live/statement_record.hpp"
+#include "apps/live/tracked_model.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/report/report.hpp"
 #include "apps/scene/model_limits.hpp"
@@ -249,14 +250,13 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene.mesh, progress.callback());
     }();
     if (const auto note = locking_note(scene, Use::track)) log_warning(*note);
-    MeshHierarchy for_targets = hierarchy_for_targets(scene, hierarchy);
-    SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
+    TrackedModel model = make_tracked_model(scene, std::move(hierarchy));
+    const SceneBody& body = model.body;
     TrackFiles files(inputs, body);
-    TrackedBody tracked(
-        scene, body, [&](const std::string& tool) { return source.index_of(tool); },
-        inputs.image_from_reference, streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
-    state_errors_if_wanted(tracked, scene, std::move(for_targets), body,
-                           inputs.registration.expected_error);
+    TrackedBody tracked = track_model(
+        scene, model, [&](const std::string& tool) { return source.index_of(tool); },
+        inputs.image_from_reference, inputs.registration.expected_error,
+        streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
     if (files.result && !tracked.target_names().empty()) {
         files.result->write_text("targets", text_of_targets(tracked.target_names()));
         write_surface_places(*files.result, surface_places(body.mesh()));

@@ -8,7 +8,7 @@
 #include "apps/live/recorder.hpp"
 #include "apps/live/run_result.hpp"
 #include "apps/live/statement_record.hpp"
-#include "apps/live/tracked_body.hpp"
+#include "apps/live/tracked_model.hpp"
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "config/yaml.hpp"
@@ -96,16 +96,14 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
              origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
-    MeshHierarchy hierarchy = load_mesh(origin.scene.mesh, progress);
-    MeshHierarchy for_targets = hierarchy_for_targets(origin.scene, hierarchy);
-    SceneBody body = make_body(PETSC_COMM_SELF, origin.scene, std::move(hierarchy), Use::track);
+    TrackedModel model = make_tracked_model(origin.scene, load_mesh(origin.scene.mesh, progress));
+    const SceneBody& body = model.body;
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
-    TrackedBody tracked(origin.scene, body, tool_finder(origin.tools), origin.image_from_reference,
-                        MisplacedSensor::wait);
-    state_errors_if_wanted(tracked, origin.scene, std::move(for_targets), body,
-                           origin.registration_error);
+    TrackedBody tracked =
+        track_model(origin.scene, model, tool_finder(origin.tools), origin.image_from_reference,
+                    origin.registration_error, MisplacedSensor::wait);
     const std::vector<std::string> names = StatementReader(reader, source).names();
     if (tracked.target_names() != names)
         fail("{}: the targets of its scene are not those of this run any more: {} now, {} then",

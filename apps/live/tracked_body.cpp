@@ -377,19 +377,6 @@ void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
         stating_.names.push_back(target.name);
 }
 
-MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded) {
-    return scene.track->targets.empty() ? MeshHierarchy{} : loaded;
-}
-
-void state_errors_if_wanted(TrackedBody& tracked, Scene scene, MeshHierarchy hierarchy,
-                            const SceneBody& body,
-                            const std::optional<ExpectedRegistrationError>& registration) {
-    if (scene.track->targets.empty()) return;
-    scene.solver.threads = body.body->threads();  // a replay's are the same
-    tracked.state_errors(std::make_unique<ErrorStatement>(scene, std::move(hierarchy), body.mesh()),
-                         registration);
-}
-
 void TrackedBody::state_errors_of_frame() {
     if (!stating_.statement) return;
     std::vector<const SensorPatch*>& patches = stating_.patches;

@@ -214,14 +214,6 @@ class TrackedBody {
     Frame frame_;
 };
 
-/// The hierarchy as it was loaded, if the scene has targets; else an empty one.
-MeshHierarchy hierarchy_for_targets(const Scene& scene, const MeshHierarchy& loaded);
-/// Frames of `tracked` state errors if the scene has targets. `hierarchy`: that for targets;
-/// `body`: the one that is tracked.
-void state_errors_if_wanted(TrackedBody& tracked, Scene scene, MeshHierarchy hierarchy,
-                            const SceneBody& body,
-                            const std::optional<ExpectedRegistrationError>& registration);
-
 /// Those of a frame: of the reference and of the sensors.
 PoseQualities pose_qualities(std::span<const TrackedBody::ShownTool> tools,
                              const FrameState& frame);
