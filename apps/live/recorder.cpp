@@ -223,9 +223,8 @@ std::uint64_t slipped_sensors(const FrameState& frame) {
     return sum;
 }
 
-std::uint64_t read_slipped(const ResultReader& reader, const std::vector<std::string>& names,
-                           std::size_t k, const std::string& source) {
-    if (std::find(names.begin(), names.end(), slipped_value) == names.end()) return 0;
+std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source) {
+    if (!reader.has_values(slipped_value)) return 0;
     return whole_number(reader.values(slipped_value, k, 1)[0],
                         static_cast<double>((std::uint64_t{1} << slipped_bits) - 1), slipped_value,
                         source);
@@ -255,11 +254,8 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
             transform_of_rows<Tracker, Tool>(std::span<const double, 12>(row + 5, 12));
         poses.push_back({pose.rotation, pose.translation, static_cast<PoseStatus>(status)});
     }
-    const std::vector<std::string> names = reader.value_names();
-    const auto has = [&](const char* name) {
-        return std::find(names.begin(), names.end(), name) != names.end();
-    };
-    const bool has_pulls = has(pull_values), has_ahead = has(ahead_value);
+    const bool has_pulls = reader.has_values(pull_values),
+               has_ahead = reader.has_values(ahead_value);
     for (std::size_t k = 0; k < reader.frame_count(); ++k) {
         RecordedRun::FrameRecord& frame = run.frames.emplace_back();
         frame.sample =

@@ -45,10 +45,8 @@ std::uint32_t checksum(std::span<const Vector3> displacement);
 /// The sensors of a frame whose patch is let go because they slipped: the sum of 2^i over their
 /// indices in the scene, up to 52.
 std::uint64_t slipped_sensors(const FrameState& frame);
-/// The same of a kept frame; 0 in older files. `names`: the values that the file holds. Throws
-/// Error if it is no such sum.
-std::uint64_t read_slipped(const ResultReader& reader, const std::vector<std::string>& names,
-                           std::size_t k, const std::string& source);
+/// The same of a kept frame; 0 in older files. Throws Error if it is no such sum.
+std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source);
 
 /// The files of a run; nullptr: not wanted.
 struct RecordedFiles {

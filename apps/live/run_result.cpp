@@ -51,7 +51,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
         const std::vector<double> counts = reader.values("sensors", k, 6);
         std::copy_n(counts.begin(), 6, frame.sensors.emplace().begin());
     }
-    frame.slipped = read_slipped(reader, names, k, source);
+    frame.slipped = read_slipped(reader, k, source);
     return frame;
 }
 

@@ -114,7 +114,6 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
     }
     PoseFollower follower(pose_follower_options(*scene.track));
     std::vector<Traced> traced(reader_.frame_count());
-    const std::vector<std::string> names = reader_.value_names();
     for (std::size_t k = 0; k < traced.size(); ++k) {
         const auto found = std::lower_bound(
             run.samples.begin(), run.samples.end(), run.frames[k].sample,
@@ -146,7 +145,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
                                      !scene.track->tools[i].tip.empty(),
                                      {tip.rotation, tip.translation}});
             }
-        const std::uint64_t slipped = read_slipped(reader_, names, k, source);
+        const std::uint64_t slipped = read_slipped(reader_, k, source);
         for (std::size_t i = 0; i < patches.size(); ++i) {
             patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name),
                               tracker_from_reference, tracker.image_from_reference,
