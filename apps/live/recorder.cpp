@@ -25,7 +25,7 @@ constexpr const char* arrival_table = "arrivals";
 /// A frame's HandPull: number (0: none), base, to.
 constexpr const char* pull_values = "pull";
 constexpr const char* slipped_value = "slipped";
-constexpr int slipped_bits = 53;  // that a double holds exactly
+constexpr std::size_t slipped_bits = 53;  // that a double holds exactly
 
 /// A whole number from 0 to `max`, read as a double. Throws Error for any other value.
 std::uint64_t whole_number(double x, double max, const char* what, const std::string& source) {
@@ -218,9 +218,14 @@ void Recorder::write_frame(const KeptFrame& kept) {
 
 std::uint64_t slipped_sensors(const FrameState& frame) {
     std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < frame.sensors.size() && i < slipped_bits; ++i)
-        if (frame.sensors[i].trouble == SensorTrouble::slipped) sum |= std::uint64_t{1} << i;
+    for (const SensorState& s : frame.sensors)
+        if (s.trouble == SensorTrouble::slipped && s.tool < slipped_bits)
+            sum |= std::uint64_t{1} << s.tool;
     return sum;
+}
+
+bool is_slipped(std::uint64_t sum, std::size_t tool) {
+    return tool < slipped_bits && (sum >> tool & 1) != 0;
 }
 
 std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source) {

@@ -42,9 +42,12 @@ class ArrivalLog {
 /// CRC-32 of the displacements as they lie in memory.
 std::uint32_t checksum(std::span<const Vector3> displacement);
 
-/// The sensors of a frame whose patch is let go because they slipped: the sum of 2^i over their
-/// indices in the scene, up to 52.
+/// The sensors of a frame whose patch is let go because they slipped: the sum of 2^i over the
+/// indices of their tools in the samples, up to 52. A change of the scene may change the order of
+/// sensors, but not that of tools.
 std::uint64_t slipped_sensors(const FrameState& frame);
+/// Whether the sensor of this tool is in such a sum.
+bool is_slipped(std::uint64_t sum, std::size_t tool);
 /// The same of a kept frame; 0 in older files. Throws Error if it is no such sum.
 std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source);
 

@@ -213,8 +213,9 @@ void TrackedBody::follow(const TrackerSample& sample) {
                        tracker_from_reference, registration_.image_from_reference(),
                        frame_.ahead_s);
         if (!s.leaving) {
-            frame_.sensors[k++] = {s.patch.drive().status(), s.patch.trouble(), s.patch.press(),
-                                   s.off_organ, s.patch.drive().base()};
+            frame_.sensors[k++] = {
+                s.pose,      s.patch.drive().status(), s.patch.trouble(), s.patch.press(),
+                s.off_organ, s.patch.drive().base()};
             frame_.pose_quality[k] = s.patch.quality();  // after the reference's
         }
         frame_.press = std::max(frame_.press, s.patch.press());

@@ -17,6 +17,7 @@ namespace livetet {
 
 /// State of a deformation sensor in a frame.
 struct SensorState {
+    std::size_t tool = 0;  ///< index in the samples' poses: the same after a change of the scene
     DriveStatus drive = DriveStatus::placing;
     SensorTrouble trouble = SensorTrouble::lost;
     double press = 0;      ///< displacement of the centre of its patch since placement, m

@@ -52,9 +52,13 @@ struct TrackerOfRun {
             fail("{}: invalid replay data, expected those of livetet track: {}", source, e.what());
         }
     }
+    /// Of a tool in the samples; their number if it is not among them.
+    std::size_t index_of(const std::string& tool) const {
+        return static_cast<std::size_t>(std::find(tools.begin(), tools.end(), tool) -
+                                        tools.begin());
+    }
     TrackedPose pose(const TrackerSample& sample, const std::string& tool) const {
-        const auto at =
-            static_cast<std::size_t>(std::find(tools.begin(), tools.end(), tool) - tools.begin());
+        const std::size_t at = index_of(tool);
         return at < sample.poses.size() ? sample.poses[at] : TrackedPose{};
     }
 };
@@ -150,7 +154,7 @@ void ViewRecording::trace_tools(const std::string& source, const Scene& scene) {
             patches[i].follow(sample.time_s, tracker.pose(sample, sensors[i].name),
                               tracker_from_reference, tracker.image_from_reference,
                               run.frames[k].ahead_s);
-            if (i < 64 && slipped >> i & 1) patches[i].let_go();
+            if (is_slipped(slipped, tracker.index_of(sensors[i].name))) patches[i].let_go();
             if (patches[i].awaits_placement()) {
                 (void)patches[i].place(body_.mesh, skin, reader_.displacement(k),
                                        farthest_from_organ);

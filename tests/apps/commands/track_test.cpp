@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "apps/commands/tracked_block.hpp"
+#include "apps/live/recorder.hpp"
 #include "apps/live/statement_record.hpp"
 #include "base/file.hpp"
 #include "io/hierarchy_file.hpp"
@@ -172,11 +173,14 @@ TEST(Track, ASensorThatSlipsIsToldLetGoAndPlacedAnew) {
     slide(t, begin_s);
     const ResultReader result = t.run("--every-sample --json report.json");
     const StatementReader statements(result, "result.h5");
+    const std::size_t sensor = tool_finder(nlohmann::json::parse(result.text("tools")))("Sensor");
     std::optional<double> told_s;
     bool was_placing = false;
     for (std::size_t k = 0; k < result.frame_count(); ++k) {
         const double time = result.times_s()[k];
-        const bool slipped = result.values("slipped", k, 1)[0] == 1;
+        const auto slips = static_cast<std::uint64_t>(result.values("slipped", k, 1)[0]);
+        const bool slipped = is_slipped(slips, sensor);
+        EXPECT_EQ(slips != 0, slipped);
         const std::vector<double> sensors = result.values("sensors", k, 6);
         if (slipped && !told_s) told_s = time;
         EXPECT_TRUE(!slipped || time > begin_s) << "noise is none, " << time;

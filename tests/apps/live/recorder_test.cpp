@@ -59,5 +59,25 @@ TEST(RecordedRun, NumbersThatStandForNoWholeOnesAreRefused) {
     }
 }
 
+Frame frame_with_sensors(std::vector<SensorState> sensors) {
+    Frame frame;
+    frame.displacement.assign(8, Vector3::Zero());
+    frame.sensors = std::move(sensors);
+    return frame;
+}
+
+/// Their order in the scene may change during a run.
+TEST(SlippedSensors, AreToldByTheirToolsAndNotByTheirOrder) {
+    using enum SensorTrouble;
+    const SensorState first{.tool = 1, .trouble = none}, other{.tool = 3, .trouble = slipped},
+        far{.tool = 52, .trouble = slipped};
+    const std::uint64_t sum = slipped_sensors(frame_with_sensors({first, other, far}));
+    EXPECT_EQ(slipped_sensors(frame_with_sensors({far, other, first})), sum);
+    EXPECT_TRUE(is_slipped(sum, 3) && is_slipped(sum, 52));
+    for (const std::size_t tool : {0, 1, 2, 53, 64, 67})
+        EXPECT_FALSE(is_slipped(sum, tool)) << tool;
+    EXPECT_EQ(slipped_sensors(frame_with_sensors({first, {.tool = 60, .trouble = slipped}})), 0u);
+}
+
 }  // namespace
 }  // namespace livetet
