@@ -121,6 +121,8 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 kept = recorder->keep(frame, *sample, seconds);
             }
+        } else if (recorder) {
+            recorder->pass_over(frame);
         }
         counts.not_converged += !frame.step.converged;
         ++counts.frames;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "apps/live/statement_record.hpp"
 #include "base/error.hpp"
@@ -94,6 +95,7 @@ Recorder::~Recorder() {
 }
 
 bool Recorder::keep(const Frame& frame, const StreamSample& sample, double seconds) {
+    pass_over(frame);
     KeptFrame* slot = failed() ? nullptr : ring_.free_slot();
     if (!slot) return false;
     slot->frame = frame;
@@ -101,10 +103,13 @@ bool Recorder::keep(const Frame& frame, const StreamSample& sample, double secon
     slot->arrived_s = sample.arrived_s;
     slot->done_s = steady_seconds();
     slot->seconds = seconds;
+    slot->slipped = std::exchange(slipped_, 0);
     slot->last = false;
     ring_.push();
     return true;
 }
+
+void Recorder::pass_over(const FrameState& frame) { slipped_ |= slipped_sensors(frame); }
 
 std::optional<std::string> Recorder::close() {
     KeptFrame* slot = nullptr;
@@ -199,7 +204,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);
     for (const SensorState& s : f.sensors) ++sensors[static_cast<int>(s.drive)];
     result.append_values("sensors", sensors);
-    value(slipped_value, static_cast<double>(slipped_sensors(f)));
+    value(slipped_value, static_cast<double>(kept.slipped));
     value("sample", static_cast<double>(kept.sample));
     std::vector<double> solves;
     for (const SolveRecord& s : f.step.solves) {

@@ -20,6 +20,7 @@ struct KeptFrame {
     std::uint64_t sample = 0;          ///< number of the sample
     double arrived_s = 0, done_s = 0;  ///< steady clock
     double seconds = 0;                ///< computing time
+    std::uint64_t slipped = 0;         ///< slipped_sensors since the frame kept before
     bool last = false;                 ///< no frame, but the end of the stream
 };
 
@@ -48,7 +49,7 @@ std::uint32_t checksum(std::span<const Vector3> displacement);
 std::uint64_t slipped_sensors(const FrameState& frame);
 /// Whether the sensor of this tool is in such a sum.
 bool is_slipped(std::uint64_t sum, std::size_t tool);
-/// The same of a kept frame; 0 in older files. Throws Error if it is no such sum.
+/// The same of a kept frame and those since the one kept before; 0 in older files. Throws Error if it is no such sum.
 std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source);
 
 /// The files of a run; nullptr: not wanted.
@@ -69,6 +70,9 @@ class Recorder {
     /// Called from the simulation thread. Returns false if the frame is not kept: the ring is full,
     /// or writing has failed.
     bool keep(const Frame& frame, const StreamSample& sample, double seconds);
+    /// Called from the simulation thread for a frame that is not to be kept. The next one that is
+    /// kept tells its slips: a patch that is released at once has slipped in one frame only.
+    void pass_over(const FrameState& frame);
     /// Whether writing has failed; the failure was logged, and nothing is kept any more.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
     /// Waits until everything is written. Returns why writing failed, if it did: what was written
@@ -88,7 +92,8 @@ class Recorder {
     Ring<KeptFrame> ring_;
     ArrivalLog& arrivals_;
     const double flush_s_;
-    double flushed_s_ = 0;  ///< time of the last flush, steady clock
+    double flushed_s_ = 0;       ///< time of the last flush, steady clock
+    std::uint64_t slipped_ = 0;  ///< slipped_sensors since the last kept frame; simulation thread
     std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};
     std::thread thread_;

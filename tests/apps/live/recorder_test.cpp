@@ -79,5 +79,29 @@ TEST(SlippedSensors, AreToldByTheirToolsAndNotByTheirOrder) {
     EXPECT_EQ(slipped_sensors(frame_with_sensors({first, {.tool = 60, .trouble = slipped}})), 0u);
 }
 
+/// A patch that is released at once has slipped in one frame, and `output.every` may leave that out.
+TEST(Recorder, TheNextKeptFrameTellsTheSlipsOfThoseBetween) {
+    using enum SensorTrouble;
+    const Frame well = frame_with_sensors({{.tool = 1, .trouble = none}, {.tool = 2}}),
+                one = frame_with_sensors({{.tool = 1, .trouble = slipped}, {.tool = 2}}),
+                other = frame_with_sensors({{.tool = 1}, {.tool = 2, .trouble = slipped}});
+    const auto path = fresh_folder() / "r.h5";
+    ResultWriter writer(path, testing_meshes::cube(), "");
+    ArrivalLog arrivals;
+    Recorder recorder({&writer, nullptr}, SolverKind::multigrid, arrivals);
+    EXPECT_TRUE(recorder.keep(well, {}, 0));
+    recorder.pass_over(one);
+    recorder.pass_over(well);
+    EXPECT_TRUE(recorder.keep(other, {}, 0));
+    EXPECT_TRUE(recorder.keep(well, {}, 0));
+    EXPECT_EQ(recorder.close(), std::nullopt);
+    writer.close();
+    const ResultReader reader(path);
+    ASSERT_EQ(reader.frame_count(), 3u);
+    const std::uint64_t expected[] = {0, 1U << 1 | 1U << 2, 0};
+    for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_EQ(read_slipped(reader, k, "r.h5"), expected[k]) << k;
+}
+
 }  // namespace
 }  // namespace livetet
