@@ -337,7 +337,7 @@ bool TargetResponses::work() {
         else
             solve(unit);
     } catch (const Error& error) {
-        give_up(unit.variation, error.what());
+        give_up(unit, error.what());
     }
     if (is_done()) {
         body_.reset();
@@ -347,42 +347,51 @@ bool TargetResponses::work() {
     return !is_done();
 }
 
-void TargetResponses::give_up(Variation variation, const std::string& why) {
-    const auto warn = [&](const char* sources) {
-        log_warning(fmt::format("error statement lacks {}: {}", sources, why));
-    };
+void TargetResponses::give_up(const Unit& unit, const std::string& why) {
     // what was computed of it so far is not known to hold
-    const auto lose = [&](const char* source, bool& is_lacking, auto PatchResponse::*change) {
-        warn(source);
+    const auto lose = [&](const std::string& sources, bool& is_lacking, auto change) {
+        log_warning(fmt::format("error statement lacks {}: {}", sources, why));
         is_lacking = true;
-        for (PatchResponse& r : responses_)
-            if constexpr (requires { (r.*change).setZero(); })
-                (r.*change).setZero();
-            else
-                for (auto& each : r.*change) each.setZero();
+        for (PatchResponse& r : responses_) change(r).setZero();
     };
-    switch (variation) {
+    switch (unit.variation) {
         case Variation::none:
-            warn("sensors, patches, materials, fixed, elements, law");
+            log_warning(fmt::format(
+                "error statement lacks sensors, patches, materials, fixed, elements, law: {}",
+                why));
             failure_ = why;
             next_ = units_.size();
             return;
         case Variation::wider:
-            lose("patches", lacking_.wider, &PatchResponse::wider);
+            lose(
+                "patches", lacking_.wider, [](PatchResponse & r) -> auto& { return r.wider; });
             break;
         case Variation::coarse:
         case Variation::elements:
-            lose("elements", lacking_.elements, &PatchResponse::elements);
+            lose(
+                "elements", lacking_.elements,
+                [](PatchResponse & r) -> auto& { return r.elements; });
             break;
         case Variation::material:
-            lose("materials", lacking_.materials, &PatchResponse::materials);
+            lose(
+                fmt::format("materials, of materials[{}]",
+                            uncertain_materials_[unit.value].material),
+                lacking_.materials, [&](PatchResponse & r) -> auto& {
+                    return r.materials[unit.value];
+                });
             break;
         case Variation::fixed:
-            lose("fixed", lacking_.fixed, &PatchResponse::fixed);
+            lose(
+                fmt::format("fixed, of fix[{}]", uncertain_fixes_[unit.value].fix),
+                lacking_.fixed, [&](PatchResponse & r) -> auto& { return r.fixed[unit.value]; });
             break;
     }
-    if (variation == Variation::coarse) variation = Variation::elements;  // which needs it
-    while (next_ < units_.size() && units_[next_].variation <= variation) ++next_;
+    const auto is_lost = [&](const Unit& other) {
+        if (unit.variation == Variation::coarse && other.variation == Variation::elements)
+            return true;  // it needs those on the coarse level
+        return other.variation == unit.variation && other.value == unit.value;
+    };
+    while (next_ < units_.size() && is_lost(units_[next_])) ++next_;
 }
 
 bool TargetResponses::is_on_coarse(Variation variation) const {

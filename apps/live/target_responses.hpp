@@ -56,7 +56,8 @@ class TargetResponses {
     void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
     /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. If
     /// the model's solves fail, the work ends, and `failure` tells why. If those of a variation
-    /// fail, a warning is logged, and `lacking` tells it.
+    /// fail, a warning is logged, and `lacking` tells it; other values of materials or fixed nodes
+    /// keep their responses.
     bool work();
     bool is_done() const { return next_ == units_.size(); }
     /// All is done, and nothing failed.
@@ -65,7 +66,7 @@ class TargetResponses {
     /// Why the responses could not be computed; empty if they could.
     const std::string& failure() const { return failure_; }
 
-    /// What could not be computed; its changes are 0.
+    /// What could not be computed, or not of each value; the changes that lack are 0.
     struct Lacking {
         bool wider = false, elements = false, materials = false, fixed = false;
     };
@@ -106,7 +107,7 @@ class TargetResponses {
     void find_uncertain_fixes();
     void set_up(const Unit& unit);
     double vary_fix(FixOptions& fix, FixValue value) const;
-    void give_up(Variation variation, const std::string& why);
+    void give_up(const Unit& unit, const std::string& why);
     void find_coarse_patches();
     void solve(const Unit& unit);
     void store(const Unit& unit, std::span<const Vector3> at_places);
