@@ -1,0 +1,96 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/fields.hpp"
+#include "io/surface_file.hpp"
+#include "meshing/options.hpp"
+
+namespace livetet {
+
+enum class LengthUnit { millimetre, metre };
+
+/// The mesh section of a scene: where the mesh comes from, and how it is made.
+struct MeshSource {
+    std::filesystem::path file;
+    LengthUnit unit = LengthUnit::millimetre;
+    Space space = Space::ras;
+    std::vector<int> labels;
+    std::string threshold{};
+    BodyChoice body{};
+    std::optional<double> wrap_mm{};
+    std::optional<double> voxel_mm{}, smoothing_mm{};
+    std::vector<double> edge_lengths_mm;
+    int tets = 60000;
+    int levels = 0;
+    int refine = 0;
+};
+
+/// Parses a closed range of values such as "100:300", "100:" or ":300". Empty if it is invalid.
+std::optional<std::pair<double, double>> range_of(const std::string& text);
+
+template <class Visitor>
+void visit_fields(Visitor& v, MeshSource& m) {
+    v.field(
+        "file", m.file, "",
+        "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu, .vtk), an image (.nii, .nii.gz, "
+        ".nrrd, .nhdr, .mha, .mhd), "
+        "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
+    v.choice("unit", m.unit, "length unit of a surface, .msh or .vtu file",
+             {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});
+    v.choice(
+        "space", m.space,
+        "directions of the axes of a surface, .msh or .vtu file, which the file does not state",
+        {{Space::ras, "ras", "right, anterior, superior"},
+         {Space::lps, "lps", "left, posterior, superior, as in models of 3D Slicer since 2020"}});
+    v.field("labels", m.labels, "",
+            "labels of the label map that make up the body; empty: all but 0");
+    v.field(
+        "threshold", m.threshold, "",
+        "the body in a grey image: the voxels with values from LOW to HIGH, in its units, such as "
+        "\"100:300\", \"100:\" or \":300\"",
+        Check<std::string>{
+            "LOW:HIGH, two numbers of which one may be left out, LOW not above HIGH",
+            [](const std::string& text) { return text.empty() || range_of(text).has_value(); }});
+    v.choice("cavities", m.body.cavities, "closed cavities of an image's or a surface's body",
+             {{Cavities::keep, "keep", "kept: the set \"cavity\" is their surface"},
+              {Cavities::fill, "fill", "filled"}});
+    v.choice("parts", m.body.parts, "parts of an image's or a surface's body that do not touch",
+             {{Parts::largest, "largest", "the largest is meshed"},
+              {Parts::all, "all", "all are meshed: the sets \"part_1\", \"part_2\", ..."}});
+    v.field("speck_ml", m.body.speck_ml, "ml",
+            "smaller parts are left out and smaller cavities filled; default: a thousandth of the "
+            "largest part",
+            at_least<0>());
+    v.field("wrap_mm", m.wrap_mm, "mm",
+            "wraps an open, crossing or dirty surface by a closed one: gaps narrower than this are "
+            "closed; default: the surface is taken as it is",
+            greater_than<0>());
+    v.field("voxel_mm", m.voxel_mm, "mm",
+            "spacing of the grid from which an image's surface is extracted; default: from the "
+            "size of the body and its voxels",
+            greater_than<0>());
+    v.field("smoothing_mm", m.smoothing_mm, "mm",
+            "standard deviation of the Gaussian that smooths an image's voxels, at least 0.6 "
+            "voxels; default: as voxel_mm, or less if a thin body would lose volume",
+            greater_than<0>());
+    v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
+            "edge length of each level, finest first; empty: from tets and levels");
+    v.field("tets", m.tets, "", "approximate number of tetrahedra of the finest level",
+            Check<int>{"from 100 to 20000000",
+                       [](const int& n) { return n >= min_tets && n <= max_tets; }});
+    v.field("levels", m.levels, "",
+            "number of levels; 0: as many as bring the coarsest to about 150 tets, but one for a "
+            ".msh or .vtu",
+            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
+    v.field("refine", m.refine, "",
+            "number of uniform refinements, each tet into eight and each a level more: for meshes "
+            "larger than a mesher can write",
+            Check<int>{"from 0 to 4", [](const int& n) { return n >= 0 && n <= 4; }});
+}
+
+}  // namespace livetet
