@@ -2,22 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 
+#include "apps/live/response_nodes.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
-
-/// What holds a body beside its patches, all at rest.
-struct Holding {
-    Constraints constraints;
-    Springs springs;
-};
 
 namespace {
 
@@ -28,9 +21,6 @@ constexpr std::size_t samples_of_place = 7;
 /// is larger. It is taken to be of first order in the edges' length, as beside a patch's edge,
 /// where strains are singular; inside it falls faster.
 constexpr std::size_t max_tets_for_p2 = 15000;
-
-/// Of the solves' forces: far below the differences that are looked for.
-constexpr double tolerance = 1e-3;
 
 /// The scene's body with small strain, at rest.
 Scene linear_static(Scene scene) {
@@ -46,103 +36,6 @@ double edge_of(const TetMesh& mesh) {
     return std::cbrt(6 * std::sqrt(2.0) * volume(mesh) / static_cast<double>(mesh.tets.size()));
 }
 
-/// Displacement of a node by a unit motion of a patch: along an axis (0 to 2), or about one.
-Vector3 unit_motion(const ResponsePatch& patch, int motion, const Vector3& place) {
-    const Vector3 axis = Vector3::Unit(motion % 3);
-    return motion < 3 ? axis : axis.cross(place - patch.centre);
-}
-
-/// A field of the corners, and on the edges of a ten-node mesh the means of their ends.
-std::vector<Vector3> on_all_nodes(const TetMesh& mesh, std::vector<Vector3> field) {
-    field.resize(mesh.nodes.size(), Vector3::Zero());
-    for (std::size_t t = 0; t < mesh.edge_nodes.size(); ++t)
-        for (std::size_t e = 0; e < std::size(tet_edges); ++e)
-            field[mesh.edge_nodes[t][e]] =
-                0.5 * (field[mesh.tets[t][tet_edges[e][0]]] + field[mesh.tets[t][tet_edges[e][1]]]);
-    return field;
-}
-
-/// Replaces what selects fixed and driven nodes by lists of them, so that no file is read again.
-/// Throws Error as select_nodes does.
-void list_selected_nodes(Scene& scene, const TetMesh& mesh) {
-    const auto list = [&](auto& sets, std::string_view name) {
-        for (std::size_t i = 0; i < sets.size(); ++i) {
-            SelectionOptions& selection = sets[i];
-            const auto nodes = select_nodes(mesh, selection, fmt::format("{}[{}]", name, i));
-            const NodeScope where = selection.where;
-            selection = {};
-            selection.nodes.emplace(nodes.begin(), nodes.end());
-            std::ranges::sort(*selection.nodes);
-            selection.where = where;
-        }
-    };
-    list(scene.fix, "fix");
-    list(scene.drive, "drive");
-}
-
-/// What holds the scene's body beside its patches.
-Holding scene_holding(const Scene& scene, const TetMesh& mesh) {
-    const SceneConstraints fixed(scene, mesh);
-    Holding held{fixed.constraints(), fixed.springs()};
-    std::fill(held.constraints.values.begin(), held.constraints.values.end(), Vector3::Zero());
-    std::fill(held.springs.target.begin(), held.springs.target.end(), Vector3::Zero());
-    return held;
-}
-
-/// A set of nodes and those within a distance from its nodes on the surface.
-std::vector<int> nodes_within(const TetMesh& mesh, const std::vector<int>& set, NodeScope where,
-                              double distance) {
-    const std::vector<std::int32_t> surface = surface_nodes(mesh);
-    std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
-    for (const int n : set) is_in[n] = 1;
-    std::vector<Vector3> of_set;
-    Eigen::AlignedBox3d near;
-    for (const std::int32_t n : surface)
-        if (is_in[n]) {
-            of_set.push_back(mesh.nodes[n]);
-            near.extend(mesh.nodes[n]);
-        }
-    const auto take = [&](std::int32_t n) {
-        const Vector3& x = mesh.nodes[n];
-        if (is_in[n] || of_set.empty() || near.exteriorDistance(x) > distance) return;
-        is_in[n] = std::ranges::any_of(
-            of_set, [&](const Vector3& place) { return (place - x).norm() <= distance; });
-    };
-    if (where == NodeScope::surface_only)
-        std::ranges::for_each(surface, take);
-    else
-        for (std::size_t n = 0; n < is_in.size(); ++n) take(static_cast<std::int32_t>(n));
-    std::vector<int> all;
-    for (std::size_t n = 0; n < is_in.size(); ++n)
-        if (is_in[n]) all.push_back(static_cast<int>(n));
-    return all;
-}
-
-/// Of the corners; a midpoint is held as both ends of its edge are.
-Holding on_all_nodes(const TetMesh& mesh, Holding held) {
-    held.constraints.components.resize(mesh.nodes.size(), 0);
-    held.constraints.values.resize(mesh.nodes.size(), Vector3::Zero());
-    if (!held.springs.empty()) {
-        held.springs.stiffness.resize(mesh.nodes.size(), 0);
-        held.springs.target.resize(mesh.nodes.size(), Vector3::Zero());
-    }
-    for (std::size_t t = 0; t < mesh.edge_nodes.size(); ++t)
-        for (std::size_t e = 0; e < std::size(tet_edges); ++e)
-            held.constraints.components[mesh.edge_nodes[t][e]] =
-                held.constraints.components[mesh.tets[t][tet_edges[e][0]]] &
-                held.constraints.components[mesh.tets[t][tet_edges[e][1]]];
-    return held;
-}
-
-/// Each node held as one of another mesh; -1: free. Springs are left out.
-Holding on_other_nodes(const Holding& held, std::span<const std::int32_t> others) {
-    Holding other{Constraints(others.size()), {}};
-    for (std::size_t n = 0; n < others.size(); ++n)
-        if (others[n] >= 0)
-            other.constraints.components[n] = held.constraints.components[others[n]];
-    return other;
-}
-
 /// Each place, then the places `step` before and behind it along each axis.
 std::vector<Vector3> with_neighbours(std::span<const Vector3> places, double step) {
     std::vector<Vector3> all;
@@ -154,91 +47,7 @@ std::vector<Vector3> with_neighbours(std::span<const Vector3> places, double ste
     return all;
 }
 
-/// For each node of a coarse mesh's surface, the nearest node of the fine one's; -1 inside.
-std::vector<std::int32_t> nearest_on_surface(const TetMesh& coarse, const TetMesh& fine) {
-    std::vector<std::int32_t> nearest(coarse.nodes.size(), -1);
-    const std::vector<std::int32_t> candidates = surface_nodes(fine);
-    for (const std::int32_t n : surface_nodes(coarse))
-        nearest[n] = *std::ranges::min_element(candidates, {}, [&](std::int32_t c) {
-            return (fine.nodes[c] - coarse.nodes[n]).squaredNorm();
-        });
-    return nearest;
-}
-
 }  // namespace
-
-/// A body that is solved with, and the places in its mesh.
-class TargetResponses::Body {
-  public:
-    /// `held`: what holds the corners, without the patches.
-    Body(const Scene& scene, const MeshHierarchy& hierarchy, Use use, const Holding& held,
-         std::span<const Vector3> samples)
-        : body_(make_body(PETSC_COMM_SELF, scene, hierarchy, use)),
-          held_(on_all_nodes(body_.mesh(), held)),
-          sampler_(body_.mesh(), samples, Outside::extrapolated) {}
-
-    /// Displacements of the nodes for a unit motion of one patch while the others rest. `start`:
-    /// those of the model at the corners, or none.
-    std::vector<Vector3> solve(std::span<const ResponsePatch> patches, std::size_t moved,
-                               int motion, bool wider, const std::vector<Vector3>& start) {
-        auto [constraints, springs] = held_;
-        const std::vector<int> shared = patches_at_nodes(patches, wider);
-        for (std::size_t p = 0; p < patches.size(); ++p)
-            hold(patches[p], wider, p == moved ? motion : -1, shared, constraints, springs);
-        body_.body->set_constraints(constraints);
-        body_.body->set_springs(springs);
-        body_.body->set_displacement(on_all_nodes(body_.mesh(), start));
-        const StepReport report = body_.body->solve(
-            0, {.max_newton = 8, .tolerance = tolerance, .linear_tolerance = 1e-2});
-        if (!report.converged)
-            fail("a static solve ended with {:.2g} of the forces out of balance, expected {:.2g}",
-                 report.imbalance, report.allowed_imbalance);
-        return body_.body->displacement();
-    }
-    std::vector<Vector3> sample(const std::vector<Vector3>& field) const {
-        return sampler_.sample(field);
-    }
-
-  private:
-    std::vector<std::int32_t> nodes_of(const ResponsePatch& patch, bool wider) const {
-        return with_edge_nodes_between(body_.mesh(), wider ? patch.wider_nodes : patch.nodes);
-    }
-    /// Number of prescribed patches that each node is in: it follows their mean.
-    std::vector<int> patches_at_nodes(std::span<const ResponsePatch> patches, bool wider) const {
-        std::vector<int> count(body_.mesh().nodes.size(), 0);
-        for (const ResponsePatch& patch : patches)
-            if (!patch.stiffness)
-                for (const std::int32_t n : nodes_of(patch, wider)) ++count[n];
-        return count;
-    }
-    /// Adds a patch to what holds the body. `motion`: of the patch; -1: it rests. `shared`: see
-    /// patches_at_nodes.
-    void hold(const ResponsePatch& patch, bool wider, int motion, std::span<const int> shared,
-              Constraints& constraints, Springs& springs) const {
-        const TetMesh& mesh = body_.mesh();
-        const std::vector<std::int32_t> nodes = nodes_of(patch, wider);
-        if (patch.stiffness) {
-            springs.stiffness.resize(mesh.nodes.size(), 0);
-            springs.target.resize(mesh.nodes.size(), Vector3::Zero());
-        }
-        for (const std::int32_t n : nodes) {
-            Vector3 value = Vector3::Zero();
-            if (motion >= 0) value = unit_motion(patch, motion, mesh.nodes[n]);
-            if (patch.stiffness) {
-                const double each = *patch.stiffness / static_cast<double>(nodes.size());
-                springs.stiffness[n] += each;
-                springs.target[n] += each / springs.stiffness[n] * (value - springs.target[n]);
-            } else if (held_.constraints.components[n] == 0) {
-                constraints.components[n] = 7;
-                constraints.values[n] += value / shared[n];
-            }
-        }
-    }
-
-    SceneBody body_;
-    Holding held_;
-    PointSampler sampler_;
-};
 
 TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
                                  std::vector<Vector3> places)
@@ -257,8 +66,6 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
         for (Uncertain Material::*value : {&Material::young_Pa, &Material::poisson})
             if ((scene_.materials[i].*value).spread > 0) uncertain_materials_.push_back({i, value});
 }
-
-TargetResponses::~TargetResponses() = default;
 
 bool TargetResponses::knows_elements() const {
     if (scene_.elements != Elements::p1 || lacking_.elements) return false;
@@ -426,8 +233,8 @@ void TargetResponses::set_up(const Unit& unit) {
     Holding held = scene_holding(scene, mesh);
     const bool on_coarse = is_on_coarse(unit.variation);
     if (on_coarse) held = on_other_nodes(held, fine_of_coarse_);
-    body_ = std::make_unique<Body>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
-                                   with_neighbours(places_, edge_ / 2));
+    body_ = std::make_unique<ResponseBody>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
+                                           with_neighbours(places_, edge_ / 2));
 }
 
 /// Makes a fixed set stiffer by its spread, or wider by its border's, and at least by an edge of
@@ -439,7 +246,7 @@ double TargetResponses::vary_fix(FixOptions& fix, FixValue value) const {
     }
     const double spread = fix.spread_mm / 1e3, distance = std::max(spread, edge_);
     const std::vector<int> before = *fix.nodes;
-    *fix.nodes = nodes_within(hierarchy_.levels.front(), before, fix.where, distance);
+    *fix.nodes = widened(hierarchy_.levels.front(), before, fix.where, distance);
     for (const ResponsePatch& patch : patches_)
         for (const std::int32_t n : patch.nodes)
             if (std::ranges::binary_search(*fix.nodes, n) && !std::ranges::binary_search(before, n))

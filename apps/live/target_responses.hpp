@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/response_body.hpp"
 #include "apps/scene/body_factory.hpp"
-#include "mesh/quadratic.hpp"
-#include "tracking/sensor_patch.hpp"
 
 namespace livetet {
 
@@ -28,15 +27,6 @@ struct PatchResponse {
     std::vector<Eigen::Matrix<double, 3, 6>> materials, fixed;
 };
 
-/// A patch as the responses take it.
-struct ResponsePatch {
-    std::vector<std::int32_t> nodes{}, wider_nodes{};
-    double wider_by = 0, radius_spread = 0;  ///< of its radius, m
-    Vector3 centre = Vector3::Zero();        ///< about which it turns: the sensor's base, m
-    std::optional<double> stiffness{};       ///< of springs, N/m; none: prescribed
-    bool turns = false;                      ///< it follows the sensor's rotation
-};
-
 /// Linear responses of places in a body to the motion of patches on its surface, by static solves
 /// of the body with small strain: of the model as it is, with wider patches, with ten-node
 /// elements, and with each uncertain value of materials and fixed nodes off by its spread. The
@@ -49,7 +39,6 @@ class TargetResponses {
     /// `hierarchy`: as the scene's mesh was loaded, without a quadratic level. `places`: at rest,
     /// m.
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
-    ~TargetResponses();
 
     /// `fix`: what holds the body now. Logs a warning, once, if the mesh is too large for the effect
     /// of the elements to be known.
@@ -99,7 +88,6 @@ class TargetResponses {
         std::size_t fix;
         FixValue value;
     };
-    class Body;
 
     bool is_on_coarse(Variation variation) const;
     void warn_of_large_mesh();
@@ -128,7 +116,7 @@ class TargetResponses {
     std::vector<ResponsePatch> patches_;
     std::vector<Unit> units_;
     std::size_t next_ = 0;
-    std::unique_ptr<Body> body_;
+    std::unique_ptr<ResponseBody> body_;
     /// The model's, and those on coarse_, while work goes on.
     std::vector<std::vector<Vector3>> fields_, coarse_fields_;
     std::vector<PatchResponse> responses_;
