@@ -1,0 +1,99 @@
+#include <algorithm>
+
+#include "apps/live/tracked_body.hpp"
+#include "io/tip_file.hpp"
+
+namespace livetet {
+
+namespace {
+
+std::vector<RigidTransform<Tool, Tip>> read_tips(const TrackOptions& track) {
+    std::vector<RigidTransform<Tool, Tip>> tips;
+    for (const ToolOptions& tool : track.tools)
+        tips.push_back(tool.tip.empty() ? RigidTransform<Tool, Tip>{}
+                                        : read_tip(tool.tip, tool.tool).tool_from_tip());
+    return tips;
+}
+
+}  // namespace
+
+SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
+    SceneChange change{scene, SceneConstraints(scene, mesh), read_tips(*scene.track)};
+    change.constraints.move_to_share(1);
+    check_no_free_motion(scene, mesh, change.constraints);
+    return change;
+}
+
+void TrackedBody::change(SceneChange&& change) {
+    // 1. may throw
+    Scene next = scene_;
+    next.fix = change.scene.fix;
+    next.track->sensors = change.scene.track->sensors;
+    next.track->tools = change.scene.track->tools;
+    const bool fix_changed = !(next.fix == scene_.fix);
+    std::list<Sensor> sensors, leaving;
+    for (const SensorOptions& options : next.track->sensors) {
+        const auto same = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
+            return !s.leaving && s.options == options;
+        });
+        if (same == sensors_.end()) sensors.push_back(new_sensor(options));
+        (void)find_tool_(options.tool);
+    }
+    for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
+
+    // 2. does not throw
+    scene_ = std::move(next);
+    for (const SensorOptions& options : scene_.track->sensors) {
+        const auto kept = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
+            return !s.leaving && s.options == options;
+        });
+        auto at = std::find_if(sensors.begin(), sensors.end(),
+                               [&](const Sensor& s) { return s.options == options; });
+        leaving.splice(leaving.end(), kept != sensors_.end() ? sensors_ : sensors,
+                       kept != sensors_.end() ? kept : at);
+    }
+    for (Sensor& s : sensors_) s.leaving = true;
+    leaving.splice(leaving.end(), sensors_);
+    sensors_ = std::move(leaving);
+    find_shown(std::move(change.tips));
+    stating_.is_outdated = stating_.is_outdated || fix_changed;
+    if (fix_changed) {
+        std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
+        if (settling_)
+            for (const std::int32_t n : settling_->nodes)
+                before[n] = 0;  // they have not arrived yet
+        scene_constraints_.emplace(std::move(change.constraints));
+        begin_settling(before);
+        pulled_ = true;  // springs are rebuilt
+    }
+    take_constraints();
+}
+
+/// Starts leading nodes to rest that have fixed components now and had not `before`.
+void TrackedBody::begin_settling(const std::vector<std::uint8_t>& before) {
+    Settling settling;
+    const Constraints& now = scene_constraints_->constraints();
+    for (std::size_t n = 0; n < before.size(); ++n)
+        if (now.components[n] & ~before[n]) {
+            settling.nodes.push_back(static_cast<std::int32_t>(n));
+            settling.from.push_back(frame_.displacement[n]);
+        }
+    settling.now = settling.from;
+    settling.since_s = frame_.time_s;
+    settling_ = std::move(settling);
+}
+
+void TrackedBody::settle() {
+    if (!settling_) return;
+    const double release_s = scene_.track->release_s;
+    const double way =
+        release_s > 0 ? std::min(1.0, (frame_.time_s - settling_->since_s) / release_s) : 1.0;
+    const double left = 1 - way * way * (3 - 2 * way);
+    for (std::size_t k = 0; k < settling_->nodes.size(); ++k)
+        settling_->now[k] = scene_constraints_->constraints().values[settling_->nodes[k]] +
+                            left * settling_->from[k];
+    body_.body->move_constraints(settling_->nodes, settling_->now);
+    if (way >= 1) settling_.reset();
+}
+
+}  // namespace livetet

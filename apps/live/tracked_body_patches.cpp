@@ -1,0 +1,93 @@
+#include <algorithm>
+
+#include "apps/live/tracked_body.hpp"
+#include "base/error.hpp"
+
+namespace livetet {
+
+void TrackedBody::place_patches() {
+    for (Sensor& s : sensors_) {
+        if (s.leaving || !s.patch.awaits_placement()) continue;
+        const Vector3 place = s.patch.drive().base()->translation;
+        const double distance =
+            s.patch.place(body_.mesh(), surface_, frame_.displacement, farthest_from_organ);
+        s.off_organ = distance <= farthest_from_organ ? 0 : distance;
+        if (s.by_hand) {
+            s.leaving = s.off_organ > 0;
+            continue;
+        }
+        if (s.off_organ > 0 && misplaced_ == MisplacedSensor::refuse && s.patch.slips() == 0)
+            fail(
+                "track.sensors: {}: when placed, the sensor is at ({:.1f}, {:.1f}, {:.1f}) mm in "
+                "the image, {:.1f} mm off "
+                "the organ's surface, expected at most {:g} mm: is the registration of this "
+                "recording?",
+                s.options.tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * distance,
+                1e3 * farthest_from_organ);
+    }
+}
+
+/// Prescribed nodes: those of the scene, and the patches that are not held by springs.
+void TrackedBody::take_constraints() {
+    constraints_ = scene_constraints_->constraints();
+    for (const std::int32_t n : driven_) driven_slot_[n] = -1;
+    driven_.clear();
+    driven_by_.clear();
+    for (Sensor& s : sensors_) {
+        s.is_hard = s.patch.is_hard();
+        if (!s.is_hard) continue;
+        for (const std::int32_t n : s.patch.nodes()) {
+            if (constraints_.components[n] != 0) continue;
+            if (driven_slot_[n] < 0) {
+                driven_slot_[n] = static_cast<std::int32_t>(driven_.size());
+                driven_.push_back(n);
+                driven_by_.push_back(0);
+            }
+            ++driven_by_[driven_slot_[n]];
+        }
+    }
+    constraints_.prescribe(driven_, Vector3::Zero());
+    driven_to_.assign(driven_.size(), Vector3::Zero());
+    body_.body->set_constraints(constraints_);
+}
+
+void TrackedBody::move_patches() {
+    std::fill(driven_to_.begin(), driven_to_.end(), Vector3::Zero());
+    for (const Sensor& s : sensors_) {
+        if (!s.is_hard) continue;
+        for (std::size_t k = 0; k < s.patch.nodes().size(); ++k)
+            if (const std::int32_t slot = driven_slot_[s.patch.nodes()[k]]; slot >= 0)
+                driven_to_[slot] += s.patch.target(k) / driven_by_[slot];
+    }
+    body_.body->move_constraints(driven_, driven_to_);
+}
+
+/// Patches held by springs: those of soft sensors, and those being released or taken up again.
+void TrackedBody::pull_patches() {
+    const bool pull = std::any_of(sensors_.begin(), sensors_.end(),
+                                  [](const Sensor& s) { return s.patch.spring_stiffness() > 0; });
+    if (!pull && !pulled_) return;
+    pulled_ = pull;
+    springs_ = scene_constraints_->springs();
+    if (!pull) {
+        body_.body->set_springs(springs_);
+        return;
+    }
+    springs_.stiffness.resize(driven_slot_.size(), 0);
+    springs_.target.resize(driven_slot_.size(), Vector3::Zero());
+    for (const Sensor& s : sensors_) {
+        const double each = s.patch.spring_stiffness() /
+                            static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));
+        if (each == 0) continue;
+        for (std::size_t k = 0; k < s.patch.nodes().size();
+             ++k) {  // overlapping patches pull to their mean
+            double& stiffness = springs_.stiffness[s.patch.nodes()[k]];
+            Vector3& target = springs_.target[s.patch.nodes()[k]];
+            stiffness += each;
+            target += each / stiffness * (s.patch.target(k) - target);
+        }
+    }
+    body_.body->set_springs(springs_);
+}
+
+}  // namespace livetet
