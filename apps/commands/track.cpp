@@ -256,7 +256,8 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     TrackedBody tracked = track_model(
         scene, model, [&](const std::string& tool) { return source.index_of(tool); },
         inputs.image_from_reference, inputs.registration.expected_error,
-        streams ? MisplacedSensor::wait : MisplacedSensor::refuse);
+        streams ? MisplacedSensor::wait : MisplacedSensor::refuse,
+        files.result || make_observer ? SurfaceErrors::stated : SurfaceErrors::left_out);
     if (files.result && !tracked.target_names().empty()) {
         files.result->write_text("targets", text_of_targets(tracked.target_names()));
         write_surface_places(*files.result, surface_places(body.mesh()));

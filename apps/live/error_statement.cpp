@@ -63,11 +63,12 @@ void add_patch(ErrorSum& sum, const PatchResponse& r, const Eigen::Matrix<double
     sum.add(ErrorSource::patches, moved * of_place * moved.transpose());
 }
 
-/// Those of the targets; then, if there are any, those of the surface.
-std::vector<Vector3> all_places(const std::vector<Target>& targets, const TetMesh& mesh) {
+/// Those of the targets; then, if there are any, those of the surface where they are stated.
+std::vector<Vector3> all_places(const std::vector<Target>& targets, const TetMesh& mesh,
+                                SurfaceErrors of_surface) {
     std::vector<Vector3> places;
     for (const Target& t : targets) places.insert(places.end(), t.places.begin(), t.places.end());
-    if (targets.empty()) return places;
+    if (targets.empty() || of_surface == SurfaceErrors::left_out) return places;
     const std::vector<Vector3> surface = surface_places(mesh);
     places.insert(places.end(), surface.begin(), surface.end());
     return places;
@@ -88,9 +89,10 @@ ErrorSources ErrorSources::of_bits(std::uint32_t bits) {
     return sources;
 }
 
-ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh)
+ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh,
+                               SurfaceErrors surface)
     : targets_(read_targets(scene, mesh)),
-      responses_(scene, std::move(hierarchy), all_places(targets_, mesh)),
+      responses_(scene, std::move(hierarchy), all_places(targets_, mesh, surface)),
       sampler_(mesh, responses_.places()),
       has_forces_(scene.gravity_m_per_s2 != Vector3::Zero() || !scene.loads.empty() ||
                   !scene.drive.empty()) {

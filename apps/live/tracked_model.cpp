@@ -12,14 +12,14 @@ TrackedModel make_tracked_model(const Scene& scene, MeshHierarchy loaded) {
 TrackedBody track_model(const Scene& scene, TrackedModel& model, ToolFinder find_tool,
                         const RigidTransform<ImageFrame, Reference>& image_from_reference,
                         const std::optional<ExpectedRegistrationError>& registration,
-                        MisplacedSensor misplaced) {
+                        MisplacedSensor misplaced, SurfaceErrors surface) {
     TrackedBody tracked(scene, model.body, std::move(find_tool), image_from_reference, misplaced);
     if (scene.track->targets.empty()) return tracked;
     Scene stated = scene;
     stated.solver.threads = model.body.body->threads();  // a replay's are the same
-    tracked.state_errors(
-        std::make_unique<ErrorStatement>(stated, std::move(model.for_targets), model.body.mesh()),
-        registration);
+    tracked.state_errors(std::make_unique<ErrorStatement>(stated, std::move(model.for_targets),
+                                                          model.body.mesh(), surface),
+                         registration);
     return tracked;
 }
 

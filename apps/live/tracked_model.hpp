@@ -21,6 +21,6 @@ TrackedModel make_tracked_model(const Scene& scene, MeshHierarchy loaded);
 TrackedBody track_model(const Scene& scene, TrackedModel& model, ToolFinder find_tool,
                         const RigidTransform<ImageFrame, Reference>& image_from_reference,
                         const std::optional<ExpectedRegistrationError>& registration,
-                        MisplacedSensor misplaced);
+                        MisplacedSensor misplaced, SurfaceErrors surface = SurfaceErrors::stated);
 
 }  // namespace livetet

@@ -91,8 +91,11 @@ void explain_tracking(Explanation& e, const Scene& scene) {
     } else {
         e.uses("error statement",
                "track.targets: after a sensor is placed, some frames make a static solve each");
-        e.uses("surface statement",
-               "track.targets: the error over the organ's surface, a sixth of it each frame");
+        if (scene.output.has_file())
+            e.uses("surface statement",
+                   "track.targets: the error over the organ's surface, a sixth of it each frame");
+        else
+            e.leaves_out("surface statement", "output.file: none; `view` builds it");
     }
     if (scene.track->publish)
         e.uses("OpenIGTLink server",

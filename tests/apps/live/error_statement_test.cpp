@@ -351,6 +351,26 @@ TEST(ErrorStatement, AnotherRunStatesTheSameSurfaceToTheBit) {
     EXPECT_NE(first[18], first[19]);
 }
 
+TEST(ErrorStatement, WithoutTheSurfaceTargetsAreTheSame) {
+    Stated s;
+    ErrorStatement without(s.block.scene, s.block.hierarchy, s.block.mesh(),
+                           SurfaceErrors::left_out);
+    Followed f(s.block, 1e-3, 0.5 * radians_per_degree, 3);
+    for (int k = 0; k < 40; ++k) f.step({0, 0, -0.005});
+    s.start(*f.patch);
+    const SensorPatch* patches[] = {f.patch.get()};
+    without.start(patches, s.block.scene.fix);
+    while (without.work()) {
+    }
+    const FrameStatement& whole = s.update(f);
+    const FrameStatement& alone = without.update(f.poses(nullptr), patches, s.still, 1e-5);
+    EXPECT_TRUE(alone.surface.radius_95.empty());
+    EXPECT_FALSE(whole.surface.radius_95.empty());
+    ASSERT_EQ(alone.targets.size(), whole.targets.size());
+    for (std::size_t i = 0; i < alone.targets.size(); ++i)
+        EXPECT_EQ(alone.targets[i].radius_95, whole.targets[i].radius_95) << i;
+}
+
 TEST(ErrorStatement, WithoutTargetsNothingIsStatedOfTheSurface) {
     StatedBlock block;
     block.scene.track->targets.clear();

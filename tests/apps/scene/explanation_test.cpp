@@ -56,6 +56,8 @@ TEST(Explanation, TheSurfaceStatementComesWithTargets) {
     scene.track->targets.push_back(a_target());
     ASSERT_TRUE(explained(scene, "surface statement"));
     EXPECT_TRUE(explained(scene, "surface statement")->built);
+    scene.output.file = "none";
+    EXPECT_FALSE(explained(scene, "surface statement")->built) << "nothing keeps it";
 }
 
 TEST(Explanation, TheSlipMonitorJudgesSensorsThatMaySlip) {
