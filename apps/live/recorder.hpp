@@ -49,7 +49,8 @@ std::uint32_t checksum(std::span<const Vector3> displacement);
 std::uint64_t slipped_sensors(const FrameState& frame);
 /// Whether the sensor of this tool is in such a sum.
 bool is_slipped(std::uint64_t sum, std::size_t tool);
-/// The same of a kept frame and those since the one kept before; 0 in older files. Throws Error if it is no such sum.
+/// The same of a kept frame and those since the one kept before; 0 in older files. Throws Error if
+/// it is no such sum.
 std::uint64_t read_slipped(const ResultReader& reader, std::size_t k, const std::string& source);
 
 /// The files of a run; nullptr: not wanted.

@@ -79,7 +79,7 @@ TEST(SlippedSensors, AreToldByTheirToolsAndNotByTheirOrder) {
     EXPECT_EQ(slipped_sensors(frame_with_sensors({first, {.tool = 60, .trouble = slipped}})), 0u);
 }
 
-/// A patch that is released at once has slipped in one frame, and `output.every` may leave that out.
+/// A patch that is released at once has slipped in one frame; `output.every` may leave that out.
 TEST(Recorder, TheNextKeptFrameTellsTheSlipsOfThoseBetween) {
     using enum SensorTrouble;
     const Frame well = frame_with_sensors({{.tool = 1, .trouble = none}, {.tool = 2}}),
