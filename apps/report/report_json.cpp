@@ -83,6 +83,8 @@ ordered_json truth_json(const TargetErrors& t) {
             {"moving_targets", t.moving},
             {"largest_motion_mm", t.largest_motion_mm},
             {"unregistered_frames", t.unregistered_frames},
+            {"beyond_truth_frames", t.beyond_truth_frames},
+            {"ahead_ms", to_json(t.ahead_ms)},
             {"deepest_press",
              {{"press_mm", t.deepest_press_mm},
               {"frames", t.deepest_frames},

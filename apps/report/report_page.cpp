@@ -94,11 +94,17 @@ std::string truth_html(const TargetErrors& t) {
     row("of which the deformation", t.deformation_mm);
     row("nothing pressed, organ moving: moved by the model", t.rest.moved_mm);
     row("nothing pressed, organ moving: the registration", t.rest.registration_mm);
-    return s.end(fmt::format(
+    std::string note = fmt::format(
         "{} of {} targets move more than 3 mm; {:.1f} times smaller with deformation. The "
-        "tracker's noise alone explains "
-        "{:.2f} mm RMS; the registration lags by {:.0f} ms.",
-        t.moving, t.targets, t.gain(), t.rest.expected_rms_mm, t.rest.registration_lag_ms));
+        "tracker's noise alone explains {:.2f} mm RMS; the registration is {}.",
+        t.moving, t.targets, t.gain(), t.rest.expected_rms_mm,
+        lag_text(t.rest.registration_lag_ms));
+    if (t.ahead_ms.worst > 0)
+        note += fmt::format(
+            " Compared with the truth at the times that poses are predicted to, {:.1f} ms after "
+            "the samples in the mean.",
+            t.ahead_ms.mean);
+    return s.end(note);
 }
 
 std::string stated_html(const Report& r) {

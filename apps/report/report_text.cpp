@@ -168,6 +168,14 @@ std::string truth_text(const TargetErrors& t) {
     if (t.unregistered_frames > 0)
         out += fmt::format("  {} frames had no registration yet and are left out\n",
                            t.unregistered_frames);
+    if (t.ahead_ms.worst > 0)
+        out += fmt::format(
+            "  compared with the truth at the times that poses are predicted to: {:.1f} ms after\n"
+            "  the samples in the mean\n",
+            t.ahead_ms.mean);
+    if (t.beyond_truth_frames > 0)
+        out += fmt::format("  {} frames are predicted beyond the truth's end and are left out\n",
+                           t.beyond_truth_frames);
 
     const RestErrors& r = t.rest;
     out += fmt::format(
@@ -180,8 +188,7 @@ std::string truth_text(const TargetErrors& t) {
     out += report_line(
         "noise expected",
         fmt::format("{:.2f} mm RMS, from the tracker's noise and the FRE", r.expected_rms_mm));
-    return out + report_line("registration lags",
-                             fmt::format("{:.0f} ms behind the organ", r.registration_lag_ms));
+    return out + report_line("registration", lag_text(r.registration_lag_ms));
 }
 
 /// Radii and, if the truth is known, how they compare with it.

@@ -1,11 +1,13 @@
 #include "apps/report/target_error.hpp"
 
+#include <fmt/format.h>
 #include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "apps/report/truth_match.hpp"
 #include "base/error.hpp"
 #include "mesh/quadratic.hpp"
 
@@ -15,7 +17,6 @@ namespace {
 
 using Pose = RigidTransform<Tracker, ImageFrame>;
 
-constexpr double matching_s = 1e-3;
 constexpr double deepest_share = 0.95;
 constexpr double moving_m = 3e-3;
 constexpr double at_rest_m = 1e-6;  // a shallower press is none
@@ -28,41 +29,6 @@ struct TargetState {
 /// |T_est (x + u) - T_true (x + u_true)| in mm.
 double error_mm(const Pose& est, const Pose& truth, const TargetState& t, const Vector3& u) {
     return 1e3 * (est * Vector3(t.x + u) - truth * Vector3(t.x + t.u_true)).norm();
-}
-
-/// A kept frame and its sample of the truth.
-struct Match {
-    std::size_t frame, sample;
-};
-
-std::vector<Match> match_frames(const RunResult& result, const Truth& truth,
-                                std::size_t& unregistered) {
-    if (truth.samples.empty()) fail("{}: the truth has no samples to compare with", result.source);
-    std::vector<Match> matches;
-    for (std::size_t f = 0; f < result.frames.size(); ++f) {
-        const double t = result.frames[f].time_s;
-        const auto later =
-            std::lower_bound(truth.samples.begin(), truth.samples.end(), t - matching_s,
-                             [](const auto& sample, double time) { return sample.time_s < time; });
-        auto nearest = later == truth.samples.end() ? later - 1 : later;
-        while (nearest + 1 < truth.samples.end() &&
-               std::abs((nearest + 1)->time_s - t) < std::abs(nearest->time_s - t))
-            ++nearest;
-        if (!(std::abs(nearest->time_s - t) <= matching_s))
-            fail(
-                "{}: the frame at {:.4f} s has no true sample within {:g} ms (the nearest is at "
-                "{:.4f} s; the truth "
-                "goes "
-                "from {:.4f} to {:.4f} s), expected the truth of the recording that was tracked",
-                result.source, t, 1e3 * matching_s, nearest->time_s, truth.samples.front().time_s,
-                truth.samples.back().time_s);
-        const Pose& pose = result.frames[f].tracker_from_image;
-        if (pose.rotation.allFinite() && pose.translation.allFinite())
-            matches.push_back({f, static_cast<std::size_t>(nearest - truth.samples.begin())});
-        else
-            ++unregistered;
-    }
-    return matches;
 }
 
 PointSampler place_targets(const RunResult& result, const Truth& truth) {
@@ -95,11 +61,11 @@ Vector3 true_velocity(const Truth& truth, std::size_t sample, const Vector3& x) 
     return (b.tracker_from_image * x - a.tracker_from_image * x) / (b.time_s - a.time_s);
 }
 
-void gather_rest(Gathered& g, const Pose& est, const Truth& truth, std::size_t sample,
+void gather_rest(Gathered& g, const Pose& est, const Truth& truth, const TruthMatch& match,
                  const std::vector<TargetState>& states) {
-    const Pose& actual = truth.samples[sample].tracker_from_image;
+    const Pose& actual = match.truth.tracker_from_image;
     for (const TargetState& t : states) {
-        const Vector3 e = est * t.x - actual * t.x, v = true_velocity(truth, sample, t.x);
+        const Vector3 e = est * t.x - actual * t.x, v = true_velocity(truth, match.sample, t.x);
         g.moved_at_rest.push_back(1e3 * t.u_est.norm());
         g.registration_at_rest.push_back(1e3 * e.norm());
         g.lag_up -= e.dot(v);
@@ -132,12 +98,11 @@ TargetErrorSample sample_errors(double time_s, double press, const Pose& est, co
 }
 
 /// Motion of the organ between the first frame at rest and any other.
-void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<Match>& matches) {
+void measure_travel(RestErrors& rest, const Truth& truth, const std::vector<TruthMatch>& matches) {
     const Pose* first = nullptr;
-    for (const Match& m : matches) {
-        const auto& sample = truth.samples[m.sample];
-        if (sample.depth > at_rest_m) continue;
-        const Pose& pose = sample.tracker_from_image;
+    for (const TruthMatch& m : matches) {
+        if (m.truth.depth > at_rest_m) continue;
+        const Pose& pose = m.truth.tracker_from_image;
         if (!first) first = &pose;
         for (const auto& target : truth.targets)
             rest.organ_travel_mm =
@@ -166,9 +131,17 @@ double registration_noise_mm(const RunResult& result, const Truth& truth) {
 
 }  // namespace
 
+std::string lag_text(double lag_ms) {
+    const long rounded = std::lround(lag_ms);
+    return rounded < 0 ? fmt::format("{} ms ahead of the organ", -rounded)
+                       : fmt::format("{} ms behind the organ", rounded);
+}
+
 TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     TargetErrors errors;
-    const std::vector<Match> matches = match_frames(result, truth, errors.unregistered_frames);
+    const TruthMatches matched = match_with_truth(result, truth);
+    errors.unregistered_frames = matched.unregistered;
+    errors.beyond_truth_frames = matched.beyond_truth;
     const PointSampler targets = place_targets(result, truth);
     double deepest = 0;
     for (const auto& sample : truth.samples) deepest = std::max(deepest, sample.depth);
@@ -191,9 +164,11 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
             result.source, 1e3 * moving_m, errors.largest_motion_mm, 1e3 * deepest);
 
     Gathered g;
-    for (const Match& m : matches) {
+    std::vector<double> ahead_ms;
+    for (const TruthMatch& m : matched.matches) {
         const Pose& est = result.frames[m.frame].tracker_from_image;
-        const auto& sample = truth.samples[m.sample];
+        const TruthSample& sample = m.truth;
+        ahead_ms.push_back(1e3 * m.ahead_s);
         const std::vector<Vector3> u = targets.sample(result.displacement(m.frame));
         for (std::size_t i = 0; i < states.size(); ++i) {
             states[i].u_est = u[i];
@@ -205,7 +180,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
         errors.samples.push_back(sample_errors(result.frames[m.frame].time_s, sample.depth, est,
                                                sample.tracker_from_image, states, moving));
         if (sample.depth <= at_rest_m) {
-            gather_rest(g, est, truth, m.sample, states);
+            gather_rest(g, est, truth, m, states);
             ++errors.rest.frames;
         }
         if (sample.depth < deepest_share * deepest) continue;
@@ -218,6 +193,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
 
     errors.targets = states.size();
     errors.moving = moving.size();
+    errors.ahead_ms = distribution(std::move(ahead_ms));
     errors.deepest_press_mm = 1e3 * deepest;
     errors.rigid_mm = distribution(std::move(g.rigid));
     errors.deforming_mm = distribution(std::move(g.deforming));
@@ -226,7 +202,7 @@ TargetErrors compare_with_truth(const RunResult& result, const Truth& truth) {
     errors.rest.moved_mm = distribution(std::move(g.moved_at_rest));
     errors.rest.registration_mm = distribution(std::move(g.registration_at_rest));
     if (g.lag_down > 0) errors.rest.registration_lag_ms = 1e3 * g.lag_up / g.lag_down;
-    measure_travel(errors.rest, truth, matches);
+    measure_travel(errors.rest, truth, matched.matches);
     errors.rest.expected_rms_mm = registration_noise_mm(result, truth);
     return errors;
 }

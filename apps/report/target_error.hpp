@@ -32,7 +32,8 @@ struct RestErrors {
     double organ_turn_deg = 0;       ///< largest rotation of the organ from its first orientation
     Distribution moved_mm;           ///< |u_est| at all targets: spurious motion of the model
     Distribution registration_mm;    ///< |T_est x - T_true x|
-    double registration_lag_ms = 0;  ///< lag of the registration behind the organ, least squares
+    double registration_lag_ms = 0;  ///< lag of the registration behind the organ, least squares;
+                                     ///< negative: it is ahead
     double expected_rms_mm = 0;  ///< error by the tracker's noise alone, see registration_noise_mm
 
     /// Whether noise explains the model's motion of targets: RMS within the expected value, worst
@@ -55,6 +56,9 @@ struct TargetErrors {
     double deepest_press_mm = 0,
            largest_motion_mm = 0;         ///< true press, and true displacement of a target
     std::size_t unregistered_frames = 0;  ///< left out, as there was no registration yet
+    std::size_t beyond_truth_frames =
+        0;                  ///< left out, as predicted to a time after the truth's end
+    Distribution ahead_ms;  ///< from a frame's sample to the time of the truth it is compared with
     Distribution rigid_mm, deforming_mm, registration_mm, deformation_mm;
     RestErrors rest;
     std::vector<TargetErrorSample> samples;
@@ -65,9 +69,12 @@ struct TargetErrors {
     double gain() const { return deforming_mm.rms > 0 ? rigid_mm.rms / deforming_mm.rms : 0; }
 };
 
-/// Matches frames with the truth by time stamp. Throws Error if a frame has no true sample within 1
-/// ms, no frame is at the deepest press, no target moves, or a target lies more than 10 mm outside
-/// the mesh.
+/// "3 ms behind the organ", "25 ms ahead of the organ": a lag, rounded.
+std::string lag_text(double lag_ms);
+
+/// Compares frames with the truth at the times that they are meant for (see match_with_truth).
+/// Throws Error if a frame has no true sample within 1 ms, no frame is at the deepest press, no
+/// target moves, or a target lies more than 10 mm outside the mesh.
 TargetErrors compare_with_truth(const RunResult& result, const Truth& truth);
 
 }  // namespace livetet

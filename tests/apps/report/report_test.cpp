@@ -9,6 +9,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "apps/report/truth_match.hpp"
 #include "base/error.hpp"
 #include "support/shapes.hpp"
 
@@ -164,6 +165,54 @@ TEST(Report, ALateRegistrationIsSeenAsLag) {
     for (RunFrame& frame : result.frames)
         frame.tracker_from_image.translation += Vector3(-0.003, -0.0005, 0);
     EXPECT_NEAR(compare_with_truth(result, truth).rest.registration_lag_ms, 5, 1e-6);
+}
+
+TEST(Report, PredictedPosesAreComparedWithTheTruthOfTheirTime) {
+    const Truth truth = make_truth();
+    RunResult result = make_result(truth, 1);
+    // 0.1 m/s along y: 25 ms ahead is 2.5 mm
+    for (RunFrame& frame : result.frames) {
+        frame.tracker_from_image.translation += Vector3(-0.003, 0.0025, 0);
+        frame.ahead_ms = 25;
+    }
+    const TargetErrors e = compare_with_truth(result, truth);
+    EXPECT_NEAR(e.rest.registration_lag_ms, 0, 1e-6);
+    EXPECT_NEAR(e.rest.registration_mm.worst, 0, 1e-9);
+    EXPECT_NEAR(e.ahead_ms.mean, 25, 1e-9);
+    EXPECT_EQ(e.beyond_truth_frames, 1U) << "the last one";
+    EXPECT_EQ(e.samples.size(), 40U);
+    EXPECT_EQ(e.rest.frames, 28U) << "0 to 19 and 31 to 39, but 19: the press begins after it";
+
+    // The one-euro filter makes up for its own lag.
+    result.scene_text =
+        "mesh: {file: m.h5}\ntrack: {source: press.igs.mha, smoothing_Hz: 2, sensors: [{tool: Tip, "
+        "patch_radius_mm: 12}]}\n";
+    const TargetErrors filtered = compare_with_truth(result, truth);
+    EXPECT_NEAR(filtered.rest.registration_lag_ms, -25, 1e-6);
+    EXPECT_EQ(filtered.ahead_ms.worst, 0);
+    EXPECT_EQ(lag_text(filtered.rest.registration_lag_ms), "25 ms ahead of the organ");
+    EXPECT_EQ(lag_text(3.2), "3 ms behind the organ");
+    result.scene_text.clear();
+    for (RunFrame& frame : result.frames) frame.ahead_ms.reset();
+    EXPECT_NE(report_text(make_report(result, &truth)).find("25 ms ahead of the organ"),
+              std::string::npos);
+}
+
+TEST(Report, BetweenTwoTrueSamplesTheTruthIsBetweenThem) {
+    Truth truth = make_truth();
+    for (std::size_t k = 0; k < truth.samples.size(); ++k)
+        truth.samples[k].tracker_from_image.rotation =
+            Eigen::AngleAxisd(0.02 * static_cast<double>(k), Vector3::UnitZ()).toRotationMatrix();
+    RunResult result = make_result(truth, 1);
+    for (RunFrame& frame : result.frames) frame.ahead_ms = 40;
+    const TruthMatches matched = match_with_truth(result, truth);
+    ASSERT_EQ(matched.matches.size(), 40U);
+    const TruthMatch& pressing = matched.matches[19];  // 0.4 of the way to the press
+    EXPECT_EQ(pressing.sample, 19U);
+    EXPECT_NEAR(pressing.truth.time_s, 101.94, 1e-9);
+    EXPECT_NEAR(pressing.truth.depth, 0.004, 1e-9);
+    EXPECT_NEAR(pressing.truth.tracker_from_image.translation.y(), 0.194, 1e-9);
+    EXPECT_NEAR(Eigen::AngleAxisd(pressing.truth.tracker_from_image.rotation).angle(), 0.388, 1e-9);
 }
 
 TEST(Report, FramesWithoutARegistrationAreLeftOutAndCounted) {
