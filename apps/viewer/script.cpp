@@ -69,9 +69,10 @@ const Command commands[] = {
      [](ViewWindow&, const Stage& stage, const Arguments& a) { (void)stage.play(a.number(0)); }},
     {"colour", "w", "displacement|stress|error", "quantity that colours the surface",
      [](ViewWindow& w, const Stage&, const Arguments& a) {
-         w.set_colour(a.one_of<ColourBy>(0, {{"displacement", ColourBy::displacement},
-                                             {"stress", ColourBy::von_mises},
-                                             {"error", ColourBy::stated_error}}));
+         const auto what = a.one_of<ColourBy>(0, {{"displacement", ColourBy::displacement},
+                                                  {"stress", ColourBy::von_mises},
+                                                  {"error", ColourBy::stated_error}});
+         with_context("colour " + a.words[0], [&] { w.set_colour(what); });
      }},
     {"slices", "w", "deformed|rest", "which image the slices show",
      [](ViewWindow& w, const Stage&, const Arguments& a) {

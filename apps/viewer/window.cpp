@@ -14,6 +14,7 @@
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/viewer/colours.hpp"
 #include "apps/viewer/lines.hpp"
+#include "base/error.hpp"
 
 namespace livetet {
 
@@ -148,7 +149,13 @@ void ViewWindow::grow_range() {
 }
 
 void ViewWindow::set_colour(ColourBy what) {
-    organ_->set_colour(organ_->can_show(moment_, what) ? what : ColourBy::displacement);
+    if (what == ColourBy::von_mises && !organ_->can_show(moment_, what))
+        fail(
+            "there are no stresses, expected the result of a solve with output: {{fields: "
+            "[von_mises]}}");
+    if (what == ColourBy::stated_error && body_.stated_places.empty())
+        fail("no error over the surface is stated, expected a scene with track.targets");
+    organ_->set_colour(what);
     renew();
 }
 

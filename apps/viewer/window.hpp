@@ -55,6 +55,8 @@ class ViewWindow {
     /// Extends the ranges of displacements, in steps of 5 mm, and of stated errors, in steps of
     /// 1 mm, to include this moment.
     void grow_range();
+    /// A run that states errors has none before its first frame, and shows displacements until
+    /// then. Throws Error if this moment has no stresses, or the body no places of stated errors.
     void set_colour(ColourBy what);
     /// Colours by the next quantity that this moment has.
     void change_colour();

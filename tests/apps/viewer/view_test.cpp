@@ -437,6 +437,8 @@ TEST(View, WhatIsWrongIsOneLine) {
           {"\nframe\n", "script.txt:2"},
           {"frame 99999", "holds"},
           {"colour red", "expected one of displacement, stress, error"},
+          {"frame 2\ncolour error", ":2: colour error: no error over the surface is stated"},
+          {"colour stress", ":1: colour stress: there are no stresses"},
           {"# nothing", "no command"}})
         test::expect_refused(viewed.script(text, "--off-screen"), {"script.txt", part});
     EXPECT_FALSE(std::filesystem::exists(viewed.folder / "a.png"));
