@@ -278,8 +278,8 @@ void add_accuracy_benchmark(CLI::App& bench, int& status) {
                       "draw the share of the errors that are no larger than stated with each "
                       "probability to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
-        check_display(a->calibration);
+        check_output_files({a->json, a->csv});
+        check_figures({a->figure, a->calibration});
         status = bench_accuracy(*a);
     });
 }

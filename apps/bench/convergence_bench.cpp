@@ -443,7 +443,8 @@ void add_convergence_benchmark(CLI::App& bench, int& status) {
     add_figure_option(*command, "--figure", a->figure,
                       "draw iterations and time against mesh size to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
+        check_output_files({a->csv, a->json});
+        check_figures({a->figure});
         status = bench_convergence(*a);
     });
 }

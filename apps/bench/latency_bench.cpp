@@ -11,6 +11,7 @@
 
 #include "apps/bench/benchmarks.hpp"
 #include "apps/bench/distribution_table.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/live/frame_loop.hpp"
 #include "apps/live/tracker_server.hpp"
@@ -245,7 +246,10 @@ void add_latency_benchmark(CLI::App& bench, int& status) {
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
     command->add_option("--json", a->json, "write the figures to this file");
-    command->callback([a, &status] { status = bench_latency(*a); });
+    command->callback([a, &status] {
+        check_output_files({a->json});
+        status = bench_latency(*a);
+    });
 }
 
 }  // namespace livetet

@@ -101,7 +101,8 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
                       "draw error against frame time for each method, on the mesh of the first "
                       "phantom case, to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
+        check_output_files({a->json});
+        check_figures({a->figure});
         status = bench_realtime(*a);
     });
 }

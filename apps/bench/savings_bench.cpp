@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/solve_run.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "base/distribution.hpp"
@@ -144,7 +145,10 @@ void add_savings_benchmark(CLI::App& bench, int& status) {
         ->check(CLI::Range(1, 100));
     command->add_option("--folder", a->folder, "keep mesh, scenes, logs and results here");
     command->add_option("--json", a->json, "write all figures to this file");
-    command->callback([a, &status] { status = bench_savings(*a); });
+    command->callback([a, &status] {
+        check_output_files({a->json});
+        status = bench_savings(*a);
+    });
 }
 
 }  // namespace livetet

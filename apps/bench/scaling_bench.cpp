@@ -258,7 +258,8 @@ void add_scaling_benchmark(CLI::App& bench, int& status) {
     command->add_option("--json", a->json, "write all figures to this file");
     add_figure_option(*command, "--figure", a->figure, "draw the model to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
+        check_output_files({a->json});
+        check_figures({a->figure});
         status = bench_scaling(*a);
     });
 }

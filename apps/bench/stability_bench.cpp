@@ -310,7 +310,8 @@ void add_stability_benchmark(CLI::App& bench, int& status) {
     command->add_option("--json", a->json, "the same as JSON");
     add_figure_option(*command, "--figure", a->figure, "draw the matrix to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
+        check_output_files({a->csv, a->json});
+        check_figures({a->figure});
         status = bench_stability(*a);
     });
 }

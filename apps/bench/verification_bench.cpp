@@ -164,7 +164,8 @@ void add_verification_benchmark(CLI::App& bench, int& status) {
     command->add_option("--json", a->json, "the same as JSON");
     add_figure_option(*command, "--figure", a->figure, "draw error against time to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure);
+        check_output_files({a->csv, a->json});
+        check_figures({a->figure});
         status = bench_verification(*a);
     });
 }

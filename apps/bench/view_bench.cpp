@@ -5,6 +5,7 @@
 
 #include "apps/bench/benchmarks.hpp"
 #include "apps/bench/distribution_table.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/plots/virtual_display.hpp"
@@ -195,6 +196,7 @@ void add_view_benchmark(CLI::App& bench, int& status) {
         ->check(CLI::PositiveNumber);
     command->add_option("--json", a->json, "write the figures to this file");
     command->callback([a, &status] {
+        check_output_files({a->json});
         need_display("bench view");
         status = bench_view(*a);
     });

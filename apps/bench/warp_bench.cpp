@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "apps/bench/benchmarks.hpp"
+#include "apps/bench/figure_option.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "base/distribution.hpp"
@@ -280,7 +281,10 @@ void add_warp_benchmark(CLI::App& bench, int& status) {
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command->add_option("--json", a->json, "write the figures to this file");
-    command->callback([a, &status] { status = bench_warp(*a); });
+    command->callback([a, &status] {
+        check_output_files({a->json});
+        status = bench_warp(*a);
+    });
 }
 
 }  // namespace livetet

@@ -221,7 +221,8 @@ void add_workprecision_benchmark(CLI::App& bench, int& status) {
     add_figure_option(*command, "--memory-figure", a->memory_figure,
                       "draw error against memory to this PNG");
     command->callback([a, &status] {
-        check_display(a->figure.empty() ? a->memory_figure : a->figure);
+        check_output_files({a->csv, a->json});
+        check_figures({a->figure, a->memory_figure});
         status = bench_workprecision(*a);
     });
 }

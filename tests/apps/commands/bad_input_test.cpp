@@ -194,6 +194,8 @@ TEST(BadInput, WhatIsReadIsNotWritten) {
                                           "track: {source: press.igs.mha, registration: r.json, "
                                           "tools: [{tool: Stylus, tip: tip.json}]}\n");
     kept("tip.json", "track scene.yaml --json tip.json", {"--json tip.json", "is read"});
+    expect_refused(livetet(folder, "track scene.yaml --json nowhere/run.json"),
+                   {"nowhere/run.json", "no folder nowhere"});
     kept("press.igs.mha", "record press.igs.mha -o press.igs.mha",
          {"--output press.igs.mha", "is read"});
     kept("press.igs.mha", "calibrate pivot press.igs.mha --tool Sensor -o press.igs.mha",
@@ -362,6 +364,16 @@ TEST(BadInput, AnXServerThatDoesNotStart) {
                        {"f.png: there is no X server",
                         does == "exit 1" ? "Xvfb does not start" : "does not answer"});
     }
+}
+
+TEST(BadInput, AFileOfABenchmarkInNoFolderIsRefusedBeforeItsRuns) {
+    const Folder folder;
+    for (const std::string bench :
+         {"verification --figure", "verification --csv", "stability --figure", "scaling --json",
+          "convergence --figure", "accuracy --calibration", "savings scene.yaml --json"})
+        expect_refused(livetet(folder, "bench " + bench + " nowhere/f.png"),
+                       {"nowhere/f.png", "no folder nowhere"});
+    expect_refused(livetet(folder, "bench verification --figure ."), {"is a folder"});
 }
 
 TEST(BadInput, HelpAndVersionAreNotErrors) {
