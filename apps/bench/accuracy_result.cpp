@@ -1,4 +1,5 @@
 #include "apps/bench/accuracy_result.hpp"
+#include "base/counted.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +18,7 @@ constexpr std::pair<const char*, double AccuracyErrors::*> errors_by_name[] = {
     {"deformation", &AccuracyErrors::deformation}};
 
 std::string text_of(const MeanAndSpread& m) {
-    return fmt::format("{:.2f} +- {:.2f}", m.mean, m.sd);
+    return m.sd ? fmt::format("{:.2f} +- {:.2f}", m.mean, *m.sd) : fmt::format("{:.2f}", m.mean);
 }
 
 /// How a 95 % radius compares with the errors.
@@ -50,7 +51,8 @@ json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm)
         json at{{"press_mm", depths_mm[d]}};
         for (const auto& [name, error] : errors_by_name) {
             const MeanAndSpread m = over_seeds(series, d, error);
-            at[fmt::format("{}_mm", name)] = {{"mean", m.mean}, {"sd", m.sd}};
+            json& entry = at[fmt::format("{}_mm", name)] = {{"mean", m.mean}};
+            if (m.sd) entry["sd"] = *m.sd;
         }
         at["covered"] = over_seeds(series, d, &AccuracyErrors::covered).mean;
         at["median_error_mm"] = over_seeds(series, d, &AccuracyErrors::median).mean;
@@ -68,8 +70,10 @@ MeanAndSpread over_seeds(const AccuracySeries& series, std::size_t depth,
     MeanAndSpread m;
     for (const auto& run : series.runs) m.mean += run[depth].*error / n;
     if (n < 2) return m;
-    for (const auto& run : series.runs) m.sd += std::pow(run[depth].*error - m.mean, 2) / (n - 1);
-    m.sd = std::sqrt(m.sd);
+    double variance = 0;
+    for (const auto& run : series.runs)
+        variance += std::pow(run[depth].*error - m.mean, 2) / (n - 1);
+    m.sd = std::sqrt(variance);
     return m;
 }
 
@@ -84,9 +88,10 @@ AccuracyVerdict judge(const std::vector<AccuracyTable>& tables) {
                 const double deforming =
                     over_seeds(t.by_sensors[k], d, &AccuracyErrors::deforming).mean;
                 if (!(deforming < rigid))
-                    verdict.lost.push_back(fmt::format(
-                        "noise {} mm, press {} mm, {} sensors: {:.2f} against {:.2f} mm",
-                        t.tracker.position_rms_mm, t.depths_mm[d], k + 1, deforming, rigid));
+                    verdict.lost.push_back(
+                        fmt::format("noise {} mm, press {} mm, {}: {:.2f} against {:.2f} mm",
+                                    t.tracker.position_rms_mm, t.depths_mm[d],
+                                    counted(k + 1, "sensor"), deforming, rigid));
             }
     return verdict;
 }
@@ -100,8 +105,8 @@ AccuracyVerdict judge_statement(const std::vector<AccuracyTable>& tables,
             ++verdict.cells;
             const Coverage c = coverage_of(series, d);
             if (!c.is_right())
-                verdict.lost.push_back(fmt::format("{}, press {} mm, {} sensors: {}", name,
-                                                   depths_mm[d], sensors, text_of(c)));
+                verdict.lost.push_back(fmt::format("{}, press {} mm, {}: {}", name, depths_mm[d],
+                                                   counted(sensors, "sensor"), text_of(c)));
         }
     };
     for (const AccuracyTable& t : tables)
@@ -114,13 +119,13 @@ AccuracyVerdict judge_statement(const std::vector<AccuracyTable>& tables,
 }
 
 void print(const AccuracyTable& t) {
-    fmt::print(
-        "\ntracker of {} mm and {} degrees RMS, {} runs a cell: RMS error at the targets, mm, mean "
-        "+- standard deviation\n",
-        t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, t.by_sensors.front().runs.size());
+    const std::size_t runs = t.by_sensors.front().runs.size();
+    fmt::print("\ntracker of {} mm and {} degrees RMS, {} a cell: RMS error at the targets, mm{}\n",
+               t.tracker.position_rms_mm, t.tracker.rotation_rms_deg, counted(runs, "run"),
+               runs > 1 ? ", mean +- standard deviation" : "");
     fmt::print("{:>6} {:>12} {:>14}", "press", "true motion", "rigid-only");
     for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
-        fmt::print(" {:>20}", fmt::format("{} sensor{} (gain)", k + 1, k ? "s" : ""));
+        fmt::print(" {:>20}", counted(k + 1, "sensor") + " (gain)");
     fmt::print("\n");
     for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
         const MeanAndSpread rigid = over_seeds(t.by_sensors.front(), d, &AccuracyErrors::rigid);
@@ -139,7 +144,7 @@ void print_statement(const AccuracyTable& t) {
         "\nits 95 % radius: share of the errors within it, median radius over median error\n{:>6}",
         "press");
     for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
-        fmt::print(" {:>15}", fmt::format("{} sensor{}", k + 1, k ? "s" : ""));
+        fmt::print(" {:>15}", counted(k + 1, "sensor"));
     fmt::print("\n");
     for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
         fmt::print("{:>6}", t.depths_mm[d]);
@@ -253,15 +258,15 @@ SpreadChart chart_of(const AccuracyTable& t) {
         for (std::size_t d = 0; d < t.depths_mm.size(); ++d) {
             const MeanAndSpread m = over_seeds(series, d, error);
             line.mean.push_back(m.mean);
-            line.spread.push_back(m.sd);
+            line.spread.push_back(m.sd.value_or(0));
         }
         chart.lines.push_back(std::move(line));
     };
     add("rigid-only", t.by_sensors.front(), &AccuracyErrors::rigid);
     for (const std::size_t sensors : {1, 3, 6})
         if (sensors <= t.by_sensors.size())
-            add(fmt::format("deforming, {} sensor{}", sensors, sensors > 1 ? "s" : ""),
-                t.by_sensors[sensors - 1], &AccuracyErrors::deforming);
+            add("deforming, " + counted(sensors, "sensor"), t.by_sensors[sensors - 1],
+                &AccuracyErrors::deforming);
     add("registration alone", t.by_sensors.front(), &AccuracyErrors::registration);
     return chart;
 }
@@ -277,7 +282,7 @@ SpreadChart calibration_chart_of(const AccuracyTable& t) {
     const auto add = [&](std::size_t depth, std::size_t k) {
         const AccuracySeries& series = t.by_sensors[k];
         SpreadLine line{
-            fmt::format("{} mm, {} sensor{}", t.depths_mm[depth], k + 1, k ? "s" : ""), {}, {}, {}};
+            fmt::format("{} mm, {}", t.depths_mm[depth], counted(k + 1, "sensor")), {}, {}, {}};
         for (std::size_t i = 0; i < levels.size(); ++i) {
             double mean = 0;
             for (const auto& run : series.runs)

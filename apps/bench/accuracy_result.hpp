@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct AccuracySeries {
 };
 
 struct MeanAndSpread {
-    double mean = 0, sd = 0;  ///< sd: sample standard deviation, 0 for a single value
+    double mean = 0;
+    std::optional<double> sd{};  ///< sample standard deviation; none for a single value
 };
 
 /// Statistics over the seeds of one of the errors at a depth.

@@ -12,6 +12,7 @@
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"
 #include "apps/scene/outputs.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/work_folder.hpp"
@@ -144,8 +145,8 @@ void write_page(const ReportArguments& arguments, const RunReport& run) {
     page.commit();
     if (extra) extra->commit();
     for (const std::string& sentence : run.verdicts) fmt::print("{}\n", sentence);
-    fmt::print("written          {}, {} picture(s) in it\n", arguments.folder.string(),
-               pictures.size());
+    fmt::print("written          {}, {} in it\n", arguments.folder.string(),
+               counted(pictures.size(), "picture"));
 }
 
 /// The pictures of all kinds of reports.

@@ -10,6 +10,7 @@
 #include "apps/scene/probes.hpp"
 #include "apps/simulation/run_description.hpp"
 #include "apps/simulation/state_keeper.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -44,13 +45,14 @@ void check_files(const SolveArguments& arguments, const Scene& scene, bool first
 }
 
 void print_figures(const SceneBody& body, const RunHistory& history, const RunFigures& figures) {
-    fmt::print("mesh             {} tets, {} nodes, {} level(s)\n", body.mesh().tets.size(),
-               body.mesh().nodes.size(), body.hierarchy.levels.size());
+    fmt::print("mesh             {} tets, {} nodes, {}\n", body.mesh().tets.size(),
+               body.mesh().nodes.size(), counted(body.hierarchy.levels.size(), "level"));
     fmt::print("ranks            {}\n", figures.ranks);
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * figures.largest_displacement_m);
     fmt::print("solver           {}\n", body.body->linear_solver().name());
-    fmt::print("steps            {}, {} Newton iterations, {} Krylov iterations, {}\n",
-               history.steps.size(), figures.sum.newton_iterations, figures.sum.iterations,
+    fmt::print("steps            {}, {}, {}, {}\n", history.steps.size(),
+               counted(figures.sum.newton_iterations, "Newton iteration"),
+               counted(figures.sum.iterations, "Krylov iteration"),
                history.converged ? "converged" : "NOT converged");
     if (!history.steps.empty()) {  // a time limit may end a run before its first step
         const StepReport& last = history.steps.back().report;
@@ -59,9 +61,9 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
     }
     if (figures.inverted_tets > 0)
         fmt::print(
-            "inverted         {} tets: their stresses are meaningless; use a finer mesh or a "
-            "smaller load\n",
-            figures.inverted_tets);
+            "inverted         {}: stresses there are meaningless; use a finer mesh or a smaller "
+            "load\n",
+            counted(figures.inverted_tets, "tet"));
     for (const std::string& sentence : figures.beyond_model)
         fmt::print("warning          {}\n", sentence);
     for (const auto& [key, force] : figures.forces)
@@ -78,8 +80,8 @@ void warn_of_small_parts(std::size_t tets, int ranks) {
     if (static_cast<std::size_t>(ranks) > useful)
         log_warning(
             fmt::format("{} tets on {} ranks: found {} tets a rank, expected {} or more: "
-                        "{} rank(s) would be as fast",
-                        tets, ranks, tets / ranks, min_tets, useful));
+                        "{} would be as fast",
+                        tets, ranks, tets / ranks, min_tets, counted(useful, "rank")));
 }
 
 /// Which files hold the run's results.

@@ -6,6 +6,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/study/scheduler.hpp"
+#include "base/counted.hpp"
 #include "base/distribution.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
@@ -74,14 +75,15 @@ void print_summary(const StudyTable& table, const Study& study) {
     };
     if (const auto count = solves_with(inverted_tets_output); count > 0)
         fmt::print(
-            "\n{} solve(s) end with inverted tets ({}): their largest stress may be one that no "
-            "tissue has; a finer mesh or a gentler load may help\n",
-            count, inverted_tets_output);
+            "\n{} ended with inverted tets ({}): the largest stress may be one that no tissue has; "
+            "a finer mesh or a gentler load may help\n",
+            counted(count, "solve"), inverted_tets_output);
     if (const auto count = solves_with(beyond_model_output); count > 0)
         fmt::print(
-            "\n{} solve(s) leave what their model stands for ({}): strains, rotations or "
-            "displacements are too large for it; `livetet solve` of one says which\n",
-            count, beyond_model_output);
+            "\n{} went beyond what the model stands for ({}): strains, rotations or displacements "
+            "are too "
+            "large for it; `livetet solve` of one says which\n",
+            counted(count, "solve"), beyond_model_output);
     if (failed > 0) fmt::print("\n{} not converged:\n", failed);
     for (std::size_t k = 0, printed = 0; k < table.failures.size() && printed < max_printed; ++k) {
         if (table.failures[k].empty()) continue;
@@ -114,7 +116,7 @@ void draw(const StudyTable& table, const Study& study) {
         if (charts.empty()) continue;
         const auto converged =
             std::count(table.failures.begin(), table.failures.end(), std::string());
-        const std::string all = fmt::format("{} solves", table.values.size());
+        const std::string all = counted(table.values.size(), "solve");
         const bool some = converged < static_cast<std::ptrdiff_t>(table.values.size());
         write_scatter_picture(
             picture,
@@ -164,8 +166,8 @@ int run_study(const StudyArguments& arguments, const std::vector<std::string>& p
             check_meshes(study);
             store.open();
             if (std::filesystem::exists(study.options.output))
-                log_info(fmt::format("note         {} of the {} solves are taken from {}",
-                                     store.count_done(), study.samples.size(),
+                log_info(fmt::format("note         {} of the {} are taken from {}",
+                                     store.count_done(), counted(study.samples.size(), "solve"),
                                      study.options.output.string()));
         });
         std::optional<ProgressLine> line;

@@ -14,6 +14,7 @@
 #include "apps/report/report.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "apps/scene/outputs.hpp"
+#include "base/counted.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
 #include "base/stop_signals.hpp"
@@ -203,8 +204,9 @@ TrackFiles::TrackFiles(TrackInputs& inputs, const SceneBody& body) {
 int finish_without_result(const Scene& scene, const FrameCounts& counts,
                           const std::optional<std::string>& problem) {
     if (counts.frames == 0) fail("{}: no sample came", scene.track->source);
-    fmt::print("{} frames, {} samples missed, {} frames not converged; {} (output.file: none)\n",
-               counts.frames, counts.missed, counts.not_converged,
+    fmt::print("{}, {} missed, {} not converged; {} (output.file: none)\n",
+               counted(counts.frames, "frame"), counted(counts.missed, "sample"),
+               counted(counts.not_converged, "frame"),
                scene.probes ? scene.probes->displacements.string() + " and no result were written"
                             : "nothing was recorded");
     if (problem) fail("{}", *problem);
@@ -217,9 +219,8 @@ void close_result(ResultWriter& writer, const TrackInputs& inputs, const SceneBo
                   const std::optional<std::string>& problem) {
     const Scene& scene = inputs.scene;
     if (inputs.arrivals.not_kept() > 0)
-        log_warning(fmt::format(
-            "{} samples came faster than the disk could keep them: a replay may lack some",
-            inputs.arrivals.not_kept()));
+        log_warning(fmt::format("{} came faster than the disk could write: a replay may lack some",
+                                counted(inputs.arrivals.not_kept(), "sample")));
     if (counts.came == 0) fail("{}: no pose of a tool came, nothing is kept", scene.track->source);
     const auto every = static_cast<std::size_t>(scene.output.every);
     counts.not_kept = (counts.frames + every - 1) / every - writer.frame_count();
@@ -300,8 +301,8 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     report_result(scene.output.file, arguments.json);
     session.tell_unused_options(PetscSession::Moment::end);
     if (problem)
-        fail("{}; {} holds the {} frames before that", *problem, scene.output.file.string(),
-             files.result->frame_count());
+        fail("{}; {} holds {} before that", *problem, scene.output.file.string(),
+             counted(files.result->frame_count(), "frame"));
     return counts.not_converged == 0 ? 0 : 3;
 }
 

@@ -10,6 +10,7 @@
 #include "apps/scene/targets.hpp"
 #include "apps/viewer/player.hpp"
 #include "apps/viewer/track_view.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -78,8 +79,9 @@ int view_recording(const ViewArguments& arguments) {
     const std::optional<ViewScript> script = read_script(arguments);
     const ViewRecording recording(arguments.input, arguments.files);
     if (arguments.frame && (*arguments.frame < 1 || *arguments.frame > recording.times_s().size()))
-        fail("--frame {}: {} holds {} frame(s), expected 1 to {}", *arguments.frame,
-             arguments.input.string(), recording.times_s().size(), recording.times_s().size());
+        fail("--frame {}: {} holds {}, expected 1 to {}", *arguments.frame,
+             arguments.input.string(), counted(recording.times_s().size(), "frame"),
+             recording.times_s().size());
     if (arguments.colour == "stress" && !recording.has_stress())
         fail(
             "--colour stress: {} holds no von_mises, expected a solve with output: {{fields: "

@@ -14,6 +14,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/scene/scene_image.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/stopwatch.hpp"
@@ -73,8 +74,8 @@ std::size_t chosen_frame(const ResultReader& result, const WarpArguments& a) {
     if (times.empty()) fail("{}: holds no frame, expected at least one", a.result.string());
     if (a.frame) {
         if (*a.frame < 1 || *a.frame > static_cast<std::int64_t>(times.size()))
-            fail("{}: holds {} frame(s), found --frame {}, expected 1 to {}", a.result.string(),
-                 times.size(), *a.frame, times.size());
+            fail("{}: holds {}, found --frame {}, expected 1 to {}", a.result.string(),
+                 counted(times.size(), "frame"), *a.frame, times.size());
         return static_cast<std::size_t>(*a.frame - 1);
     }
     if (!a.time_s) return times.size() - 1;

@@ -6,6 +6,7 @@
 
 #include "apps/plots/chart_parts.hpp"
 #include "apps/plots/pictures.hpp"
+#include "base/counted.hpp"
 
 namespace livetet {
 
@@ -45,8 +46,8 @@ void write_target_error_picture(const std::filesystem::path& path, const TargetE
     ChartWindow out;
     const auto chart = make_chart(
         out.scene(),
-        fmt::format("Error at the {} targets that move, {:.1f} times smaller with deformation",
-                    errors.moving, errors.gain()),
+        fmt::format("Error at the {} of {} that move, {:.1f} times smaller with deformation",
+                    errors.moving, counted(errors.targets, "target"), errors.gain()),
         {10, 10, look::width - 20, look::height - 20});
     for (const ChartLine* line : {&rigid, &deforming}) add_plot(chart, vtkChart::LINE, *line);
     chart->SetPlotCorner(add_plot(chart, vtkChart::LINE, press), 1);
@@ -63,11 +64,11 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     // Omits a budget far above all frames, which would flatten the curve.
     const double budget = report.run.budget_ms, seen = budget <= 4 * ms.worst ? budget : 0;
     const double top = 1.35 * std::max(ms.worst, seen);
-    std::string title =
-        fmt::format("Frame times: {} of {} samples missed", report.run.missed, report.run.samples);
+    std::string title = fmt::format("Frame times: {} of {} missed", report.run.missed,
+                                    counted(report.run.samples, "sample"));
     if (report.run.budget_given)
-        title +=
-            fmt::format(", {} of {} frames cut short", report.frames.cut_short, report.frames.kept);
+        title += fmt::format(", {} of {} cut short", report.frames.cut_short,
+                             counted(report.frames.kept, "frame"));
     ChartLine times{"each frame", {}, {}, look::blue, 2};
     for (const RunFrame& frame : frames) {
         times.x.push_back(frame.time_s);

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/report/report.hpp"
+#include "base/counted.hpp"
 
 namespace livetet {
 
@@ -11,11 +13,11 @@ namespace {
 std::string run_html(const Report& r) {
     HtmlSection s("The run");
     s.texts({"result", r.source});
-    s.texts({"mesh",
-             fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets, r.run.nodes, r.run.levels)});
+    s.texts({"mesh", fmt::format("{} tets, {} nodes, {}", r.run.tets, r.run.nodes,
+                                 counted(r.run.levels, "level"))});
     if (!r.run.solver.empty()) s.texts({"solver", r.run.solver});
-    s.texts({"time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s, r.last_s,
-                                 r.frames.kept)});
+    s.texts({"time", fmt::format("{:.2f} to {:.2f} s, {} kept", r.first_s, r.last_s,
+                                 counted(r.frames.kept, "frame"))});
     s.texts({"largest press",
              fmt::format("{:.1f} mm, as the deformation sensor saw it", r.largest_press_mm)});
     if (const std::string lags = lags_text(r.run.poses); !lags.empty())
@@ -41,7 +43,7 @@ std::string registration_html(const Report& r) {
     s.numbers("FRE (RMS of the residuals)", {r.run.fre_mm}, 2);
     return s.end(
         "Left out: distance of a fiducial from its position predicted by the others. Held in " +
-        fmt::format("{} frames, lost in {}.", r.frames.registration_held,
+        fmt::format("{}, lost in {}.", counted(r.frames.registration_held, "frame"),
                     r.frames.registration_lost));
 }
 
@@ -64,13 +66,13 @@ std::string frames_html(const Report& r) {
     row("iterations", f.iterations);
     row("error estimate [mm]", f.error_estimate_mm, 4);
     return s.end(fmt::format(
-        "{} of {} samples computed, {} missed, {} not kept; {} frames took longer than {:g} ms "
-        "({}), {} were cut short by it; "
+        "{} of {} samples computed, {} missed, {} not kept; {} took longer than {:g} ms "
+        "({}), {} cut short by it; "
         "{} did not converge. The error estimate, RMS over the nodes, is the error of the frame's "
         "last linear solve; not of linearisation, discretisation or registration.",
-        r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, f.over_budget, r.run.budget_ms,
-        r.run.budget_given ? "track.budget" : "the time between samples", f.cut_short,
-        f.not_converged));
+        r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, counted(f.over_budget, "frame"),
+        r.run.budget_ms, r.run.budget_given ? "track.budget" : "the time between samples",
+        f.cut_short, f.not_converged));
 }
 
 std::string sensors_html(const Report& r) {
@@ -78,7 +80,7 @@ std::string sensors_html(const Report& r) {
     for (const ReportSensor& sensor : r.sensors) s.texts({sensor.tool, sensor_text(sensor)});
     if (r.sensor_frames)
         for (std::size_t i = 0; i < r.sensor_frames->size(); ++i)
-            s.texts({sensor_states[i], fmt::format("{:g} frames", (*r.sensor_frames)[i])});
+            s.texts({sensor_states[i], counted(std::lround((*r.sensor_frames)[i]), "frame")});
     return s.end();
 }
 

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/report/report.hpp"
+#include "base/counted.hpp"
 
 namespace livetet {
 
@@ -47,17 +49,17 @@ std::string placing_verdict(const Report& r) {
 
 std::string slip_verdict(const Report& r) {
     return fmt::format(
-        "Sensors: slipped over the organ {} time{}. Each time the patch was let go, and the sensor "
+        "Sensors: slipped over the organ {}. Each time the patch was let go, and the sensor "
         "placed anew where it came to rest.",
-        r.slips, r.slips == 1 ? "" : "s");
+        counted(r.slips, "time"));
 }
 
 std::string press_verdict(const TargetErrors& t) {
     return fmt::format(
-        "Deepest press ({:.1f} mm): {} moving targets are off by {:.2f} mm RMS with deformation, "
-        "{:.2f} mm "
+        "Deepest press ({:.1f} mm): {} {} off by {:.2f} mm RMS with deformation, {:.2f} mm "
         "rigid-only: {:.1f} times smaller, {} the {:g} times asked for.",
-        t.deepest_press_mm, t.moving, t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
+        t.deepest_press_mm, counted(t.moving, "moving target"), t.moving == 1 ? "is" : "are",
+        t.deforming_mm.rms, t.rigid_mm.rms, t.gain(),
         t.gain() >= wanted_gain ? "at least" : "LESS than", wanted_gain);
 }
 
@@ -74,13 +76,13 @@ std::string rest_verdict(const RestErrors& r) {
 std::string run_text(const Report& r) {
     std::string out = "RUN\n";
     out += report_line("result", r.source);
-    out += report_line("mesh", fmt::format("{} tets, {} nodes, {} level(s)", r.run.tets,
-                                           r.run.nodes, r.run.levels));
+    out += report_line("mesh", fmt::format("{} tets, {} nodes, {}", r.run.tets, r.run.nodes,
+                                           counted(r.run.levels, "level")));
     if (!r.run.solver.empty()) out += report_line("solver", r.run.solver);
     if (!r.run.version.empty()) out += report_line("livetet", r.run.version);
     if (!r.run.problem.empty()) out += report_line("ended early", r.run.problem);
-    out += report_line("time", fmt::format("{:.2f} to {:.2f} s, {} frames kept", r.first_s,
-                                           r.last_s, r.frames.kept));
+    out += report_line("time", fmt::format("{:.2f} to {:.2f} s, {} kept", r.first_s, r.last_s,
+                                           counted(r.frames.kept, "frame")));
     out += report_line("largest press", fmt::format("{:.1f} mm, as the deformation sensor saw it",
                                                     r.largest_press_mm));
     return out;
@@ -131,13 +133,14 @@ std::string frames_text(const Report& r) {
         out += report_line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
     out += report_line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
     if (r.run.not_kept > 0)
-        out += report_line(
-            "not kept", fmt::format("{} frames: the disk was too slow, or full", r.run.not_kept));
-    out += report_line("registration", fmt::format("held in {} frames, lost in {}",
-                                                   f.registration_held, f.registration_lost));
+        out += report_line("not kept",
+                           counted(r.run.not_kept, "frame") + ": the disk was too slow, or full");
+    out += report_line("registration",
+                       fmt::format("held in {}, lost in {}", counted(f.registration_held, "frame"),
+                                   f.registration_lost));
     if (const std::string lags = lags_text(r.run.poses); !lags.empty())
         out += report_line("poses lag", lags);
-    return out + report_line("not converged", fmt::format("{} frames", f.not_converged));
+    return out + report_line("not converged", counted(f.not_converged, "frame"));
 }
 
 std::string sensors_text(const Report& r) {
@@ -146,7 +149,7 @@ std::string sensors_text(const Report& r) {
     if (!r.sensor_frames) return out;
     for (std::size_t s = 0; s < r.sensor_frames->size(); ++s)
         if (const double frames = (*r.sensor_frames)[s]; frames > 0)
-            out += report_line(sensor_states[s], fmt::format("{:g} frames", frames));
+            out += report_line(sensor_states[s], counted(std::lround(frames), "frame"));
     return out;
 }
 
@@ -160,29 +163,30 @@ std::string truth_text(const TargetErrors& t) {
         fmt::format("  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "", "RMS", "mean", "95 %", "worst");
     std::string out = fmt::format(
         "ERROR AT THE TARGETS, DEEPEST PRESS [mm]\n  {} of {} targets move more than 3 mm (at most "
-        "{:.1f} mm); {} frames at 95 % of {:.1f} mm or more\n",
-        t.moving, t.targets, t.largest_motion_mm, t.deepest_frames, t.deepest_press_mm);
+        "{:.1f} mm); {} at 95 % of {:.1f} mm or more\n",
+        t.moving, t.targets, t.largest_motion_mm, counted(t.deepest_frames, "frame"),
+        t.deepest_press_mm);
     out += heads + error_row("rigid-only", t.rigid_mm) + error_row("deforming", t.deforming_mm) +
            error_row("  registration part", t.registration_mm) +
            error_row("  deformation part", t.deformation_mm);
     if (t.unregistered_frames > 0)
-        out += fmt::format("  {} frames had no registration yet and are left out\n",
-                           t.unregistered_frames);
+        out += fmt::format("  {} without a registration yet, left out\n",
+                           counted(t.unregistered_frames, "frame"));
     if (t.ahead_ms.worst > 0)
         out += fmt::format(
             "  compared with the truth at the times that poses are predicted to: {:.1f} ms after\n"
             "  the samples in the mean\n",
             t.ahead_ms.mean);
     if (t.beyond_truth_frames > 0)
-        out += fmt::format("  {} frames are predicted beyond the truth's end and are left out\n",
-                           t.beyond_truth_frames);
+        out += fmt::format("  {} predicted beyond the truth's end, left out\n",
+                           counted(t.beyond_truth_frames, "frame"));
 
     const RestErrors& r = t.rest;
     out += fmt::format(
-        "\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {} frames; the organ went "
+        "\nERROR AT THE TARGETS, NOTHING PRESSED, ORGAN MOVING [mm]\n  {}; the organ went "
         "{:.0f} mm and "
         "turned {:.0f} degrees\n",
-        r.frames, r.organ_travel_mm, r.organ_turn_deg);
+        counted(r.frames, "frame"), r.organ_travel_mm, r.organ_turn_deg);
     out += heads + error_row("moved by the model", r.moved_mm) +
            error_row("registration", r.registration_mm);
     out += report_line(

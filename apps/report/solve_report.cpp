@@ -9,6 +9,7 @@
 
 #include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_image.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 
@@ -98,7 +99,7 @@ std::string steps_note(const SolvedRun& run) {
     const std::size_t kept = run.kept_steps().size(), again = run.steps.size() - kept;
     std::string note;
     if (shown_every(run) > 1)
-        note += fmt::format("One in {} of {} steps. ", shown_every(run), kept);
+        note += fmt::format("One in {} of {}. ", shown_every(run), counted(kept, "step"));
     if (again > 0)
         note += fmt::format("{} more were tried, and repeated with other lengths. ", again);
     return note + "Imbalance: unbalanced forces relative to all forces.";
@@ -111,9 +112,8 @@ const char* length_of_step(const SolvedRun& run) { return run.is_static ? "step"
 
 std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) {
     std::vector<std::pair<std::string, std::string>> rows{{"result", r.source}};
-    rows.emplace_back("mesh",
-                      fmt::format("{} tets, {} nodes{}", r.tets, r.nodes,
-                                  r.run ? fmt::format(", {} level(s)", r.run->levels) : ""));
+    rows.emplace_back("mesh", fmt::format("{} tets, {} nodes{}", r.tets, r.nodes,
+                                          r.run ? ", " + counted(r.run->levels, "level") : ""));
     if (r.run) {
         rows.emplace_back("solver", r.run->solver);
         rows.emplace_back("ranks", fmt::format("{}", r.run->ranks));
@@ -124,10 +124,10 @@ std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) 
         if (!r.run->version.empty()) rows.emplace_back("livetet", r.run->version);
     }
     rows.emplace_back("kept", r.is_static()
-                                  ? fmt::format("{} frame(s), at {:.4g} to {:.4g} of the load",
-                                                r.frames, r.first_s, r.last_s)
-                                  : fmt::format("{} frame(s), {:.4g} to {:.4g} s", r.frames,
-                                                r.first_s, r.last_s));
+                                  ? fmt::format("{}, at {:.4g} to {:.4g} of the load",
+                                                counted(r.frames, "frame"), r.first_s, r.last_s)
+                                  : fmt::format("{}, {:.4g} to {:.4g} s",
+                                                counted(r.frames, "frame"), r.first_s, r.last_s));
     return rows;
 }
 
@@ -185,11 +185,12 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             if (s.kept) time_error_mm = std::max(time_error_mm, s.time_error_mm);
         }
         sentences.push_back(fmt::format(
-            "{} in {} step(s), {} Newton iterations, {} Krylov iterations and {:.2f} s; final "
+            "{} in {}, {}, {} and {:.2f} s; final "
             "imbalance {:.1e}.",
-            r.run->converged ? "Converged" : "NOT converged", r.run->kept_steps().size(),
-            newton_iterations, iterations, r.run->solve_s,
-            r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
+            r.run->converged ? "Converged" : "NOT converged",
+            counted(r.run->kept_steps().size(), "step"),
+            counted(newton_iterations, "Newton iteration"), counted(iterations, "Krylov iteration"),
+            r.run->solve_s, r.run->steps.empty() ? 0 : r.run->steps.back().imbalance));
         if (r.run->restarted_at_s > 0)
             sentences.push_back(fmt::format(
                 "It was restarted at {:.4g} s: steps, iterations and seconds count from there.",
@@ -197,10 +198,10 @@ std::vector<std::string> verdicts(const SolveReport& r) {
         if (!r.run->failure.empty())
             sentences.push_back(fmt::format("It ended so: {}.", r.run->failure));
         if (r.run->inverted_tets > 0)
-            sentences.push_back(
-                fmt::format("{} tets are inverted at the end: their stresses are meaningless; use "
-                            "a finer mesh or a smaller load.",
-                            r.run->inverted_tets));
+            sentences.push_back(fmt::format(
+                "{} {} inverted at the end: stresses there are meaningless; use a finer "
+                "mesh or a smaller load.",
+                counted(r.run->inverted_tets, "tet"), r.run->inverted_tets == 1 ? "is" : "are"));
         if (time_error_mm > 0)
             sentences.push_back(
                 fmt::format("Estimated error of a time step: at most {:.3g} mm.", time_error_mm));

@@ -6,6 +6,7 @@
 #include "apps/live/recorder.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/scene_image.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "geometry/matrix_rows.hpp"
@@ -83,9 +84,9 @@ ViewRecording::ViewRecording(const std::filesystem::path& path, const ViewFiles&
     has_press_ = has(reader_.value_names(), "press_mm");
     const bool tracked = has(reader_.value_names(), "tracker_from_image");
     if (tracked && !reader_.has_text("run"))
-        body_.left_out.push_back(fmt::format(
-            "the end: the run was killed; shown are the {} frames until a few seconds before",
-            reader_.frame_count()));
+        body_.left_out.push_back(
+            fmt::format("the end: the run was killed; it kept {}, until a few seconds before",
+                        counted(reader_.frame_count(), "frame")));
     try {
         if (scene && scene->track && tracked) trace_tools(source, *scene);
         if (scene && !tracked) find_driven(source, *scene);

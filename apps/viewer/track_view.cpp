@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "tracking/poses.hpp"
@@ -144,10 +145,10 @@ ShownMoment TrackView::moment_of(const Seen& seen) const {
     }
     moment.sensors.push_back({"", {}, {}, seen.driven});  // all patches
     moment.text = fmt::format(
-        "live: {:.1f} mm pressed, frame in {:.1f} ms, {} iterations", 1e3 * seen.frame.press,
+        "live: {:.1f} mm pressed, frame in {:.1f} ms, {}", 1e3 * seen.frame.press,
         1e3 * (seen.frame.sensor_s + seen.frame.step.operator_s + seen.frame.step.forces_s +
                seen.frame.step.solve_s + seen.frame.step.finish_s + seen.frame.output_s),
-        seen.frame.step.iterations);
+        counted(seen.frame.step.iterations, "iteration"));
     add_statement(moment, seen.frame.statement, seen.targets);
     return moment;
 }

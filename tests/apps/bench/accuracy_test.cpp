@@ -99,7 +99,7 @@ TEST(AccuracyTables, AVerdictNamesEachLostCellWhereThePressIsLargerThanTheNoise)
     AccuracySeries series{
         {{{3, 2, 1, 1}, {3, 4, 1, 1}, {3, 1, 1, 1}}, {{5, 2, 1, 1}, {3, 4, 1, 1}, {3, 2, 1, 1}}}};
     EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).mean, 4);
-    EXPECT_DOUBLE_EQ(over_seeds(series, 0, &AccuracyErrors::rigid).sd, std::sqrt(2.0));
+    EXPECT_DOUBLE_EQ(*over_seeds(series, 0, &AccuracyErrors::rigid).sd, std::sqrt(2.0));
     const AccuracyTable table{{1.4, 0.5}, {1, 5, 10}, {0.4, 2, 4}, {series}};
     const AccuracyVerdict verdict = judge({table});
     EXPECT_EQ(verdict.cells, 2);
@@ -114,6 +114,14 @@ AccuracySeries stated_series(double covered, double median, double median_radius
     at.median = median;
     at.median_radius = median_radius;
     return {{{at}}};
+}
+
+TEST(AccuracyTables, ASingleRunHasNoSpread) {
+    const AccuracyTable table{{1.4, 0.5}, {5}, {2}, {stated_series(0.95, 1, 2.4)}};
+    EXPECT_FALSE(over_seeds(table.by_sensors[0], 0, &AccuracyErrors::covered).sd);
+    const nlohmann::json errors = json_of(table)["by_sensors"][0]["errors"][0];
+    EXPECT_TRUE(errors["rigid_mm"].contains("mean"));
+    EXPECT_FALSE(errors["rigid_mm"].contains("sd"));
 }
 
 TEST(AccuracyTables, AStatementIsRightIfItCoversEnoughAndIsNotTooWide) {

@@ -366,7 +366,7 @@ TEST(Solve, SaysThatASmallMeshHasTooManyRanks) {
                     make_hierarchy({test::block({4, 2, 2}, {0.2, 0.1, 0.1})}, "a block"));
     test::write_text(folder / "scene.yaml",
                      "mesh: {file: block.h5}\nfix: [{half_space_mm: [1, 0, 0, 1, 0, 0]}]\n");
-    const std::string warning = "1 rank(s) would be as fast";
+    const std::string warning = "1 rank would be as fast";
     const auto two = livetet(folder, "solve scene.yaml", "mpirun --oversubscribe -n 2");
     EXPECT_EQ(two.status, 0) << two.err;
     EXPECT_NE(two.err.find(warning), std::string::npos) << two.err;

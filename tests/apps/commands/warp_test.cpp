@@ -215,7 +215,7 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
     };
     refused("result.h5", {"nothing to write", "-o", "--inverse-field"});
     refused("result.h5 -o out.nii.gz --frame 3",
-            {"result.h5", "2 frame(s)", "--frame 3", "1 to 2"});
+            {"result.h5", "holds 2 frames", "--frame 3", "1 to 2"});
     refused("result.h5 -o out.nii.gz --frame 0", {"--frame 0", "1 to 2"});
     refused("result.h5 -o out.nii.gz --frame -1", {"--frame -1", "1 to 2"});
     refused("result.h5 -o labels.nii.gz", {"labels.nii.gz", "is read"});

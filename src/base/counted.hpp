@@ -1,0 +1,17 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <concepts>
+#include <string>
+#include <string_view>
+
+namespace livetet {
+
+/// A number with its noun: "1 frame", "2 frames", "0 frames".
+template <std::integral Number>
+std::string counted(Number count, std::string_view noun) {
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+}  // namespace livetet
