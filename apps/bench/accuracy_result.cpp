@@ -44,7 +44,16 @@ std::vector<std::size_t> first_and_last(std::size_t size) {
     return {0, size - 1};
 }
 
-/// Mean and standard deviation of each error at each depth, mm.
+/// Share of the errors that are no larger than stated with each probability, mean over the runs.
+std::array<double, 19> mean_within(const AccuracySeries& series, std::size_t depth) {
+    std::array<double, 19> mean{};
+    for (const auto& run : series.runs)
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            mean[i] += run[depth].within[i] / static_cast<double>(series.runs.size());
+    return mean;
+}
+
+/// Mean and standard deviation of each error at each depth, mm; how the stated errors compare.
 json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm) {
     json list = json::array();
     for (std::size_t d = 0; d < depths_mm.size(); ++d) {
@@ -55,6 +64,7 @@ json json_of(const AccuracySeries& series, const std::vector<double>& depths_mm)
             if (m.sd) entry["sd"] = *m.sd;
         }
         at["covered"] = over_seeds(series, d, &AccuracyErrors::covered).mean;
+        at["within"] = {{"probability", stated_probabilities()}, {"share", mean_within(series, d)}};
         at["median_error_mm"] = over_seeds(series, d, &AccuracyErrors::median).mean;
         at["median_radius_95_mm"] = over_seeds(series, d, &AccuracyErrors::median_radius).mean;
         list.push_back(at);
@@ -211,7 +221,10 @@ void print_other_bodies(const std::vector<NamedSeries>& bodies,
 std::string csv_of(const std::vector<AccuracyTable>& tables) {
     std::string text =
         "position_rms_mm,rotation_rms_deg,sensors,run,press_mm,rigid_mm,deforming_mm,registration_"
-        "mm,deformation_mm,covered,median_mm,radius_95_mm\n";
+        "mm,deformation_mm,covered,median_mm,radius_95_mm";
+    for (const double level : stated_probabilities())
+        text += fmt::format(",within_{:.0f}", 100 * level);
+    text += "\n";
     for (const AccuracyTable& t : tables)
         for (std::size_t k = 0; k < t.by_sensors.size(); ++k)
             for (std::size_t r = 0; r < t.by_sensors[k].runs.size(); ++r)
@@ -221,8 +234,10 @@ std::string csv_of(const std::vector<AccuracyTable>& tables) {
                     for (const auto& [name, error] : errors_by_name)
                         text += fmt::format(",{:.4f}", t.by_sensors[k].runs[r][d].*error);
                     const AccuracyErrors& at = t.by_sensors[k].runs[r][d];
-                    text += fmt::format(",{:.4f},{:.4f},{:.4f}\n", at.covered, at.median,
+                    text += fmt::format(",{:.4f},{:.4f},{:.4f}", at.covered, at.median,
                                         at.median_radius);
+                    for (const double share : at.within) text += fmt::format(",{:.4f}", share);
+                    text += "\n";
                 }
     return text;
 }
@@ -283,12 +298,10 @@ SpreadChart calibration_chart_of(const AccuracyTable& t) {
         const AccuracySeries& series = t.by_sensors[k];
         SpreadLine line{
             fmt::format("{} mm, {}", t.depths_mm[depth], counted(k + 1, "sensor")), {}, {}, {}};
+        const auto within = mean_within(series, depth);
         for (std::size_t i = 0; i < levels.size(); ++i) {
-            double mean = 0;
-            for (const auto& run : series.runs)
-                mean += 100 * run[depth].within[i] / static_cast<double>(series.runs.size());
             line.x.push_back(100 * levels[i]);
-            line.mean.push_back(mean);
+            line.mean.push_back(100 * within[i]);
             line.spread.push_back(0);
         }
         chart.lines.push_back(std::move(line));

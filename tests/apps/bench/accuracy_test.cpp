@@ -149,6 +149,12 @@ TEST_F(Accuracy, TheSharesWithinStatedProbabilitiesRiseToTheCoverage) {
     ASSERT_EQ(chart.lines.size(), 3u) << "two depths and the diagonal";
     EXPECT_NEAR(chart.lines[1].mean.back(), 100 * errors.covered, 1e-9);
     EXPECT_EQ(chart.lines[2].x, chart.lines[2].mean);
+    const nlohmann::json within = json_of(table)["by_sensors"][0]["errors"][1]["within"];
+    EXPECT_EQ(within["probability"].size(), 19u);
+    EXPECT_EQ(within["share"], nlohmann::json(errors.within));
+    const std::string csv = csv_of({table});
+    EXPECT_NE(csv.find(",radius_95_mm,within_5,"), std::string::npos) << csv;
+    EXPECT_NE(csv.find(",within_95\n"), std::string::npos);
 }
 
 }  // namespace
