@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "apps/report/report.hpp"
@@ -109,57 +108,15 @@ std::string truth_html(const TargetErrors& t) {
     return s.end(note);
 }
 
-std::string stated_html(const Report& r) {
-    const StatedErrors& stated = *r.stated;
-    const bool has_truth = std::ranges::any_of(
-        stated.targets, [](const StatedTarget& t) { return t.truth.has_value(); });
-    HtmlSection radii("Stated error at the targets [mm]");
-    std::vector<std::string> heads{"95 % radius", "median", "largest"};
-    if (has_truth) heads.insert(heads.end(), {"true error within", "radius / error"});
-    radii.heads(heads);
-    for (const StatedTarget& t : stated.targets) {
-        std::vector<std::string> cells{t.name, fmt::format("{:.2f}", t.radius_95_mm.median),
-                                       fmt::format("{:.2f}", t.radius_95_mm.worst)};
-        if (t.truth) {
-            const std::optional<double> ratio = t.truth->radius_per_error();
-            cells.push_back(fmt::format("{:.1f} %", 100 * t.truth->coverage()));
-            cells.push_back(ratio ? fmt::format("{:.2f}", *ratio) : "-");
-        }
-        radii.row(cells);
-    }
-    HtmlSection sources("Stated error by source, RMS [mm]");
-    heads = {""};
-    for (std::size_t q = 0; q < error_source_count; ++q)
-        heads.emplace_back(name_of(static_cast<ErrorSource>(q)));
-    sources.heads(heads);
-    for (const StatedTarget& t : stated.targets) {
-        std::vector<std::string> cells{t.name};
-        for (const std::optional<double>& rms : t.rms_by_source_mm)
-            cells.push_back(rms ? fmt::format("{:.2f}", *rms) : "-");
-        sources.row(cells);
-    }
-    std::string note = "Within its 95 % radius a target is expected with 95 %.";
-    if (has_truth)
-        note +=
-            " True error within: share of the frames, without a missing source, whose true error "
-            "is "
-            "at most the stated radius. Radius / error: of the medians over these frames.";
-    return radii.end(note) +
-           sources.end(stated.incomplete == 0
-                           ? "No source was missing in any frame."
-                           : fmt::format("A source was missing in {:.1f} % of the frames: {}.",
-                                         100.0 * static_cast<double>(stated.incomplete) /
-                                             static_cast<double>(stated.frames),
-                                         missing_text(stated)));
-}
-
 }  // namespace
 
 std::string report_page(const Report& r, std::span<const PagePicture> pictures,
                         const std::string& no_pictures) {
     std::string body;
     if (r.truth) body += truth_html(*r.truth);
-    if (r.stated) body += stated_html(r);
+    if (r.stated)
+        body += table_html("Stated error at the targets [mm]", radius_table(*r.stated)) +
+                table_html("Stated error by source [mm]", source_table(*r.stated));
     body += frames_html(r) + registration_html(r);
     if (!r.sensors.empty() || r.sensor_frames) body += sensors_html(r);
     body += run_html(r);

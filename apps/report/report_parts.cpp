@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace livetet {
@@ -66,6 +67,29 @@ std::string report_line(std::string_view name, const std::string& value) {
     return fmt::format("  {:<21} {}\n", name, value);
 }
 
+std::string table_text(const ReportTable& table, std::size_t first_width) {
+    std::vector<std::size_t> widths;
+    const auto widen = [&](std::span<const std::string> cells) {
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            if (i == widths.size()) widths.push_back(i == 0 ? first_width : 7);
+            widths[i] = std::max(widths[i], cells[i].size() + (i == 0 ? 2 : 1));
+        }
+    };
+    widen(table.heads);
+    for (const auto& row : table.rows) widen(row);
+    std::string out;
+    const auto append = [&](std::span<const std::string> cells) {
+        out += "  ";
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            out += i == 0 ? fmt::format("{:<{}}", cells[i], widths[i])
+                          : fmt::format("{:>{}}", cells[i], widths[i]);
+        out += "\n";
+    };
+    append(table.heads);
+    for (const auto& row : table.rows) append(row);
+    return table.note.empty() ? out : out + "  " + wrapped(table.note);
+}
+
 std::string parts_text(std::span<const ExplainedPart> parts) {
     std::string out = "BUILT, AND LEFT OUT\n";
     for (const ExplainedPart& p : parts)
@@ -128,6 +152,13 @@ std::string HtmlSection::end(std::string_view note) {
     html_ += "</table>\n";
     if (!note.empty()) html_ += fmt::format("<p class=\"note\">{}</p>\n", escaped(note));
     return html_ + "</section>\n";
+}
+
+std::string table_html(std::string_view title, const ReportTable& table) {
+    HtmlSection section(title);
+    section.heads(table.heads);
+    for (const auto& row : table.rows) section.row(row);
+    return section.end(table.note);
 }
 
 std::string parts_html(std::span<const ExplainedPart> parts) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/scene/explanation.hpp"
 
@@ -15,6 +16,17 @@ namespace livetet {
 /// Wraps a sentence, with its later lines indented.
 std::string wrapped(const std::string& sentence, std::size_t width = 96);
 std::string report_line(std::string_view name, const std::string& value);
+/// A table of a report as it is read: the first column holds names, the others numbers. Rows may be
+/// shorter than the heads.
+struct ReportTable {
+    std::vector<std::string> heads;
+    std::vector<std::vector<std::string>> rows{};
+    std::string note{};  ///< sentences below it
+};
+
+/// The table as indented text, and its note. The first column has at least this width.
+std::string table_text(const ReportTable& table, std::size_t first_width = 20);
+
 /// Lists the parts that were built, and those left out with reasons.
 std::string parts_text(std::span<const ExplainedPart> parts);
 
@@ -44,6 +56,9 @@ class HtmlSection {
   private:
     std::string html_;
 };
+
+/// A section that holds one table and its note.
+std::string table_html(std::string_view title, const ReportTable& table);
 
 std::string parts_html(std::span<const ExplainedPart> parts);
 

@@ -195,64 +195,6 @@ std::string truth_text(const TargetErrors& t) {
     return out + report_line("registration", lag_text(r.registration_lag_ms));
 }
 
-/// Radii and, if the truth is known, how they compare with it.
-std::string radii_text(const StatedErrors& stated, std::size_t width, bool has_truth) {
-    std::string out =
-        fmt::format("  {:<{}}{:>10}{:>10}", "95 % radius", width, "median", "largest");
-    out += has_truth ? fmt::format("{:>14}{:>18}\n", "error within", "radius / error") : "\n";
-    for (const StatedTarget& t : stated.targets) {
-        out += fmt::format("  {:<{}}{:>10.2f}{:>10.2f}", t.name, width, t.radius_95_mm.median,
-                           t.radius_95_mm.worst);
-        if (t.truth) {
-            const std::optional<double> ratio = t.truth->radius_per_error();
-            out += fmt::format("{:>12.1f} %{:>18}", 100 * t.truth->coverage(),
-                               ratio ? fmt::format("{:.2f}", *ratio) : "-");
-        }
-        out += "\n";
-    }
-    return out;
-}
-
-std::string sources_text(const StatedErrors& stated, std::size_t width) {
-    const auto column = [](std::size_t q) {
-        const std::string_view name = name_of(static_cast<ErrorSource>(q));
-        return std::max<std::size_t>(7, name.size() + 1);
-    };
-    std::string out = fmt::format("  {:<{}}", "RMS by source", width);
-    for (std::size_t q = 0; q < error_source_count; ++q)
-        out += fmt::format("{:>{}}", name_of(static_cast<ErrorSource>(q)), column(q));
-    for (const StatedTarget& t : stated.targets) {
-        out += fmt::format("\n  {:<{}}", t.name, width);
-        for (std::size_t q = 0; q < error_source_count; ++q) {
-            const std::optional<double>& rms = t.rms_by_source_mm[q];
-            out += fmt::format("{:>{}}", rms ? fmt::format("{:.2f}", *rms) : "-", column(q));
-        }
-    }
-    return out + "\n";
-}
-
-std::string stated_text(const Report& r) {
-    const StatedErrors& stated = *r.stated;
-    std::size_t width = 20;
-    bool has_truth = false;
-    for (const StatedTarget& t : stated.targets) {
-        width = std::max(width, t.name.size() + 2);
-        has_truth = has_truth || t.truth;
-    }
-    std::string out = "STATED ERROR AT THE TARGETS [mm]\n" + radii_text(stated, width, has_truth) +
-                      sources_text(stated, width);
-    if (stated.incomplete > 0)
-        out += "  " +
-               wrapped(fmt::format("a source was missing in {} frames: {}",
-                                   share_of_frames(r, stated.incomplete), missing_text(stated)));
-    if (has_truth)
-        out +=
-            "  (error within: share of the frames, without a missing source, whose true error is "
-            "at "
-            "most the\n   stated radius; radius / error: of the medians over these frames)\n";
-    return out;
-}
-
 }  // namespace
 
 std::vector<std::string> verdicts(const Report& report) {
@@ -283,7 +225,9 @@ std::string report_text(const Report& report) {
     out += "\n" + run_text(report) + "\n" + registration_text(report) + "\n" + frames_text(report);
     if (!report.sensors.empty() || report.sensor_frames) out += "\n" + sensors_text(report);
     if (report.truth) out += "\n" + truth_text(*report.truth);
-    if (report.stated) out += "\n" + stated_text(report);
+    if (report.stated)
+        out += "\nSTATED ERROR AT THE TARGETS [mm]\n" + table_text(radius_table(*report.stated)) +
+               table_text(source_table(*report.stated));
     if (!report.parts.empty()) out += "\n" + parts_text(report.parts);
     return out;
 }

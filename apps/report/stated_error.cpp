@@ -82,4 +82,45 @@ std::string missing_text(const StatedErrors& stated) {
     return text;
 }
 
+ReportTable radius_table(const StatedErrors& stated) {
+    ReportTable table{{"95 % radius", "median", "largest"}};
+    table.note = "Within its 95 % radius a target is expected with 95 %.";
+    if (std::ranges::any_of(stated.targets,
+                            [](const StatedTarget& t) { return t.truth.has_value(); })) {
+        table.heads.insert(table.heads.end(), {"true error within", "radius / error"});
+        table.note +=
+            " True error within: share of the frames, without a missing source, whose true error "
+            "is at most the stated radius. Radius / error: of the medians over these frames.";
+    }
+    for (const StatedTarget& t : stated.targets) {
+        std::vector<std::string>& cells = table.rows.emplace_back();
+        cells = {t.name, fmt::format("{:.2f}", t.radius_95_mm.median),
+                 fmt::format("{:.2f}", t.radius_95_mm.worst)};
+        if (!t.truth) continue;
+        const std::optional<double> ratio = t.truth->radius_per_error();
+        cells.push_back(fmt::format("{:.1f} %", 100 * t.truth->coverage()));
+        cells.push_back(ratio ? fmt::format("{:.2f}", *ratio) : "-");
+    }
+    return table;
+}
+
+ReportTable source_table(const StatedErrors& stated) {
+    ReportTable table{{"RMS by source"}};
+    for (std::size_t q = 0; q < error_source_count; ++q)
+        table.heads.emplace_back(name_of(static_cast<ErrorSource>(q)));
+    for (const StatedTarget& t : stated.targets) {
+        std::vector<std::string>& cells = table.rows.emplace_back();
+        cells = {t.name};
+        for (const std::optional<double>& rms : t.rms_by_source_mm)
+            cells.push_back(rms ? fmt::format("{:.2f}", *rms) : "-");
+    }
+    table.note = stated.incomplete == 0
+                     ? "No source was missing in any frame."
+                     : fmt::format("A source was missing in {:.1f} % of the frames: {}.",
+                                   100.0 * static_cast<double>(stated.incomplete) /
+                                       static_cast<double>(stated.frames),
+                                   missing_text(stated));
+    return table;
+}
+
 }  // namespace livetet

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/live/run_result.hpp"
+#include "apps/report/report_parts.hpp"
 #include "apps/report/target_error.hpp"
 #include "base/distribution.hpp"
 
@@ -46,5 +47,11 @@ std::optional<StatedErrors> summarise_statements(const RunResult& result,
 /// "elements in 12, law in 3": the sources that were missing, with the number of frames; empty if
 /// none was.
 std::string missing_text(const StatedErrors& stated);
+
+/// Of each target the 95 % radii and, if the truth is known, how they compare with it.
+ReportTable radius_table(const StatedErrors& stated);
+
+/// Of each target the error by source, and which sources were missing.
+ReportTable source_table(const StatedErrors& stated);
 
 }  // namespace livetet

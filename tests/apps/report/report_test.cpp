@@ -363,6 +363,27 @@ TEST(Report, TextAndJsonHoldTheStatedErrors) {
     EXPECT_EQ(report_text(make_report(make_result(truth, 1))).find("STATED"), std::string::npos);
 }
 
+TEST(Report, ColumnsOfATableAreAsWideAsTheirLongestCell) {
+    EXPECT_EQ(table_text({{"radius", "median", "true error"}, {{"Vein", "1.25"}}, "A note."}, 8),
+              "  radius   median true error\n"
+              "  Vein       1.25\n"
+              "  A note.\n");
+}
+
+TEST(Report, TextAndPageHaveTheSameStatedErrors) {
+    const Truth truth = make_truth();
+    const StatedErrors stated = *make_report(with_targets(make_result(truth, 1)), &truth).stated;
+    const ReportTable radii = radius_table(stated), sources = source_table(stated);
+    EXPECT_EQ(radii.rows[0], (std::vector<std::string>{"T-3", "3.30", "3.30", "69.4 %", "1.10"}));
+    EXPECT_EQ(radii.rows[1].size(), 3U) << "the truth has no Lesion";
+    EXPECT_EQ(radii.heads.size(), 5U);
+    EXPECT_EQ(sources.heads.size(), 1 + error_source_count);
+    EXPECT_EQ(sources.rows[1].size(), sources.heads.size());
+    EXPECT_EQ(sources.note, "A source was missing in 12.2 % of the frames: elements in 5.");
+    EXPECT_EQ(radius_table(*make_report(with_targets(make_result(truth, 1))).stated).heads.size(),
+              3U);
+}
+
 TEST(Report, ALongNameIsApartFromItsValue) {
     EXPECT_EQ(report_line("patch", "15 mm"), "  patch                 15 mm\n");
     EXPECT_EQ(report_line("SensorOnTheLeftLobeOfTheLiver", "15 mm"),
