@@ -197,7 +197,8 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer(
         "Help of a command: livetet COMMAND --help. Exit status: 0 success, 1 a benchmark missed a "
-        "target, 2 bad input, 3 not converged, 4 some of a study not converged, 70 internal error; "
+        "target, 2 bad input, 3 not converged or a replay that differs, 4 some of a study not "
+        "converged, 70 internal error; "
         "128 plus the signal's number if a signal ended it.");
     ExitStatus status;
     add_commands(app, status);

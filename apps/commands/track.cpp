@@ -344,16 +344,16 @@ void add_track_command(CLI::App& app, ExitStatus& status) {
                                            "Follows a tracker in real time: registration, "
                                            "deformation, results, report. Ctrl-C ends it");
     command->footer(
+        "Exit status 3: frames of a run did not converge, or frames of a replay are not the same.\n"
         "Other options with one dash go to PETSc: -ksp_view, -log_view, -ksp_monitor ...\nThe keys "
-        "of a scene: livetet "
-        "scene.");
+        "of a scene: livetet scene.");
     auto arguments = std::make_shared<TrackArguments>();
     CLI::Option* scene =
         command->add_option("scene", arguments->scene, "scene file (YAML) with a track section");
     command
         ->add_option("--replay", arguments->replay,
                      "recompute a recorded run (.h5) from its received samples, and compare each "
-                     "frame bit by bit")
+                     "frame bit by bit; exit status 3 if any differs")
         ->excludes(scene);
     add_track_options(*command, *arguments);
     command->allow_extras();
