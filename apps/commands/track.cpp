@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/moved_targets.hpp"
 #include "apps/commands/report_result.hpp"
 #include "apps/commands/track_run.hpp"
 #include "apps/live/frame_loop.hpp"
@@ -322,6 +323,9 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
     }
     fmt::print("; the first other one is frame {}, the largest gap {:.3g} mm\n", report.first_other,
                1e3 * report.largest_gap);
+    for (const MovedTarget& target : moved_targets(arguments.replay))
+        fmt::print("target {} is {:.3g} mm from where it was in this run\n", target.name,
+                   target.distance_mm);
     return 3;
 }
 

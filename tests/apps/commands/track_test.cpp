@@ -630,7 +630,7 @@ TEST(Track, StatesHowFarOffItsTargetsMayBe) {
 }
 
 /// The points of a file are read again, and must be those of the run.
-TEST(Track, ARunWhoseTargetsHaveChangedIsNotReplayed) {
+TEST(Track, ARunWhoseTargetsHaveChangedIsNotTheSameAgain) {
     Tracked t;
     t.set_track("targets: [{points: targets.csv}]");
     t.record();
@@ -643,6 +643,11 @@ TEST(Track, ARunWhoseTargetsHaveChangedIsNotReplayed) {
     write_targets("Duct,100,50,80\n");
     test::expect_refused(livetet(t.folder, "track --replay result.h5"),
                          {"result.h5", "targets", "Duct now", "Vein then"});
+    write_targets("Vein,100,50,70\n");
+    const auto moved = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(moved.status, 3) << moved.out << moved.err;
+    EXPECT_NE(moved.out.find("target Vein is 10 mm from where it was"), std::string::npos)
+        << moved.out;
 }
 
 /// What the filter in use or the registration does not tell is missing, and the radius smaller.
