@@ -83,6 +83,11 @@ MarksView::Dots MarksView::add_dots(const look::Colour& colour, double size, Dot
     return {data, actor};
 }
 
+void MarksView::set_texts(const TextLayout& texts) {
+    texts_ = texts;
+    labels_.set_font_size(texts.font_size(13));
+}
+
 void MarksView::show(const ShownMoment& moment) {
     const auto moved = [&](std::int32_t n) -> Vector3 {
         return body_.mesh.nodes[n] + moment.displacement[n];
@@ -109,12 +114,14 @@ void MarksView::show(const ShownMoment& moment) {
         const Vector3 tip = t.pose.translation;
         tips.push_back(tip);
         if (t.has_tip) line(tip, t.pose * Vector3(0, 0, -1e-3 * shaft_mm), mark_colour::tool);
-        labels_.put(tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
+        if (!texts_.is_small)
+            labels_.put(tip, t.has_tip ? t.name + " tip" : t.name, mark_colour::tool);
     }
     for (const ShownFiducial& f : body_.fiducials) {
         lines.add_cross(1e3 * f.in_image, 2 * ball_mm_, 3, mark_colour::fiducial);
         touched.push_back(f.from_tracker);
         line(f.in_image, f.from_tracker, mark_colour::touched);
+        if (texts_.is_small) continue;
         labels_.put(f.in_image,
                     fmt::format("{} {:.2f} mm", f.name, 1e3 * (f.in_image - f.from_tracker).norm()),
                     mark_colour::fiducial);

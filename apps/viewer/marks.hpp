@@ -20,6 +20,10 @@ class MarksView {
     /// `body` must outlive it.
     MarksView(const ShownBody& body, vtkRenderer* renderer);
     void show(const ShownMoment& moment);
+    /// A small window has labels of sensors alone. Takes effect at the next `show`.
+    void set_texts(const TextLayout& texts);
+    /// Where the labels are, in pixels of the view.
+    std::vector<LabelBox> label_boxes() const { return labels_.boxes(); }
 
   private:
     struct Dots {
@@ -32,6 +36,7 @@ class MarksView {
     const ShownBody& body_;
     vtkRenderer* renderer_;
     PlaceLabels labels_;
+    TextLayout texts_;
     double ball_mm_;
     Dots fixed_, patches_, bases_, sensors_, tips_, touched_, pulled_;
     vtkNew<vtkPolyData> lines_;

@@ -12,6 +12,7 @@ namespace livetet {
 
 namespace {
 constexpr double bar_width = 0.1;
+constexpr int bar_font = 13;
 }  // namespace
 
 OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
@@ -50,8 +51,8 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
     bar_->SetWidth(bar_width);
     bar_->SetHeight(0.6);
     bar_->SetBarRatio(0.25);
-    set_text(bar_->GetLabelTextProperty(), 13);
-    set_text(bar_->GetTitleTextProperty(), 13, TextWeight::bold);
+    set_text(bar_->GetLabelTextProperty(), bar_font);
+    set_text(bar_->GetTitleTextProperty(), bar_font, TextWeight::bold);
     renderer->AddViewProp(bar_);
     update_bar();
 }
@@ -66,9 +67,11 @@ void OrganView::set_colour(ColourBy what) {
     update_bar();
 }
 
-void OrganView::make_room(double width_pixels) {
-    constexpr double half_title =
-        55;  // pixels: half the width of the title, which is centred on the bar
+void OrganView::make_room(double width_pixels, const TextLayout& texts) {
+    bar_->GetLabelTextProperty()->SetFontSize(texts.font_size(bar_font));
+    bar_->GetTitleTextProperty()->SetFontSize(texts.font_size(bar_font));
+    // Pixels: half the width of the title, which is centred on the bar.
+    const double half_title = 55 * texts.scale;
     bar_->SetPosition(std::max(0.015, half_title / width_pixels - bar_width / 2), 0.2);
 }
 

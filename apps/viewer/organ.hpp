@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "apps/viewer/body.hpp"
+#include "apps/viewer/text_layout.hpp"
 #include "geometry/scattered_interpolation.hpp"
 #include "mesh/barycentric_map.hpp"
 
@@ -38,7 +39,7 @@ class OrganView {
     void set_colour(ColourBy what);
     ColourBy colour() const { return colour_; }
     /// Places the bar in a view of this width, with room for its title.
-    void make_room(double width_pixels);
+    void make_room(double width_pixels, const TextLayout& texts);
     vtkActor* actor() { return actor_; }
 
   private:

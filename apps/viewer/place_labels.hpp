@@ -4,11 +4,13 @@
 #include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/viewer/body.hpp"
+#include "apps/viewer/text_layout.hpp"
 
 namespace livetet {
 
@@ -25,13 +27,22 @@ class PlaceLabels {
     /// Hides the labels that this moment does not have.
     void end();
 
+    void set_font_size(int pixels);
+    /// Where the labels are, before `spread`, in pixels of the view. Their widths are estimated
+    /// from the numbers of letters: measuring them would draw them.
+    std::vector<LabelBox> boxes() const;
+    /// Moves labels that hide each other, or one of `taken`, up. Call it before each picture.
+    void spread(std::span<const LabelBox> taken);
+
   private:
     vtkTextActor* add();
 
     vtkRenderer* renderer_;
     bool keep_texts_ = false;
     std::size_t used_ = 0;
+    int font_size_ = 13;  ///< pixels
     std::vector<vtkSmartPointer<vtkTextActor>> labels_;
+    std::vector<double> raised_;  ///< by how much `spread` moved each label up, pixels
 };
 
 }  // namespace livetet

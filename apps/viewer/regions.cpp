@@ -73,6 +73,10 @@ void RegionsView::show(const ShownMoment& moment) {
     data_->SetPolys(triangles);
 }
 
+void RegionsView::spread_labels(std::span<const LabelBox> taken) {
+    if (renderer_->GetDraw()) labels_.spread(taken);
+}
+
 void RegionsView::fit_clipping_range() {
     vtkBoundingBox box(organ_->ComputeVisiblePropBounds());
     if (renderer_->GetDraw()) box.AddBox(vtkBoundingBox(data_->GetBounds()));

@@ -20,6 +20,9 @@ class RegionsView {
     void show(const ShownMoment& moment);
     /// Lets the camera see the organ and all ellipsoids. Call it before each picture.
     void fit_clipping_range();
+    void set_font_size(int pixels) { labels_.set_font_size(pixels); }
+    /// Moves labels that hide each other, or one of `taken`, up. Call it before each picture.
+    void spread_labels(std::span<const LabelBox> taken);
 
   private:
     vtkRenderer* organ_;

@@ -17,7 +17,8 @@ namespace livetet {
 
 namespace {
 
-constexpr int max_pixels = 320;      // along a side of a slice
+constexpr int max_pixels = 320;  // along a side of a slice
+constexpr int title_font = 13;
 constexpr double near_plane = 0.01;  // m: points this near to a slice are drawn in it
 
 /// Screen directions, in RAS, of slices across x, y and z.
@@ -83,7 +84,7 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
     line_actor->GetProperty()->LightingOff();
     renderer->AddActor(line_actor);
 
-    set_text(title_->GetTextProperty(), 13);
+    set_text(title_->GetTextProperty(), title_font);
     title_->GetTextProperty()->SetColor(1, 1, 1);
     title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
     title_->SetPosition(0.02, 0.02);
@@ -129,9 +130,15 @@ void SliceView::show(const ShownMoment& moment, bool deformed, const Vector3& cr
     cut_regions(moment, deformed);
     draw_lines(moment, cross);
     const Axes& axes = axes_of[axis_];
-    title_->SetInput(fmt::format("{} {} = {:.1f} mm{}", axes.name, axes.letter, 1e3 * cross[axis_],
-                                 deformed ? "" : ", at rest")
+    title_->SetInput(fmt::format("{}{} = {:.1f} mm{}",
+                                 texts_.is_small ? "" : std::string(axes.name) + " ", axes.letter,
+                                 1e3 * cross[axis_], deformed ? "" : ", at rest")
                          .c_str());
+}
+
+void SliceView::set_texts(const TextLayout& texts) {
+    texts_ = texts;
+    title_->GetTextProperty()->SetFontSize(texts.font_size(title_font));
 }
 
 /// Finds the outlines of the targets' ellipsoids. Their places are in the deformed organ: an image
@@ -217,6 +224,10 @@ SliceView* SliceViews::of(const vtkRenderer* renderer) {
     for (const auto& view : views_)
         if (view->renderer() == renderer) return view.get();
     return nullptr;
+}
+
+void SliceViews::set_texts(const TextLayout& texts) {
+    for (const auto& view : views_) view->set_texts(texts);
 }
 
 void SliceViews::fit() {

@@ -14,6 +14,7 @@
 #include <memory>
 
 #include "apps/viewer/body.hpp"
+#include "apps/viewer/text_layout.hpp"
 #include "image/image_slice.hpp"
 
 namespace livetet {
@@ -37,6 +38,8 @@ class SliceView {
     double spacing() const { return spacing_; }
     /// Fits the whole slice into its renderer.
     void fit();
+    /// Takes effect on the title at the next `show`.
+    void set_texts(const TextLayout& texts);
 
   private:
     void draw_lines(const ShownMoment& moment, const Vector3& cross);
@@ -58,6 +61,7 @@ class SliceView {
     vtkNew<vtkImageSlice> slice_;
     vtkNew<vtkPolyData> lines_;
     vtkNew<vtkTextActor> title_;
+    TextLayout texts_;
 };
 
 /// Three slices linked by a cross-hair.
@@ -77,6 +81,7 @@ class SliceViews {
     /// The slice of a renderer, or nullptr.
     SliceView* of(const vtkRenderer* renderer);
     void fit();
+    void set_texts(const TextLayout& texts);
 
   private:
     const GreyImage& image_;

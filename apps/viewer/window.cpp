@@ -23,6 +23,7 @@ namespace {
 constexpr double organ_width = 0.66;
 constexpr int strip_pixels = 60;  ///< pixels: two lines of text and the time line
 constexpr double line_height = 0.78;
+constexpr int text_font = 14, help_font = 11;  ///< pixels
 
 constexpr const char* help_text =
     "space play   left/right step   c colour   d rest/deformed   v volume   r reset   s screenshot "
@@ -77,7 +78,14 @@ void ViewWindow::arrange() {
     const double strip = std::min(0.4, static_cast<double>(strip_pixels) / std::max(size[1], 1));
     strip_->SetViewport(0, 0, 1, strip);
     organ_renderer_->SetViewport(0, strip, slices_ ? organ_width : 1, 1);
-    organ_->make_room((slices_ ? organ_width : 1) * size[0]);
+    const TextLayout texts = text_layout(arranged_);
+    organ_->make_room((slices_ ? organ_width : 1) * size[0], texts);
+    marks_->set_texts(texts);
+    regions_->set_font_size(texts.font_size(13));
+    if (slices_) slices_->set_texts(texts);
+    text_->GetTextProperty()->SetFontSize(texts.font_size(text_font));
+    help_->SetVisibility(!texts.is_small);
+    help_->GetTextProperty()->SetFontSize(texts.font_size(help_font));
     for (int i = 0; i < 3; ++i) {
         const double height = (1 - strip) / 3, bottom = strip + (2 - i) * height;
         slice_renderers_[i]->SetViewport(organ_width + 0.002, bottom, 1, bottom + height - 0.004);
@@ -99,7 +107,7 @@ void ViewWindow::add_strip() {
     line->GetProperty()->SetLineWidth(4);
     strip_->AddViewProp(line);
     for (const auto& [actor, y, size] :
-         {std::tuple(text_.Get(), 0.36, 14), {help_.Get(), 0.06, 11}}) {
+         {std::tuple(text_.Get(), 0.36, text_font), {help_.Get(), 0.06, help_font}}) {
         set_text(actor->GetTextProperty(), size);
         actor->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
         actor->SetPosition(line_left, y);
@@ -237,6 +245,7 @@ bool ViewWindow::draw() {
     }
     stale_ = changed_ = false;
     regions_->fit_clipping_range();
+    regions_->spread_labels(marks_->label_boxes());
     for (int i = 0; i < 3; ++i)
         slice_renderers_[i]->SetDraw(is_drawn(i));  // otherwise the old picture stays
     window_->Render();
